@@ -177,24 +177,20 @@ def build(
         if not part.engine_runs and (found := kept(folder_of(runs, part)))
     }
     missing = [part for part in parts if part.number not in built]
-    if len(missing) == 1:
-        new = [_make(missing[0].number, runs, progress)]
-    elif missing:
-        given = ((part.number, runs, part.seconds) for part in missing)
-        tasks = [Task(call=_make, arguments=(one, place), work=cost) for one, place, cost in given]
+    if len(missing) < 2:
+        new = [_make(part, runs, progress) for part in missing]
+    else:
+        tasks = [Task(call=_make, arguments=(part, runs), work=part.seconds) for part in missing]
         with workers() as executor:
             new = do_all(tasks, executor, "sections", progress)
-    else:
-        new = []
     for part, made in zip(missing, new, strict=True):
         mine = [costs.pop(run.folder, Cost()) for run in needed.get(part.number, [])]
         built[part.number] = replace(made, engines=sum(mine, Cost()))
     return [built[part.number] for part in parts]
 
 
-def _make(number: str, runs: Path, progress: Progress | None = None) -> Built:
-    """Build and draw a section; in a process of its own it has nobody to tell its progress to."""
-    part = next(part for part in (*DISCRETE, *CONTINUUM) if part.number == number)
+def _make(part: Part, runs: Path, progress: Progress | None = None) -> Built:
+    """Build and draw a section; a worker process reports no progress."""
     made_by, started = edition(), time.process_time()
     section = part.build(runs, progress) if part.engine_runs else part.build(progress)
     section = replace(section, pictures=[drawn(picture) for picture in section.pictures])

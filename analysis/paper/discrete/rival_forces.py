@@ -353,8 +353,7 @@ def differences(a: Forces, b: Forces) -> tuple[float, float, float, float]:
     """Compare two laws: relative and largest difference per contact, relative differences of the
     sums of magnitudes and of the resultants."""
     contact, carried, resultant = (
-        relative_difference(getattr(a, name).ravel(), getattr(b, name).ravel())
-        for name in ("contact", "carried", "resultant")
+        relative_difference(one.ravel(), other.ravel()) for one, other in zip(a, b, strict=True)
     )
     return contact, float(np.abs(b.contact - a.contact).max()), carried, resultant
 
