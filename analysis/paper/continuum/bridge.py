@@ -16,11 +16,12 @@ from analysis.pages.numbers import NONE, decimals
 from analysis.pages.section import Cell, Section
 from analysis.pages.words import Words
 from analysis.paper.answers import Answer, unsolved
-from analysis.paper.continuum.exit_room import EXIT, to_exit
+from analysis.paper.continuum.exit_room import EXIT, ROOM, to_exit
 from analysis.scene.packing import heap, press
 from analysis.support.parallel import Progress
 from nscd import Percussions, Snapshot, Walls, find_contacts, solve
 from nscd.arrays import Floats
+from nscd.continuum import left_velocity
 from nscd.continuum.collision import collide
 from nscd.continuum.medium import PERSON, TABLE_1, Medium
 from nscd.continuum.mesh import mesh_of
@@ -32,6 +33,7 @@ from nscd.stress import Kernel, flow_field, smear, stress_field
 
 HALF_DOOR = 0.5 * EXIT  # m
 SPEED = 2.0  # m/s, toward the nearest point of the exit
+toward_exit = left_velocity.toward_exit(ROOM, SPEED)
 PEOPLE, RADIUS = 600, 0.215  # how many of which mean radius (m) make up the crowd's mass and size
 MASS = PERSON * PEOPLE
 KERNEL = Kernel(width=0.4, compact=True)
@@ -77,14 +79,6 @@ def points() -> Floats:
     both_ways = np.concatenate([-axis[::-1], axis])
     grid = np.stack(np.meshgrid(-axis, both_ways, indexing="ij"), -1).reshape(-1, 2)
     return grid[to_exit(grid) <= WITHIN]
-
-
-def toward_exit(position: Floats) -> Floats:
-    """2 m/s toward the nearest point of the exit, 0 on it: (n,2) m → (n,2) m/s."""
-    way = -position
-    way[:, 1] += np.clip(position[:, 1], -HALF_DOOR, HALF_DOOR)
-    distance = np.hypot(*way.T)[:, None]
-    return np.asarray(SPEED * np.divide(way, distance, out=np.zeros_like(way), where=distance > 0))
 
 
 def area(size: float) -> float:
