@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 from scipy.integrate import solve_bvp
 
+from analysis.pages.drawing import panels
 from analysis.pages.fields import rounded
 from analysis.pages.html import drawn
 from analysis.pages.section import Claim, Picture, Section, Table, Verdict
@@ -215,7 +215,7 @@ def _section(figure):
 
 
 def test_a_section_is_kept_whole_or_not_taken(tmp_path, monkeypatch):
-    section = _section(Figure())
+    section = _section(panels(4.0, 3.0)[0])
     section = replace(section, pictures=[drawn(picture) for picture in section.pictures])
     built = Built(section=section, cpu_seconds=1.5)
     assert kept(tmp_path) is None
