@@ -254,15 +254,21 @@ class Islands:
     pressed: (m,) whether one of its contacts would close"""
 
     label: Index32
-    contacts: Index32
-    disks: Index32
+    contacts: Indices
+    disks: Indices
     pressed: Flags
 
 
 def find_islands(snapshot: Snapshot, contacts: Contacts, left_velocity: Floats) -> Islands:
     """Find the islands of n disks with left velocities (n,2) m/s."""
-    label, count, disks, pressed = _core.islands(
-        contacts.first, contacts.second, contacts.is_wall, contacts.normal, snapshot.mass,
-        np.ascontiguousarray(left_velocity),
-    )  # fmt: skip
-    return Islands(label=label, contacts=count, disks=disks, pressed=pressed)
+    contacts.check_disks(len(snapshot))
+    second = np.where(contacts.is_wall, -1, contacts.second).astype(np.int32)
+    label = _core.components(len(snapshot), contacts.first.astype(np.int32), second)
+    disks, home = np.bincount(label), label[contacts.first]
+    closing = home[contacts.approach_velocity(left_velocity) > 0]
+    return Islands(
+        label=label,
+        contacts=np.bincount(home, minlength=len(disks)),
+        disks=disks,
+        pressed=np.bincount(closing, minlength=len(disks)) > 0,
+    )

@@ -10,10 +10,6 @@ from scipy.sparse.linalg import splu
 from nscd.arrays import Flags, Floats, Indices
 from nscd.percussions import Status
 
-# Up to this many changed bounds, solving with the last factorisation is cheaper than a new one
-# (measured from 25,000 unknowns).
-MOST_CHANGES = 20
-
 
 def judged(residual: float, tolerance: float, what: str, unsettled: str) -> tuple[Status, str]:
     """Judge an answer by its residual.
@@ -73,11 +69,10 @@ def bounded_minimum(
     Optim. 13 (2003) 865–888."""
     diagonal = matrix.diagonal()[place]
     active = np.ones(len(place), dtype=bool) if start is None else start.copy()
-    problem = _Factored(matrix, load)
     seen: set[bytes] = set()
     careful = False
     for iteration in range(1, most + 1):
-        z = problem.minimum(place[active], bound[active])
+        z = _minimum(matrix, load, place[active], bound[active])
         multiplier = (load - matrix @ z)[place]
         multiplier[~active] = 0.0
         wanted = multiplier + diagonal * (z[place] - bound) > 0
@@ -102,44 +97,12 @@ def factorised(matrix: sparse.csc_array) -> Any:
     return splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=symmetric)
 
 
-class _Factored:
-    """Minima of ½z·Az − b·z with some z fixed: a factorisation, kept while few fixed values
-    change."""
-
-    def __init__(self, matrix: sparse.csc_array, load: Floats) -> None:
-        self.matrix, self.load = matrix, load
-        self.free: Flags = np.zeros(0, dtype=bool)
-        self.factor: Any = None
-
-    def minimum(self, fixed: Indices, value: Floats) -> Floats:
-        """z (n,) with z[fixed] = value."""
-        free = np.ones(len(self.load), dtype=bool)
-        free[fixed] = False
-        z = np.zeros(len(self.load))
-        z[fixed] = value
-        if not free.any():
-            return z
-        if self.factor is None or (free != self.free).sum() > MOST_CHANGES:
-            self.factor = factorised(self.matrix[free][:, free].tocsc())
-            self.free = free
-        released, caught = np.flatnonzero(free & ~self.free), np.flatnonzero(self.free & ~free)
-        pinned = z[caught]
-        z[caught] = 0.0
-        right = self.load - self.matrix @ z
-        if len(released) + len(caught) == 0:
-            z[free] = self.factor.solve(right[free])
-            return z
-        # the factored block bordered by what was released, and by multipliers that hold what was
-        # caught
-        old, r = np.flatnonzero(self.free), len(released)
-        border = np.zeros((len(old), r + len(caught)))
-        border[:, :r] = self.matrix[:, released].toarray()[old]
-        border[np.searchsorted(old, caught), r + np.arange(len(caught))] = 1.0
-        corner = np.zeros((border.shape[1],) * 2)
-        corner[:r, :r] = self.matrix[:, released].toarray()[released]
-        inner = self.factor.solve(right[old])
-        schur = corner - border.T @ self.factor.solve(border)
-        outer = np.linalg.solve(schur, np.concatenate([right[released], pinned]) - border.T @ inner)
-        z[old] = self.factor.solve(right[old] - border @ outer)
-        z[released], z[caught] = outer[:r], pinned
-        return z
+def _minimum(matrix: sparse.csc_array, load: Floats, fixed: Indices, value: Floats) -> Floats:
+    """The z (n,) of least ½z·Az − b·z with z[fixed] = value."""
+    z = np.zeros(len(load))
+    z[fixed] = value
+    free = np.setdiff1d(np.arange(len(load)), fixed)
+    if len(free):
+        inner = sparse.csc_array(matrix[free][:, free])
+        z[free] = factorised(inner).solve((load - matrix @ z)[free])
+    return z

@@ -12,7 +12,7 @@ struct Film {
     std::span<const std::int64_t> ids;    // (n) below 2³¹, rising in each frame
     In position, left;                    // (n·2) m, m/s: u⁻
     In radius, mass;                      // (n) m, kg, positive
-    Segments walls;
+    const Segments& walls;
 };
 struct FramesAsked {
     double gap;        // m, up to which disks are in contact

@@ -13,10 +13,10 @@ inline constexpr double ROUNDING_M = 1e-12;
 
 struct Segments {
     int w = 0;
-    In start, along;                    // (w·2) m
-    std::span<const Index> vertex;      // (w·2) numbers of the two ends, the same where walls meet
-    std::span<const bool> inner;        // (w·2) whether an end lies within another wall
-    double far = 0.0;                   // m, the largest coordinate
+    Numbers start, along;  // (w·2) m
+    Places vertex;         // (w·2) numbers of the two ends, the same where walls meet
+    Flags inner;           // (w·2) whether an end lies within another wall
+    double far = 0.0;      // m, the largest coordinate
 };
 
 // Where on a wall, 0 to 1, its nearest point to (x, y) is.

@@ -14,39 +14,29 @@ using namespace nscd;
 // Beyond this, squares of a number and their products with another leave double precision.
 constexpr double LARGEST = 1e100;
 
-// Connected walls, as `nscd.segments.connect` finds them.
-class Walls {
-public:
-    Walls(const Matrix& start, const Matrix& along, const Given<Index, 2>& vertex, const Given<bool, 2>& inner)
-        : start_(start.data(), start.data() + start.size()), along_(along.data(), along.data() + along.size()),
-          vertex_(vertex.data(), vertex.data() + vertex.size()), inner_(inner.size()) {
-        need(start.shape(1) == 2 && along.size() == start.size() && vertex.size() == start.size() && inner.size() == start.size(), "walls: shapes differ");
-        std::copy(inner.data(), inner.data() + inner.size(), reinterpret_cast<bool*>(inner_.data()));
-        for (std::size_t i = 0; i < start_.size(); ++i)
-            far_ = std::max({far_, std::abs(start_[i]), std::abs(start_[i] + along_[i])});
-    }
-    Segments segments() const {
-        return {int(start_.size() / 2), start_, along_, vertex_, {reinterpret_cast<const bool*>(inner_.data()), inner_.size()}, far_};
-    }
+Numbers numbers(const auto& given) { return Numbers(given.data(), given.data() + given.size()); }
+Places places(const auto& given) { return Places(given.data(), given.data() + given.size()); }
 
-private:
-    Numbers start_, along_;
-    Places vertex_;
-    Flags inner_;
-    double far_ = 0.0;
-};
+// Connected walls, as `nscd.segments.connect` finds them.
+Segments walls_of(const Matrix& start, const Matrix& along, const Given<Index, 2>& vertex, const Given<bool, 2>& inner) {
+    need(start.shape(1) == 2 && along.size() == start.size() && vertex.size() == start.size() && inner.size() == start.size(), "walls: shapes differ");
+    Segments walls{int(start.shape(0)), numbers(start), numbers(along), places(vertex), Flags(inner.data(), inner.data() + inner.size()), 0.0};
+    for (std::size_t i = 0; i < walls.start.size(); ++i)
+        walls.far = std::max({walls.far, std::abs(walls.start[i]), std::abs(walls.start[i] + walls.along[i])});
+    return walls;
+}
 
 void need_bodies(const Matrix& position, const Vector& radius) {
     need(position.shape(1) == 2 && position.shape(0) == radius.size(), "position: (n, 2) is needed");
 }
 
 // How many are of two disks (−1: more pairs are within reach than memory should hold), first, second, vector, distance, gap.
-auto touching_of(const Matrix& position, const Vector& radius, const Walls& walls, double most) {
+auto touching_of(const Matrix& position, const Vector& radius, const Segments& walls, double most) {
     need_bodies(position, radius);
     Touching found;
     {
         nb::gil_scoped_release others;
-        found = touching(span(position), span(radius), walls.segments(), most);
+        found = touching(span(position), span(radius), walls, most);
     }
     return std::make_tuple(found.pairs, give(std::move(found.first)), give(std::move(found.second)), give<2>(std::move(found.vector), 2),
                            give(std::move(found.distance)), give(std::move(found.gap)));
@@ -58,20 +48,20 @@ auto give_neighbours(Neighbours&& near) {
                            give<2>(std::move(near.normal), 2), give(std::move(near.gap)));
 }
 
-auto neighbours(const Matrix& position, const Vector& radius, const Walls& walls, double margin) {
+auto neighbours(const Matrix& position, const Vector& radius, const Segments& walls, double margin) {
     need_bodies(position, radius);
-    return give_neighbours(neighbours_of(span(position), span(radius), walls.segments(), margin));
+    return give_neighbours(neighbours_of(span(position), span(radius), walls, margin));
 }
 
-Bodies bodies_of(const Matrix& position, const Matrix& velocity, const Matrix& free, const Vector& radius, const Vector& mass, const Walls& walls) {
+Bodies bodies_of(const Matrix& position, const Matrix& velocity, const Matrix& free, const Vector& radius, const Vector& mass, const Segments& walls) {
     need_bodies(position, radius);
     need(velocity.size() == position.size() && free.size() == position.size() && mass.size() == radius.size(), "bodies: shapes differ");
-    return {span(position), span(velocity), span(free), span(radius), span(mass), walls.segments()};
+    return {span(position), span(velocity), span(free), span(radius), span(mass), walls};
 }
 
 // Neighbours, reaction, friction, velocity, spin, keys, error, iterations, rung, repeats of `Stepped`; known (2, m): reaction
 // and friction of the keys of the step before.
-auto step(const Matrix& position, const Matrix& velocity, const Matrix& free, const Vector& radius, const Vector& mass, const Walls& walls,
+auto step(const Matrix& position, const Matrix& velocity, const Matrix& free, const Vector& radius, const Vector& mass, const Segments& walls,
           double seconds, double restitution, double gained, double tolerance, double friction, const Vector& spin, const Vector& inertia,
           const Whole& keys, const Matrix& known) {
     const Bodies bodies = bodies_of(position, velocity, free, radius, mass, walls);
@@ -87,9 +77,6 @@ auto step(const Matrix& position, const Matrix& velocity, const Matrix& free, co
                            give<2>(std::move(found.velocity), 2), give(std::move(found.spin)), give(std::move(found.keys)), found.error,
                            found.iterations, found.rung, found.repeats);
 }
-
-Numbers numbers(const auto& given) { return Numbers(given.data(), given.data() + given.size()); }
-Places places(const auto& given) { return Places(given.data(), given.data() + given.size()); }
 
 auto drifts_of(const Matrix& before, const Matrix& after, const Given<Index, 1>& first, const Given<Index, 1>& second, const Matrix& normal,
                const Vector& gap, const Vector& reaction, double seconds, double slack) {
@@ -116,13 +103,13 @@ auto headed_of(const Matrix& position, const Vector& start, const Vector& end, c
 
 // start, answered, first, second, is_wall, normal, gap, reaction, impulse, residual, velocity_error of `FilmAnswer`.
 auto film(const Whole& start, const Whole& ids, const Matrix& position, const Matrix& left, const Vector& radius, const Vector& mass,
-          const Walls& walls, double gap, double deepest, double tolerance, bool least) {
+          const Segments& walls, double gap, double deepest, double tolerance, bool least) {
     need_bodies(position, radius);
     const auto n = std::int64_t(radius.size());
     bool rising = start.size() > 0 && start(0) == 0 && start(start.size() - 1) == n;
     for (std::size_t f = 1; f < start.size(); ++f) rising = rising && start(f) >= start(f - 1);
     need(rising && ids.size() == radius.size() && left.size() == position.size() && mass.size() == radius.size(), "film: shapes differ");
-    const Film asked{span(start), span(ids), span(position), span(left), span(radius), span(mass), walls.segments()};
+    const Film asked{span(start), span(ids), span(position), span(left), span(radius), span(mass), walls};
     FilmAnswer found;
     {
         nb::gil_scoped_release others;
@@ -137,12 +124,12 @@ auto film(const Whole& start, const Whole& ids, const Matrix& position, const Ma
 using Changed = nb::ndarray<double, nb::numpy, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
 void soft_forces(Changed force, const Matrix& x, const Matrix& v, const Vector& radius, const Vector& mass, const Whole& first,
-                 const Whole& second, const Whole& wall, const Walls& walls, const Vector& law, bool apart) {
+                 const Whole& second, const Whole& wall, const Segments& walls, const Vector& law, bool apart) {
     need_bodies(x, radius);
     const std::size_t k = first.size();
     need(force.size() == x.size() && v.size() == x.size() && mass.size() == radius.size() && second.size() == k && wall.size() == k && law.size() == 9, "soft: shapes differ");
     const Soft soft{{law(0), law(1), law(2), law(3)}, {law(4), law(5), law(6), law(7)}, law(8), apart};
-    contact_forces({force.data(), force.size()}, span(x), span(v), span(radius), span(mass), span(first), span(second), span(wall), walls.segments(), soft);
+    contact_forces({force.data(), force.size()}, span(x), span(v), span(radius), span(mass), span(first), span(second), span(wall), walls, soft);
 }
 
 void soft_drive(Changed acceleration, const Matrix& x, const Matrix& v, double speed, double tau, const Matrix& start, const Matrix& end,
@@ -163,23 +150,6 @@ auto components_of(int n, const Given<Index, 1>& first, const Given<Index, 1>& s
     Places label;
     components(n, span(first), span(second), label);
     return give(std::move(label));
-}
-
-// label (n), contacts, disks, pressed (m) of `Islands`.
-auto islands(const Whole& first, const Whole& second, const Marks& is_wall, const Matrix& normal, const Vector& mass, const Matrix& left) {
-    const std::size_t n = mass.size(), k = first.size();
-    need(second.size() == k && is_wall.size() == k && normal.size() == 2 * k && left.size() == 2 * n, "islands: shapes differ");
-    System s;
-    s.n = int(n), s.k = int(k);
-    s.first.resize(k), s.second.resize(k), s.nx.resize(k), s.ny.resize(k), s.offset.assign(k, 0.0);
-    for (std::size_t c = 0; c < k; ++c) {
-        need(first(c) >= 0 && first(c) < std::int64_t(n) && (is_wall(c) || second(c) < std::int64_t(n)), "contacts: a disk that does not exist");
-        s.first[c] = Index(first(c)), s.second[c] = is_wall(c) ? -1 : Index(second(c));
-        s.nx[c] = normal(c, 0), s.ny[c] = normal(c, 1);
-    }
-    s.free.assign(left.data(), left.data() + left.size());
-    Islands of = islands_of(s);
-    return std::make_tuple(give(std::move(of.label)), give(std::move(of.contacts)), give(std::move(of.disks)), give_marks(std::move(of.pressed)));
 }
 
 using Fields = nb::typed<nb::dict, nb::str, nb::any>;
@@ -356,9 +326,9 @@ NB_MODULE(_core, m) {
     nscd::bind_friction(m);
     nscd::bind_others(m);
     nb::set_leak_warnings(false);  // what a cache of Python holds to the end is no leak
-    nb::class_<Walls>(m, "Walls").def(nb::init<const Matrix&, const Matrix&, const Given<Index, 2>&, const Given<bool, 2>&>(),
-                                      "start"_a.noconvert(), "along"_a.noconvert(), "vertex"_a.noconvert(), "inner"_a.noconvert())
-        .def("__len__", [](const Walls& walls) { return walls.segments().w; });
+    nb::class_<Segments>(m, "Walls")
+        .def(nb::new_(&walls_of), "start"_a.noconvert(), "along"_a.noconvert(), "vertex"_a.noconvert(), "inner"_a.noconvert())
+        .def("__len__", [](const Segments& walls) { return walls.w; });
     m.def("touching", &touching_of, "position"_a.noconvert(), "radius"_a.noconvert(), "walls"_a, "most"_a);
     m.def("neighbours", &neighbours, "position"_a.noconvert(), "radius"_a.noconvert(), "walls"_a, "margin"_a);
     m.def("step", &step, "position"_a.noconvert(), "velocity"_a.noconvert(), "free"_a.noconvert(), "radius"_a.noconvert(),
@@ -372,8 +342,6 @@ NB_MODULE(_core, m) {
     m.def("film", &film, "start"_a.noconvert(), "ids"_a.noconvert(), "position"_a.noconvert(), "left"_a.noconvert(), "radius"_a.noconvert(),
           "mass"_a.noconvert(), "walls"_a, "gap"_a, "deepest"_a, "tolerance"_a, "least"_a);
     m.def("components", &components_of, "n"_a, "first"_a.noconvert(), "second"_a.noconvert());
-    m.def("islands", &islands, "first"_a.noconvert(), "second"_a.noconvert(), "is_wall"_a.noconvert(), "normal"_a.noconvert(),
-          "mass"_a.noconvert(), "left"_a.noconvert());
     m.def("soft_forces", &soft_forces, "force"_a.noconvert(), "x"_a.noconvert(), "v"_a.noconvert(), "radius"_a.noconvert(),
           "mass"_a.noconvert(), "first"_a.noconvert(), "second"_a.noconvert(), "wall"_a.noconvert(), "walls"_a, "law"_a.noconvert(), "apart"_a);
     m.def("soft_drive", &soft_drive, "acceleration"_a.noconvert(), "x"_a.noconvert(), "v"_a.noconvert(), "speed"_a, "tau"_a,

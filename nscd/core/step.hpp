@@ -11,7 +11,7 @@ struct Bodies {
     In position, velocity;  // (n·2) m, m/s
     In free;                // (n·2) m/s, the velocities without contacts
     In radius, mass;        // (n) m; kg, with what the drive adds
-    Segments walls;
+    const Segments& walls;
 };
 
 // Coulomb's law in a step. The search for the percussions begins from those of the step before.

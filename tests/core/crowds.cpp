@@ -69,7 +69,7 @@ int main() {
     std::mt19937 draw(1);
     const Numbers start{-50.0, 0.0, 0.0, -1.0}, along{100.0, 0.0, 0.0, 50.0};
     const Places vertex{0, 1, 2, 3};
-    const bool inner[4] = {false, false, false, false};
+    const Flags inner(4, 0);
     const Segments walls{2, start, along, vertex, inner, 50.0};
     bool sound = true;
     for (int n : {1, 2, 3, 7, 20, 60, 150, 400})
@@ -119,7 +119,7 @@ int main() {
                 sound = told("film", size, solve_film(film, {1e-3, 0.5, 1e-8, true}).answered[0]) && sound;
                 const Bodies bodies{c.position, c.velocity, c.velocity, c.radius, c.mass, walls};
                 for (double tolerance : {1e-8, 1e-4})
-                    if (decades == 0.0) sound = told("step", size, make_step(bodies, 1e-2, 0.3, 0.0, tolerance).error <= 10 * tolerance) && sound;
+                    if (decades == 0.0) sound = told("step", size, make_step(bodies, {}, 1e-2, 0.3, 0.0, tolerance).error <= 10 * tolerance) && sound;
             }
     return sound ? 0 : 1;
 }
