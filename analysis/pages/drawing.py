@@ -151,7 +151,7 @@ def shade(
 def panels(
     width: float, height: float, rows: int = 1, columns: int = 1, **shared: Any
 ) -> tuple[Figure, list[Any]]:
-    """Make a figure and its panels (Axes), row by row; width, height: inches; shared: what `subplots` takes."""
+    """Make a figure (inches) and its panels (Axes), row by row; shared: what `subplots` takes."""
     figure = Figure(figsize=(width, height), layout="constrained")
     return figure, list(figure.subplots(rows, columns, squeeze=False, **shared).ravel())
 
