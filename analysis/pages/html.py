@@ -124,7 +124,8 @@ def drawn(picture: Picture | Drawn) -> Drawn:
     # the layout that the first one found serves the second
     figure.set_layout_engine("none")
     pdf = saved(figure, "pdf")
-    if narrow is None and figure.get_figwidth() > WIDE * NARROW_IN and not figure.subfigs:
+    wide = figure.axes and figure.get_figwidth() > WIDE * NARROW_IN
+    if narrow is None and wide and not figure.subfigs:
         narrow = figure
         figure.set_layout_engine(layout)
         for_telephone(figure)

@@ -52,6 +52,7 @@ class Table:
     caption: str
     head: Sequence[str]
     rows: Sequence[Sequence[Cell]]
+    file: str = ""  # beside the page, in place of the rows
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

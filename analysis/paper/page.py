@@ -243,6 +243,8 @@ def kept(folder: Path) -> Built | None:
         return None
 
 
+# A longer table is a file beside the page.
+MOST_ROWS = 3
 ORDER = (Verdict.FAILS, Verdict.PARTLY, Verdict.HOLDS)
 CLAIMS = ("figure", "where", "statement", "verdict", "reason")
 COSTS = (
@@ -305,6 +307,7 @@ def _write_page(
     other: str | None,
     started: float,
 ) -> None:
+    built = [_with_long_tables_apart(made, folder, page.prefix) for made in built]
     images = write_pictures((made.section for made in built), folder / "figures")
     entries, beside = errata(page.errata), f"{folder}/{page.prefix}"
     claims = [(made, claim) for made in built for claim in made.section.claims]
@@ -334,6 +337,17 @@ def _write_page(
         cores=os.cpu_count(),
     )
     write_text(folder / page.file, text)
+
+
+def _with_long_tables_apart(made: Built, folder: Path, prefix: str) -> Built:
+    """Write tables of more than MOST_ROWS rows beside the page, which names their files."""
+    tables = []
+    for count, table in enumerate(made.section.tables, start=1):
+        if len(table.rows) > MOST_ROWS:
+            table = replace(table, file=f"{prefix}{made.anchor}-{count}.csv")
+            write_rows(folder / table.file, table.head, table.rows)
+        tables.append(table)
+    return replace(made, section=replace(made.section, tables=tables))
 
 
 def _contents(page: Page, built: Sequence[Built]) -> list[tuple[str, str]]:

@@ -3,8 +3,13 @@
 import contextlib
 import re
 import shutil
+from pathlib import Path
+from urllib.parse import urlsplit
+from urllib.request import url2pathname
 
 from playwright.sync_api import sync_playwright
+
+from analysis.pages.html import cell_html
 
 BROWSER = next(
     filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
@@ -12,6 +17,8 @@ BROWSER = next(
 PHONE, HEIGHT = 600, 844
 # What a first screen may say.
 FIRST_WORDS = 120
+# Of a section of the paper, with everything open.
+SECTION_WORDS = 660
 QUIET = [
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
     "--disable-background-networking", "--disable-component-update",
@@ -72,8 +79,20 @@ def rows_of(page, section, caption):
 
 
 def has_its_numbers(section, content):
-    """A section has the rows and warnings of its numbers, and no empty cell."""
-    assert section.locator("tr").count() == sum(len(t["rows"]) + 1 for t in content["tables"])
+    """A section has the rows of its short tables, links to the long ones, its warnings, no empty
+    cell, and few words."""
+    short = [one["rows"] for one in content["tables"] if not one["file"]]
+    assert section.locator("table").count() == len(short)
+    assert section.locator("tr").count() == sum(len(rows) + 1 for rows in short)
+    said = section.text_content()
+    for cell in (cell for rows in short for row in rows for cell in row):
+        assert isinstance(cell, str) or cell_html(cell) in said
+    for one in (one for one in content["tables"] if one["file"]):
+        (at,) = section.locator(f"a[href='./{one['file']}']").all()
+        file = Path(url2pathname(urlsplit(at.evaluate("a => a.href")).path))
+        assert file.read_text().count("\n") == len(one["rows"]) + 1
+    section.locator("summary").evaluate_all("all => all.forEach(one => one.click())")
+    assert words(section.inner_text()) <= SECTION_WORDS
     assert section.locator("[role=alert]").count() == bool(content["warnings"])
     assert all(cell.strip() for cell in section.locator("td, th").all_text_contents())
 

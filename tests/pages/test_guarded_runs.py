@@ -28,7 +28,7 @@ def test_the_report_shows_it_in_red_and_goes_on(tmp_path):
         [Reported(study=made)], tmp_path / "report", "percussions report four_disks"
     ).read_text()
     assert re.search(
-        r'role="alert"><h3 class="alarm">.*<li>lammps, k = 100 N/m: .*'
+        r'role="alert"><p class="alarm">.*<li>lammps, k = 100 N/m: .*'
         "stopped by its guard: overlap",
         page,
     )
@@ -44,7 +44,7 @@ def test_the_report_goes_on_without_a_scene_whose_runs_all_stop(percussions, tmp
     done = percussions("report", *scenes, "--engine", "lammps", "--seeds", 0)
     assert done.returncode == 1
     page = (tmp_path / "report/index.html").read_text()
-    assert re.search(r'role="alert"><h3 class="alarm">.*stopped by its guard', page)
+    assert re.search(r'role="alert"><p class="alarm">.*stopped by its guard', page)
     assert "No run of this scene can be used" in page
     numbers = json.loads((tmp_path / "report/numbers.json").read_text())
     assert {name: len(scene["runs"]) for name, scene in numbers.items()} == {"pair": 1, "pair_2": 0}

@@ -9,7 +9,6 @@ import pytest
 from analysis.engines import PENALTY, RunRecord
 from analysis.engines.run import Cost, EngineRun, run_ahead
 from analysis.pages.html import write_pictures
-from analysis.pages.numbers import number
 from analysis.pages.section import Picture, Section
 from analysis.paper.page import errata
 from analysis.scene.shipped_scenes import make
@@ -64,10 +63,7 @@ def _read(address, folder, numbers, claims):
         assert page.locator(PAGE_SECTIONS).count() == len(numbers)
         for figure, content in numbers.items():
             section = page.locator(f"#fig-{figure}")
-            assert section.locator("table").count() == len(content["tables"])
             has_its_numbers(section, content)
-        largest = numbers["3"]["tables"][0]["rows"][0][3]
-        assert number(largest, 4) in page.locator("#fig-3").text_content()
         has_its_verdicts(page, claims)
         with (folder / page.locator("#errata a").get_attribute("href")).open(newline="") as file:
             assert [row["why"] for row in csv.DictReader(file)] == [
