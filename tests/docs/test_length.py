@@ -1,0 +1,32 @@
+"""The docs stay short: README, each page of results, and all prose together. Long tables are CSV
+files beside the pages."""
+
+import re
+
+import pytest
+
+from tests.docs.documented import ROOT
+
+README = ROOT / "README.md"
+RESULTS = sorted((ROOT / "docs/results").glob("*.md"))
+LARGEST = 900  # words of a page of results, its tables and commands included
+LARGEST_README = 600
+LARGEST_ALL = 19_800  # words of prose
+
+
+def prose(text):
+    """The paragraphs of a page, without code, tables, headings and pictures."""
+    blocks = re.split(r"\n\s*\n", re.sub(r"(?s)```.*?```", " ", text))
+    return [block for block in blocks if not block.lstrip().startswith(("|", "#", "!", "{", "<"))]
+
+
+@pytest.mark.parametrize("page", [README, *RESULTS], ids=lambda page: page.stem)
+def test_length_of_a_page(page):
+    words = len(page.read_text(encoding="utf-8").split())
+    assert words <= (LARGEST_README if page == README else LARGEST)
+
+
+def test_length_of_all():
+    texts = [page.read_text(encoding="utf-8") for page in (README, *ROOT.glob("docs/**/*.md"))]
+    words = sum(len(re.findall(r"\w+", block)) for text in texts for block in prose(text))
+    assert 15_000 < words <= LARGEST_ALL
