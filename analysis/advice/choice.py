@@ -1,4 +1,5 @@
-"""The choice among candidates, tried by pilot runs; advice in words, and a scene as advised."""
+"""The choice among candidates, impacts being tried; what the model leaves out of a scene; advice in
+words, and a scene as advised."""
 
 import dataclasses
 from collections.abc import Iterable, Iterator, Sequence

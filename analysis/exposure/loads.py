@@ -27,7 +27,8 @@ from nscd.arrays import Flags, Floats
 SHORTEST_S = 0.1
 # Near the door (m); the stretch of a wall (m) on which a line load is taken.
 NEAR_M, STRETCH_M = 2.0, 1.0
-# What a run says in one number per window, and the mean lifetime of its arches.
+# What a run says in one number per window (`values_of`; flow and arches: `read_exposure`), and the
+# mean lifetime of its arches (`RunLoads.lifetimes`).
 MEASURES: Mapping[str, Quantity] = {
     "contact_largest": Quantity("largest contact force", "N"),
     "contact_95": Quantity("95 % quantile of contact forces", "N"),

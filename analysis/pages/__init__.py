@@ -1,1 +1,1 @@
-"""Words and pictures: what every page and chart is made with, and the report."""
+"""Words and pictures: what every page and chart is made with."""

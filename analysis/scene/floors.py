@@ -1,5 +1,5 @@
-"""Floors that other programs describe (WKT, GeoJSON, trajectories of JuPedSim, scenarios of Vadere),
-their sides, and the doors in them."""
+"""Floors and their walls, which are the sides less the doors; floors that other programs describe
+(WKT, GeoJSON, trajectories of JuPedSim, scenarios of Vadere)."""
 
 import json
 from collections.abc import Iterable, Iterator, Sequence

@@ -1,5 +1,5 @@
-"""Heads of a real crowd: trajectory files read and checked row by row, and the positions and velocities
-of one frame."""
+"""Heads of a real crowd: trajectory files of each known format (`load` picks the reader), read and
+checked row by row, and the positions and velocities of one frame."""
 
 import csv
 import itertools
