@@ -44,10 +44,18 @@ def test_formats_that_state_unit_and_frame_rate(name):
 
 
 @pytest.mark.parametrize("name", ["viswalk.pp", "bare.txt", "table.csv"])
-def test_a_number_before_the_first_row_is_no_row(name, tmp_path):
-    first, rest = (FORMATS / name).read_text().split("\n", 1)
-    (tmp_path / name).write_text(f"5e-324\n{first}\n{rest}")
-    with pytest.raises(TrajectoryError, match="line 1: '5e-324' has too few cells for a row"):
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        (b"", b"5e-324\n", "line 1: '5e-324' has too few cells for a row"),
+        (b"\n", b"\r", r"has a carriage return; lines end in \\n or \\r\\n"),
+    ],
+    ids=["a number first", "line ends of old"],
+)
+def test_a_line_that_is_no_row(name, old, new, reason, tmp_path):
+    content = (FORMATS / name).read_bytes()
+    (tmp_path / name).write_bytes(content.replace(old, new) if old else new + content)
+    with pytest.raises(TrajectoryError, match=reason):
         read_heads(tmp_path / name, 2, unit="m", frame_rate=10)
 
 

@@ -102,6 +102,8 @@ def _read_rows(file: Path, named: bool) -> tuple[list[str], pd.DataFrame]:
             cells = _cells(text)
             numbers = [bool(NUMBER.fullmatch(cell)) for cell in cells]
             where = f"{file}, line {number}: {text[:60]!r}"
+            if "\r" in text:
+                raise TrajectoryError(f"{where} has a carriage return; lines end in \\n or \\r\\n")
             if not like:
                 if cells and all(numbers) and len(cells) < LEAST_NUMBERS:
                     raise TrajectoryError(f"{where} has too few cells for a row")
