@@ -32,10 +32,8 @@ WIDE = 1.3
 NUMERIC = re.compile(r"[−–≈*+]*\d|–$|not measured|determined$")
 
 
-def render(template: str, *, contents: Sequence[tuple[str, str]] = (), **content: Any) -> str:
-    """Fill a page of templates/ with its content, the date, and the versions of what made it.
-
-    contents: anchors and titles that the list in the header leads to"""
+def templates() -> jinja2.Environment:
+    """Return templates/, with the filters that they use."""
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("analysis.pages"),
         autoescape=True,
@@ -55,12 +53,23 @@ def render(template: str, *, contents: Sequence[tuple[str, str]] = (), **content
         "cell_kind": cell_kind,
         "column_kind": column_kind,
     }
-    return environment.get_template(template).render(
-        date=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
-        version=metadata.version("crowd-percussions"),
-        findings=made_with(),
-        contents=[*contents, ("reproduce", "How to reproduce, and cite")],
-        **content,
+    return environment
+
+
+def render(template: str, *, contents: Sequence[tuple[str, str]] = (), **content: Any) -> str:
+    """Fill a page of templates/ with its content, the date, and the versions of what made it.
+
+    contents: anchors and titles that the list in the header leads to"""
+    return (
+        templates()
+        .get_template(template)
+        .render(
+            date=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
+            version=metadata.version("crowd-percussions"),
+            findings=made_with(),
+            contents=[*contents, ("reproduce", "How to reproduce, and cite")],
+            **content,
+        )
     )
 
 

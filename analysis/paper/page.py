@@ -16,7 +16,6 @@ import analysis
 import nscd
 from analysis.engines.run import Cost, EngineRun, run_ahead
 from analysis.pages.html import drawn, render, write_pictures
-from analysis.pages.numbers import number
 from analysis.pages.section import Claim, Drawn, Section, Table, Verdict
 from analysis.paper.continuum import bridge, solid_chain
 from analysis.paper.continuum import fig7_border as fig7
@@ -247,10 +246,6 @@ def kept(folder: Path) -> Built | None:
 MOST_ROWS = 3
 ORDER = (Verdict.FAILS, Verdict.PARTLY, Verdict.HOLDS)
 CLAIMS = ("figure", "where", "statement", "verdict", "reason")
-COSTS = (
-    "section", "engine runs made", "taken as they were", "failed", "engines (CPU s)",
-    "the rest (CPU s)", "built",
-)  # fmt: skip
 
 
 class Page(NamedTuple):
@@ -307,7 +302,7 @@ def _write_page(
     other: str | None,
     started: float,
 ) -> None:
-    built = [_with_long_tables_apart(made, folder, page.prefix) for made in built]
+    built = [with_long_tables_apart(made, folder, page.prefix) for made in built]
     images = write_pictures((made.section for made in built), folder / "figures")
     entries, beside = errata(page.errata), f"{folder}/{page.prefix}"
     claims = [(made, claim) for made in built for claim in made.section.claims]
@@ -330,7 +325,6 @@ def _write_page(
         ],
         claim_count=len(rows),
         errata=entries,
-        costs=_costs(built),
         wall_seconds=time.perf_counter() - started,
         most=max(built, key=lambda made: made.total_seconds),
         total_seconds=sum(made.total_seconds for made in built),
@@ -339,7 +333,7 @@ def _write_page(
     write_text(folder / page.file, text)
 
 
-def _with_long_tables_apart(made: Built, folder: Path, prefix: str) -> Built:
+def with_long_tables_apart(made: Built, folder: Path, prefix: str) -> Built:
     """Write tables of more than MOST_ROWS rows beside the page, which names their files."""
     tables = []
     for count, table in enumerate(made.section.tables, start=1):
@@ -359,18 +353,6 @@ def _contents(page: Page, built: Sequence[Built]) -> list[tuple[str, str]]:
     entries.append(("errata", "Errata"))
     entries.append(("cost", "What this page cost"))
     return entries
-
-
-def _costs(built: Sequence[Built]) -> Table:
-    """What each section cost; failed runs in bold."""
-    rows = []
-    for made in built:
-        runs = made.engines
-        counts = runs.made, runs.reused, f"**{runs.failed}**" if runs.failed else 0
-        seconds = number(runs.cpu_seconds), number(made.cpu_seconds)
-        rows.append((made.label, *counts, *seconds, "earlier" if made.kept else "now"))
-    caption = "CPU seconds by section; a run that several sections use counts for the first"
-    return Table(caption=caption, head=COSTS, rows=rows)
 
 
 def _numbers(made: Built) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from analysis.paper.discrete.pressed_crowd import Arch, grown
 from analysis.scene.scene import Wall
 from analysis.scene.shipped_scenes import make
 from tests.crowds import disks_at
+from tests.pages.browser import says_little
 
 WORDS = Words("analysis.paper.discrete.fig4_arch")
 FORCE = 75.0 * 2.0 / 0.5  # N, the drive of one person
@@ -253,6 +254,7 @@ def test_sections_from_a_small_crowd(small, tmp_path):
     names = [picture.name for section in first for picture in section.pictures]
     assert len(set(names)) == len(names)
     for section in first:
+        says_little(section, tmp_path)
         for picture in section.pictures:
             picture.figure.savefig(tmp_path / f"{picture.name}.png", dpi=40)
 

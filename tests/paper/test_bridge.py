@@ -20,6 +20,7 @@ from nscd import Walls, find_contacts, solve
 from nscd.continuum.rivals.cells import Cells
 from nscd.continuum.rivals.first_order import first_order_flow, frictional_flow
 from tests.crowds import disks_at
+from tests.pages.browser import says_little
 
 N, MEAN = 300, 0.2
 SHUT = Walls(start=[[0, -50]], end=[[0, 50]])
@@ -151,7 +152,7 @@ def test_friction_agrees_with_conic_optimisation(crowd):
     )
 
 
-def test_the_section_of_a_small_plan(monkeypatch):
+def test_the_section_of_a_small_plan(monkeypatch, tmp_path):
     monkeypatch.setattr(bridge, "VOLUMES", (1e3, 1e4))
     monkeypatch.setattr(bridge, "FRICTIONS", (0.2,))
     monkeypatch.setattr(bridge, "MESH", 0.8)
@@ -161,6 +162,7 @@ def test_the_section_of_a_small_plan(monkeypatch):
     assert seen[-1] == ("crowds", 1.0)
     assert not section.warnings
     assert len(section.pictures) == 3
+    says_little(section, tmp_path)
     for table in section.tables:
         assert {len(row) for row in table.rows} == {len(table.head)}
     status = section.tables[0].head.index("status")

@@ -21,7 +21,14 @@ from analysis.paper.continuum.exit_room import map_of
 from analysis.paper.continuum.fig8_turbulence import CHECKED, Case, Forces, Setting, Tried, readings
 from analysis.paper.page import CONTINUUM, Built, build, edition, keep, kept, label, write_pages
 from nscd.continuum.closed_forms import point_sink
-from tests.pages.browser import BROWSER, has_its_numbers, has_its_verdicts, opened
+from tests.pages.browser import (
+    BROWSER,
+    has_its_numbers,
+    has_its_verdicts,
+    opened,
+    says_little,
+    says_little_beside,
+)
 
 COARSE = 0.8  # m
 CHOSEN = ("3.2.1", "11")
@@ -72,6 +79,7 @@ def _read(address, folder, numbers, claims):
             assert section.locator("h2").inner_text().startswith(label(figure))
             has_its_numbers(section, content)
         has_its_verdicts(page, claims)
+        says_little_beside(page, "beside the continuum")
         links = page.locator("a[href^='./figures/'], a[href^='continuum_']").evaluate_all(
             "all => all.map(a => a.getAttribute('href'))"
         )
@@ -99,12 +107,13 @@ def _read(address, folder, numbers, claims):
         (fig11_left_velocities, "11", False),
     ],
 )
-def test_sections_on_a_coarse_mesh(module, number, unsettled):
+def test_sections_on_a_coarse_mesh(module, number, unsettled, tmp_path):
     """Every claim has a verdict and numbers for it; a mesh too coarse for the means over a body is
     a warning."""
     section = module.build(mesh=COARSE)
     assert section.number == number
     assert section.claims
+    says_little(section, tmp_path)
     for claim in section.claims:
         assert isinstance(claim.verdict, Verdict)
         assert any(letter.isdigit() for letter in claim.reason)
@@ -186,7 +195,7 @@ def test_the_verdict_on_the_error_follows_the_errors():
     assert turbulence.error_verdict(tried([0.5, 0.01, 0.5, 0.5], 0.01)) == Verdict.PARTLY
 
 
-def test_figure_8_with_few_readings(monkeypatch):
+def test_figure_8_with_few_readings(monkeypatch, tmp_path):
     monkeypatch.setattr(turbulence, "readings", lambda mesh: readings(mesh)[:6])
     monkeypatch.setattr(turbulence, "VOLUMES", (4.0, 25.0, 100.0))
     section = turbulence.build(mesh=COARSE)
@@ -196,6 +205,7 @@ def test_figure_8_with_few_readings(monkeypatch):
         "holds in part",
     ]
     assert len(section.tables[0].rows) == 6
+    says_little(section, tmp_path)
     assert not section.warnings
 
 

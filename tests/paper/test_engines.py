@@ -2,6 +2,7 @@
 long waves and limits."""
 
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from analysis.paper.discrete.line_of_disks import cradle_scene
 from analysis.scene.scene import read_scene
 from nscd import find_contacts
 from tests.engines.at_hand import require
+from tests.pages.browser import says_little
 
 
 def springs(disks, mass, stiffness, speed, power):
@@ -104,6 +106,7 @@ def test_figures_without_engines_warn_and_go_on(monkeypatch, tmp_path):
         section = module.build(tmp_path)
         assert len(section.warnings) == runs
         assert section.claims
+        says_little(replace(section, warnings=()), tmp_path)
         for picture in section.pictures:
             picture.figure.savefig(io.BytesIO(), format="png")
 

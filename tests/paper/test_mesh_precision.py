@@ -21,6 +21,7 @@ from nscd.continuum.collision import collide
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.space import Space
 from nscd.percussions import Status
+from tests.pages.browser import says_little
 
 SMALL = Plan(room=((2.0, 1.0), (2.0, 1.0)), references=(0.9, 0.6), annulus=((8, 16), (4, 8)))
 
@@ -80,8 +81,9 @@ def test_errors_fall_and_graded_meshes_have_less(small):
     assert small.uncertainty.energy < by_family["P2 graded"][-1].errors.energy
 
 
-def test_section_says_what_its_table_holds():
+def test_section_says_what_its_table_holds(tmp_path):
     section = build(plan=SMALL)
+    says_little(section, tmp_path)
     assert not section.warnings
     assert len(section.tables[0].rows) == 12
     assert all(len(row) == len(section.tables[0].head) for row in section.tables[0].rows)

@@ -12,7 +12,13 @@ from analysis.pages.html import write_pictures
 from analysis.pages.section import Picture, Section
 from analysis.paper.page import errata
 from analysis.scene.shipped_scenes import make
-from tests.pages.browser import BROWSER, has_its_numbers, has_its_verdicts, opened
+from tests.pages.browser import (
+    BROWSER,
+    has_its_numbers,
+    has_its_verdicts,
+    opened,
+    says_little_beside,
+)
 
 PAGE_SECTIONS = "section[data-figure]"
 
@@ -65,6 +71,7 @@ def _read(address, folder, numbers, claims):
             section = page.locator(f"#fig-{figure}")
             has_its_numbers(section, content)
         has_its_verdicts(page, claims)
+        says_little_beside(page, "beside")
         with (folder / page.locator("#errata a").get_attribute("href")).open(newline="") as file:
             assert [row["why"] for row in csv.DictReader(file)] == [
                 one.why for one in errata("Section 2")

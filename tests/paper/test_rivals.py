@@ -21,6 +21,7 @@ from analysis.paper.discrete.rival_forces import (
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from nscd.rivals import SocialForceLaw
+from tests.pages.browser import says_little
 from tests.paper.test_arch import queue
 
 TAU = 0.5
@@ -130,6 +131,7 @@ def test_the_whole_section_and_its_second_build(few, tmp_path):
     assert laws["arch", "social force"][1] > 2000  # overlaps: every contact gives more than A
     assert len(section.pictures) == 4
     assert len(section.claims) == 9
+    says_little(section, tmp_path)
     told.clear()
     again = rivals.build(tmp_path, lambda label, share: told.append(label))
     assert not any("hooke_k1e+06" in label for label in told)

@@ -359,9 +359,9 @@ def place(words: Words, crowds: Crowds, distance: str, quantity: str) -> Claim:
     found: list[dict[str, Any]] = []
     for kind, samples in crowds.items():
         at = _numbers(samples, distance)
-        near, middle, far = (int((at <= radius).sum()) for radius in (NEIGHBOURHOOD_M, 2.0, 3.0))
+        near = int((at <= NEIGHBOURHOOD_M).sum())
         verdict = Verdict.of(near == len(at), 2 * near >= len(at))
-        counts: dict[str, Any] = {"near": near, "middle": middle, "far": far, "all": len(at)}
+        counts: dict[str, Any] = {"near": near, "all": len(at)}
         found.append(counts | {"kind": kind, "verdict": verdict, "median": np.median(at)})
     values = {"quantity": quantity, "neighbourhood": NEIGHBOURHOOD_M, "crowds": found}
     return words.claim("place", _of_all(found), **values)
@@ -376,10 +376,8 @@ def rings(words: Words, crowds: Crowds) -> Claim:
         peaks = np.array([int(np.nanargmax(s["profile"])) for s in samples])
         first, near = int((peaks == 0).sum()), int((peaks <= 1).sum())
         verdict = Verdict.of(first == len(peaks), 2 * near >= len(peaks))
-        shown = range(min(3, *(len(s["profile"]) for s in samples)))
-        levels = [float(np.nanmean([s["profile"][ring] for s in samples])) for ring in shown]
         counts: dict[str, Any] = {"first": first, "near": near, "all": len(peaks)}
-        found.append(counts | {"kind": kind, "verdict": verdict, "levels": levels})
+        found.append(counts | {"kind": kind, "verdict": verdict})
     return words.claim("rings", _of_all(found), ring=RING_M, crowds=found)
 
 

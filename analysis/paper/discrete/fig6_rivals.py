@@ -97,10 +97,9 @@ def constant_without_overlap(
     uneven = float(apart.carried.std() / apart.carried.mean())
     thinner = 1 - float(apart.carried_apart.mean() / apart.carried.mean())
     constant = max(spread, apart.friction / LAW.strength) < ROUNDING
-    near = int((apart.beyond > 0.01 * LAW.strength).sum())
     beyond = 1 - apart.carried_by_touching.sum() / apart.carried.sum()
     both = {"arch": arch, "apart": apart, "social": arch.by_law[forces.SOCIAL].contact}
-    sizes = {"spread": spread, "near": near, "beyond": beyond, "uneven": uneven, "thinner": thinner}
+    sizes = {"spread": spread, "beyond": beyond, "uneven": uneven, "thinner": thinner}
     verdict = Verdict.of(constant, max(uneven, thinner) < LARGE)
     return words.claim("constant_without_overlap", verdict, **both, **sizes)
 
