@@ -23,6 +23,7 @@ from analysis.percussions.setting import FORCE, law_of
 from analysis.percussions.snapshot import SnapshotPercussions, openness_of, percussions_of
 from analysis.scene.anthropometry import apart
 from analysis.scene.scene import Scene, SceneError
+from analysis.support.columns import Columns
 from analysis.support.files import write_columns
 from nscd import ContactLaw, Contacts, Percussions, Snapshot
 from nscd.arrays import Flags, Floats, Indices
@@ -433,15 +434,24 @@ def folder_of(folder: Path) -> Path:
     return folder.with_name(f"{folder.name}_anew")
 
 
+# Of a driven crowd those in newtons are written, of an impact those in newton-seconds.
+CONTACTS = Columns("""
+first, second, is_wall | | the two bodies
+nx, ny, gap_m | –, –, m | unit normal from the first body to the second; distance of the surfaces
+penalty_x_N, penalty_y_N | N | what the engine's contact gives from the first to the second
+rigid_x_N, rigid_y_N | N | what the percussions give, p/τ
+penalty_x_Ns, penalty_y_Ns, rigid_x_Ns, rigid_y_Ns | N·s | the same of an impact
+in_penalty, in_rigid | | 1 where that model has the contact
+determined | | 1 where only one value is admissible
+""")
+
+
 def write_contacts(path: Path, comparison: Comparison) -> None:
     """Write one row per contact, both models side by side, as CSV with the unit in the names."""
-    match, unit = comparison.match, "N" if comparison.unit == FORCE else "Ns"
-    columns = dict(zip(("first", "second"), match.ids.T, strict=True))
-    columns |= {"is_wall": match.is_wall * 1}
-    columns |= dict(zip(("nx", "ny"), match.contacts.normal.T, strict=True))
-    columns |= {"gap_m": match.contacts.gap}
-    for model, force in (("penalty", match.penalty), ("rigid", match.rigid)):
-        columns |= {f"{model}_{axis}_{unit}": force[:, n] for n, axis in enumerate("xy")}
-    for name in ("in_penalty", "in_rigid", "determined"):
-        columns[name] = getattr(match, name) * 1
-    write_columns(path, columns)
+    match, other = comparison.match, "_Ns" if comparison.unit == FORCE else "_N"
+    names = [name for name in CONTACTS if not name.endswith(other)]
+    which = (match.is_wall, match.in_penalty, match.in_rigid, match.determined)
+    is_wall, *has = (one * 1 for one in which)
+    bodies = [*match.ids.T, is_wall, *match.contacts.normal.T, match.contacts.gap]
+    columns = [*bodies, *match.penalty.T, *match.rigid.T, *has]
+    write_columns(path, dict(zip(names, columns, strict=True)))

@@ -31,6 +31,7 @@ from analysis.exchange.problem import (
 )
 from analysis.percussions import SnapshotPercussions
 from analysis.percussions.table import Column, Openness, csv_lines, table_file
+from analysis.support.columns import Columns
 from nscd.arrays import Floats
 from nscd.friction.planar import solve_planar
 from nscd.percussions import Status
@@ -250,7 +251,13 @@ def _check_same(group: Group, problem: GlobalProblem, crowd: CrowdProblem) -> No
 
 
 # Of a problem whose bodies are not known, in the units of its file.
-BARE = ("contact", "mu", "r_n", "r_t", "u_n", "u_t", "status", "residual")
+BARE = Columns("""
+contact | | its number in the file, from 1
+mu | | coefficient of friction
+r_n, r_t | | reaction along the normal and across
+u_n, u_t | | velocity along the normal, positive where it opens, and across
+status, residual | | as above
+""")
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

@@ -31,6 +31,7 @@ from analysis.paper.discrete import fig4_arch as fig4
 from analysis.paper.discrete import fig5_masses as fig5
 from analysis.paper.discrete import fig6_rivals as fig6
 from analysis.support import cache
+from analysis.support.columns import Columns
 from analysis.support.files import shipped, write_json, write_rows, write_text
 from analysis.support.parallel import Progress, Task, do_all, workers
 
@@ -245,7 +246,12 @@ def kept(folder: Path) -> Built | None:
 # A longer table is a file beside the page.
 MOST_ROWS = 3
 ORDER = (Verdict.FAILS, Verdict.PARTLY, Verdict.HOLDS)
-CLAIMS = ("figure", "where", "statement", "verdict", "reason")
+CLAIMS = Columns("""
+figure, where | | of the section, and of the statement in the paper
+statement | | the paper's words, or close to them
+verdict | | `holds`, `holds in part` or `does not hold`
+reason | | the numbers that say so
+""")
 
 
 class Page(NamedTuple):

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from analysis.percussions.setting import Setting
+from analysis.support.columns import Columns
 from analysis.support.extras import load
 from analysis.support.files import whole_file
 from nscd import _core
@@ -42,13 +43,30 @@ def _plain(column: Column) -> Any:
 # What is said of reactions that the mechanics may leave open.
 Openness = Literal["none", "determined", "ranges"]
 # Every column that a row can have, in order.
-COLUMNS = (
-    "time_s", "step", "first", "second", "is_wall", "nx", "ny", "gap_m",
-    "reaction_Ns", "friction_Ns", "state", "impulse_x_Ns", "impulse_y_Ns", "force_x_N", "force_y_N",
-    "force_N",
-    "wall", "determined", "lower_Ns", "upper_Ns", "friction_lower_Ns", "friction_upper_Ns",
-    "status", "residual", "velocity_error_m_per_s",
-)  # fmt: skip
+COLUMNS = Columns("""
+time_s | s | time of the frame
+step | | its step, in place of `time_s` where no time step is known
+first, second, is_wall | | the two bodies
+nx, ny | | unit normal, from the first body to the second
+gap_m | m | distance of the surfaces, negative where they overlap
+reaction_Ns | N·s | λ, the part that keeps the bodies apart; 0 where a dissipative contact opens
+friction_Ns | N·s | τ along (−n_y, n_x), what the first body gives to the second; only with
+ friction, as are the next and the two `friction_…` below
+state | | `open`, `stick`, or the way in which the first body slides along (−n_y, n_x): `forward`,
+ `backward`
+impulse_x_Ns, impulse_y_Ns | N·s | the whole percussion p that the first body gives to the second
+force_x_N, force_y_N | N | p over the time in which it is given (τ, or Δt of `free`): a contact
+ force; not of an impact
+force_N | N | its magnitude
+wall | | name of the wall, where the second body is one
+determined | | 1 where every admissible percussion has the same reaction (and friction); empty where
+ that is not known
+lower_Ns, upper_Ns | N·s | least and largest reaction of all admissible percussions (`--openness
+ ranges`); empty: no end
+friction_lower_Ns, friction_upper_Ns | N·s | the same of τ
+status, residual | –, – | of the frame: `solved`, `inaccurate` or `failed`, and how far from exact
+velocity_error_m_per_s | m/s | of the frame: a proven bound of the error of u⁺
+""")
 
 
 def table_columns(

@@ -27,6 +27,7 @@ from analysis.push.hindcast import (
     momentum,
     onsets,
 )
+from analysis.support.columns import Columns
 from analysis.support.files import write_rows, write_text
 from nscd.arrays import Flags, Floats
 
@@ -263,7 +264,18 @@ def _people(words: Words, found: Hindcast) -> Table:
     return words.table("table_people", rows)
 
 
-CASES = ["model", "batch", "arms", "wall_arms", "tau_s", "possible", *SCORES, "largest_N", "impulse_Ns"]  # fmt: skip
+CASES = Columns("""
+model | | `rigid`, the stiffness of the penalty contact in N/m, or a baseline: `nobody`, `copy`,
+ `geometry`
+batch | | number of the batch of draws
+arms, wall_arms | – | share of the room between chests, and of that before the wall, that is bridged
+ from the start
+tau_s | s | time in which the floor takes a speed
+possible | | 1 for a case that can be, 0 for one that is counted only
+onset_rms_s, position_rms_m, closest_rms_m | s, m | root mean square over all but the first: of
+ onsets, of heads in the first 0.8 s, of closest heads
+largest_N, impulse_Ns | N, N·s | of the first contact; empty where there is none
+""")
 
 
 def _cases(found: Hindcast) -> Iterator[list[object]]:

@@ -30,6 +30,7 @@ from analysis.pages.numbers import NONE, number, percent, significant
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
 from analysis.stability.case import Axis, Boundary, Case, Map, Outcome, Row
+from analysis.support.columns import Columns
 from analysis.support.files import write_json, write_rows, write_text
 
 # Okabe–Ito, of clearly different lightness, with a letter and a hatch of its own
@@ -170,12 +171,21 @@ def _place(axis: Axis, value: float) -> float | None:
     return None
 
 
-CELL_COLUMNS = (
-    "case", "row", "column", "outcome", "own_status", "guard", "reason", "quantity", "value",
-)  # fmt: skip
-BOUNDARY_COLUMNS = (
-    "case", "row", "low", "high", "measured", "theory", "relative_difference", "half_bracket",
-)  # fmt: skip
+CELL_COLUMNS = Columns("""
+case, row, column | | which map, and where in it
+outcome | | what the attempt left behind
+own_status | | what the method said of itself
+guard | | what the guard of a run says of the same attempt
+reason | | why the outcome is what it is
+quantity, value | as named | a number of the attempt
+""")
+BOUNDARY_COLUMNS = Columns("""
+case, row | | which map, and where in it
+low, high, measured | of the column | the two attempts between which the outcome changes, and their
+ middle
+theory | of the column | the predicted boundary
+relative_difference, half_bracket | – | (measured − theory)/theory, and half the bracket over theory
+""")
 
 
 def write_atlas(

@@ -8,12 +8,16 @@ from typing import IO, TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from analysis.support.columns import Columns
 from nscd import _core
 
 if TYPE_CHECKING:  # the process of an engine begins at once without
     from nscd.arrays import Floats
 
-IMPULSE_COLUMNS = ("first", "second", "is_wall", "impulse_x", "impulse_y")
+IMPULSE_COLUMNS = Columns("""
+first, second, is_wall | | the two bodies, as above
+impulse_x, impulse_y | N·s | ∫ f dt of the first on the second, from the frame before to this one
+""")
 
 
 def write_frame(

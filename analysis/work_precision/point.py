@@ -12,6 +12,7 @@ from typing import ClassVar, TypeVar
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from analysis.scene.scene import first_problem
+from analysis.support.columns import Columns
 from analysis.support.files import write_json, write_rows
 
 # Columns that come first: where it was measured.
@@ -57,6 +58,23 @@ class Kept:
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
 
 
+POINTS = Columns("""
+scene, disks | | where it was measured
+method, law, solver | | engine, rigid model, continuum or rival; its contact law or form; its solver
+time_step_s, time_step_share | s, – | time step, and over the safe one
+stiffness_N_per_m | N/m | of the contacts
+tolerance | – | asked of a solver
+mesh_side_m | m | side of the continuum's triangles
+cpu_seconds | s | of the engine's process with its start, or of the solution from the snapshot on
+quantity, unit | | what is compared, and in what
+numerical_error, numerical_bar | – | from the method's own converged model, and how well that is
+ known
+model_error, model_bar | – | of that converged model from the rigid reference, and how well that is
+ known
+total_error | – | of this point from the rigid reference
+status, reason | | `ok`, `inaccurate` or `failed`, and why
+machine, date | | where and when it was measured
+""")
 P = TypeVar("P", bound=Kept)
 
 

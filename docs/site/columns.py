@@ -1,0 +1,151 @@
+"""Print docs/columns.md from the declarations of the code that writes the columns:
+python docs/site/columns.py > docs/columns.md."""
+
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT)]
+
+from analysis.compare import comparison  # noqa: E402
+from analysis.exchange import fclib  # noqa: E402
+from analysis.exposure import loads  # noqa: E402
+from analysis.film import summary  # noqa: E402
+from analysis.motion import pairwise  # noqa: E402
+from analysis.paper import page as paper  # noqa: E402
+from analysis.percussions import table  # noqa: E402
+from analysis.push import page as push  # noqa: E402
+from analysis.stability import page as stability  # noqa: E402
+from analysis.support import frames  # noqa: E402
+from analysis.work_precision import point, whole_runs  # noqa: E402
+from benchmarks.problems import score  # noqa: E402
+
+TABLES = {
+    "solve": table.COLUMNS, "fclib": fclib.BARE, "compare": comparison.CONTACTS,
+    "film": summary.HEAD, "numbers": summary.NUMBERS, "exposure": loads.LOADS,
+    "limits": loads.LIMITS_HEAD, "windows": pairwise.WINDOWS,
+    "window_contacts": pairwise.WINDOW_CONTACTS, "points": point.POINTS,
+    "whole_runs": whole_runs.COLUMNS, "cells": stability.CELL_COLUMNS,
+    "boundaries": stability.BOUNDARY_COLUMNS, "push": push.CASES, "score": score.COLUMNS,
+    "claims": paper.CLAIMS, "impulses": frames.IMPULSE_COLUMNS,
+}  # fmt: skip
+PAGE = """\
+# Columns
+
+Every column of every CSV file. `python docs/site/columns.py` prints this page from the code.
+Numbers are in SI units with all their digits. An empty cell or `nan` is no number. `first` and
+`second` are the ids of disks in the dump. If `is_wall` is 1, `second` is the number of the wall in
+the scene's order, from 1.
+
+## `percussions solve … --out contacts.csv`
+
+One row per contact and frame, as in `to_dataframe()`. Empty columns are not written. `--out
+contacts.parquet` writes the same as Parquet.
+
+{solve}
+
+An FCLIB file of this program gives the same columns. One without bodies gives these, in the file's
+own units:
+
+{fclib}
+
+## `SCENE_ENGINE_kSTIFFNESS.csv` of a report, `comparison.csv` of a run
+
+One row per contact that either model has. `_N`: a driven crowd at an instant, force against p/τ.
+`_Ns`: an impact, ∫f dt against p.
+
+{compare}
+
+## `film.csv` of `percussions film`
+
+One row per run (or radius of a filmed crowd), frame and model. `film.parquet` is the same table.
+An empty bound does not exist, or was not computed ([films](results/film.md)).
+
+{film}
+
+## `exposure_people.csv`, `exposure_walls.csv`, `exposure_crowd.csv` of `percussions exposure`
+
+One row per window and person, wall, or crowd. Forces are impulses over the window
+([exposure](results/exposure.md)).
+
+{exposure}
+
+## `exposure_limits.csv` of `percussions exposure`
+
+One row per limit and person, wall, or crowd.
+
+{limits}
+
+## `windows.csv` and `window_contacts.csv` of two runs
+
+Written by `percussions compare RUN_A RUN_B` into the folder of the second run. `windows.csv` has
+one row per window of time, `window_contacts.csv` one per window and contact that either run has.
+
+{windows}
+
+`window_contacts.csv`:
+
+{window_contacts}
+
+## `points.csv`, `pareto.csv`, `scaling.csv` of a chart
+
+One row per method, setting and quantity. Errors are root mean squares over the components of the
+quantity, relative to that of the rigid reference. A method without a number has an empty cell.
+
+{points}
+
+## `whole_runs.csv` of a chart
+
+One row per engine, setting and statistic of whole runs of several crowds.
+
+{whole_runs}
+
+## `cells.csv` and `boundaries.csv` of `percussions stability`
+
+`cells.csv`:
+
+{cells}
+
+`boundaries.csv`:
+
+{boundaries}
+
+## `scores.csv` of `percussions push`
+
+{push}
+
+`onsets.csv` has the measured onsets and those of each model's nearest case, with a column per
+person: s after the first.
+
+## `scores.csv` of `benchmarks/library.py score`
+
+{score}
+
+## `claims.csv` and `continuum_claims.csv` of `percussions paper`
+
+{claims}
+
+`errata.csv` and `continuum_errata.csv` have one row per entry of the [errata](errata.md): `where`
+in the paper, what is `printed`, what is `correct`, and `why`.
+
+## `impulses.dump` of a run
+
+A LAMMPS dump of entries: one row per contact that pressed since the frame before. The rigid engine
+always writes it, LAMMPS and YADE with `[run] impulses = true`.
+
+{impulses}
+
+Divided by the time between the two frames this is a mean force. In `contacts.dump` of the rigid
+engine the forces are these means, since a rigid contact has no force at an instant.
+"""
+
+
+def page() -> str:
+    """Return docs/columns.md."""
+    tables = {name: one.table() for name, one in TABLES.items()}
+    first, rest = tables["film"], tables.pop("numbers").split("\n", 2)[2]
+    return PAGE.format(**tables | {"film": f"{first}\n{rest}"})
+
+
+if __name__ == "__main__":
+    sys.stdout.write(page())
