@@ -3,6 +3,7 @@
 import contextlib
 import io
 import json
+import re
 import runpy
 from pathlib import Path
 
@@ -135,3 +136,6 @@ def test_each_is_short_has_a_question_and_a_test():
         assert f"def test_{name}(example" in text
         assert f"[{name}.py](../examples/{name}.py)" in page
         assert question in page
+        (row,) = (line for line in page.splitlines() if f"/{name}.py)" in line)
+        assert f"](examples/{name}.png)" in row
+        assert re.search(r"\d s \|$", row), "how long it takes"

@@ -174,7 +174,7 @@ def test_a_frame_that_is_not_solved_is_said_everywhere(percussions, tmp_path):
         (["--frames", "410:400"], "--frames: 410:400; from first to last"),
         (["--radius", "nan"], "--radius: nan: a finite number above 0 is needed"),
         (["--radius", "3"], "radius: 3 m; between 0.05 and 0.5 m is needed"),
-        (["--unit", "cm", "--frames", "405"], "CENTIMETER != "),
+        (["--unit", "cm", "--frames", "405"], "--unit cm: the file states m"),
         (["--export", "blender"], "--export"),
     ],
 )
