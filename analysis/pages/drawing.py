@@ -158,14 +158,17 @@ def panels(
 
 def for_telephone(figure: Figure) -> None:
     """Turn a figure that was drawn into one for a telephone: panels below each other, each with the
-    labels and ticks that it shared; words in short lines, the legend below."""
+    labels and ticks that it shared; words in short lines, the legend below. One without panels stays
+    as it is."""
     rows: dict[tuple[int, int], list[Axes]] = {}
     for axes in figure.axes:
         if place := axes.get_subplotspec():
             rows.setdefault((place.rowspan.start, place.colspan.start), []).append(axes)
     shown = {at: rows[at] for at in sorted(rows) if any(one.axison for one in rows[at])}
+    if not shown:
+        return
     sizes = [together[0].get_window_extent().size for together in shown.values()]
-    heights = [(NARROW_IN - 0.8) * np.clip(high / wide, 0.5, 1.5) + 0.8 for wide, high in sizes]
+    heights = [(NARROW_IN - 0.8) * np.clip(high / wide, 0.45, 1.5) + 0.8 for wide, high in sizes]
     grid = figure.add_gridspec(len(shown), 1, height_ratios=heights)
     for number, ((row, column), together) in enumerate(shown.items()):
         beside, *_ = shown[min(at for at in shown if at[0] == row)]

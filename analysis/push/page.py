@@ -7,7 +7,17 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.pages.drawing import BLACK, COLOURS, GREY, GRID, LINES, NARROW_IN, SKY, VERMILION
+from analysis.pages.drawing import (
+    BLACK,
+    COLOURS,
+    GREY,
+    GRID,
+    LINES,
+    SKY,
+    VERMILION,
+    legend_below,
+    panels,
+)
 from analysis.pages.html import render, write_pictures
 from analysis.pages.numbers import NONE, decimals, interval, number, percent, significant
 from analysis.pages.ranges import Chart, chart
@@ -93,7 +103,7 @@ def write_hindcast(found: Hindcast, folder: Path, command: str) -> list[Path]:
         introduction=[words.text("lead", **about)],
         words=[words.text("verdict", **_values(found))],
         charts=_charts(found),
-        pictures=[words.picture("heads", _heads(found), _heads(found, narrow=True))],
+        pictures=[words.picture("heads", _heads(found))],
         warnings=trial.notes,
     )
     folds = _folds(words, found, about)
@@ -116,7 +126,7 @@ def _folds(words: Words, found: Hindcast, about: Mapping[str, object]) -> list[S
     """How sure it is, the numbers, and what was assumed; about: what the assumptions say."""
     pictures = []
     if np.ptp(found.inputs.arms) > 0:
-        pictures = [words.picture("posture", _posture(found), _posture(found, narrow=True))]
+        pictures = [words.picture("posture", _posture(found))]
     scores, models = words.table("table_scores", summary(found)), _models(words, found)
     return [
         Section(
@@ -306,13 +316,12 @@ def _looks(found: Hindcast) -> Iterator[tuple[str, dict[str, Any]]]:
         yield name, {"color": colour, "ls": LINES[place % 4], "label": _short(name)}
 
 
-def _posture(found: Hindcast, *, narrow: bool = False) -> Figure:
+def _posture(found: Hindcast) -> Figure:
     """Errors of onsets against posture: medians over the other inputs."""
     arms = found.inputs.arms
     edges = np.linspace(arms.min(), arms.max(), BINS + 1)
     place = np.clip(np.searchsorted(edges, arms) - 1, 0, BINS - 1)
-    figure = Figure(figsize=(NARROW_IN if narrow else 8.0, 4.5), layout="constrained")
-    axes = figure.subplots()
+    figure, (axes,) = panels(8.0, 4.5)
 
     def draw(errors: Floats, chosen: Flags, **look: Any) -> None:
         bins = [errors[(place == one) & chosen] for one in range(BINS)]
@@ -330,15 +339,14 @@ def _posture(found: Hindcast, *, narrow: bool = False) -> Figure:
     )
     axes.set_ylim(bottom=0)
     axes.grid(color=GRID)
-    figure.legend(fontsize=8, ncols=2 if narrow else 4, loc="outside lower center")
+    legend_below(figure, axes, 4)
     return figure
 
 
-def _heads(found: Hindcast, *, narrow: bool = False) -> Figure:
+def _heads(found: Hindcast) -> Figure:
     """Heads against time, each model's nearest case."""
     trial = found.trial
-    figure = Figure(figsize=(NARROW_IN, 3.2) if narrow else (6.4, 4.8), layout="constrained")
-    axes = figure.subplots()
+    figure, (axes,) = panels(8.0, 4.0)
     time = trial.time - trial.start_s
     measured, *_ = axes.plot(time, trial.along, color=BLACK, lw=3, alpha=0.5)
     measured.set_label("measured")
@@ -350,6 +358,5 @@ def _heads(found: Hindcast, *, narrow: bool = False) -> Figure:
         axes.axhline(trial.wall, color=BLACK, lw=2)
     axes.set(xlabel="time after the push (s)", ylabel="along the row (m)")
     axes.grid(color=GRID)
-    columns = 3 if narrow else 4
-    figure.legend(fontsize=7 if narrow else 8, ncols=columns, loc="outside lower center")
+    legend_below(figure, axes, 4)
     return figure

@@ -18,13 +18,13 @@ from analysis.pages.drawing import (
     GREEN,
     GREY,
     GRID,
-    NARROW_IN,
     ORANGE,
     PINK,
     SKY,
     VERMILION,
     YELLOW,
     lead,
+    panels,
 )
 from analysis.work_precision.point import WORTH, Point, PointStatus, pareto_front
 from analysis.work_precision.window import Quantity
@@ -118,10 +118,10 @@ DOTS, DASHES = (0, (1, 3)), (0, (4, 2))
 Error = Callable[[Point], float | None]
 
 
-def total_picture(points: Sequence[Point], quantity: Quantity, *, narrow: bool = False) -> Figure:
+def total_picture(points: Sequence[Point], quantity: Quantity) -> Figure:
     """Draw the sum of both errors of one quantity against CPU time, with the Pareto fronts."""
-    figure = Figure(figsize=(NARROW_IN, 3.2) if narrow else (7.0, 4.6), layout="constrained")
-    _draw_total(figure.subplots(), [p for p in points if p.quantity == quantity.name])
+    figure, (axes,) = panels(7.0, 4.6)
+    _draw_total(axes, [p for p in points if p.quantity == quantity.name])
     return figure
 
 
@@ -131,15 +131,12 @@ def _draw_total(axes: Axes, points: Sequence[Point]) -> None:
     axes.set_ylabel("sum of both errors")
 
 
-def work_precision_picture(
-    points: Sequence[Point], quantity: Quantity, title: str, *, narrow: bool = False
-) -> Figure:
+def work_precision_picture(points: Sequence[Point], quantity: Quantity, title: str) -> Figure:
     """Draw three panels for one quantity: numerical error against CPU time, model error against
     stiffness, and both together (their sum) against CPU time with the Pareto fronts. A cross: no
     answer, or one that is wrong by more than 100 %."""
     chosen = [p for p in points if p.quantity == quantity.name]
-    figure = Figure(figsize=(NARROW_IN, 10.5) if narrow else (17, 6), layout="constrained")
-    numerical, model, total = figure.subplots(3, 1) if narrow else figure.subplots(1, 3)
+    figure, (numerical, model, total) = panels(17, 6, 1, 3)
     _draw_cost(numerical, [p for p in chosen if p.numerical_bar is not None], _numerical)
     numerical.set_title("Numerical error: what a finer setting buys")
     numerical.set_ylabel("error from the method's own model")
@@ -151,13 +148,9 @@ def work_precision_picture(
     model.set_ylabel("error of the converged model, from the rigid one")
     _draw_total(total, chosen)
     total.set_title("Both together: what accuracy costs")
-    if narrow:
-        for axes in (numerical, model, total):
-            axes.title.set_fontsize(9)
-    else:
-        figure.suptitle(f"{title}: {quantity.words} (errors: rms over the rigid rms)", fontsize=12)
-    columns, handles = 1 if narrow else 6, _handles(bool(bars))
-    figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False)
+    figure.suptitle(f"{title}: {quantity.words} (errors: rms over the rigid rms)", fontsize=12)
+    handles = _handles(bool(bars))
+    figure.legend(handles=handles, loc="outside lower center", ncols=6, frameon=False)
     return figure
 
 
@@ -256,11 +249,10 @@ def _draw_model(axes: Axes, points: Sequence[Point]) -> None:
     tidy(axes)
 
 
-def scaling_picture(points: Sequence[Point], accuracy: float, *, narrow: bool = False) -> Figure:
+def scaling_picture(points: Sequence[Point], accuracy: float) -> Figure:
     """Draw CPU time against the number of disks, one curve per method, each at its cheapest setting
     within the accuracy."""
-    figure = Figure(figsize=(NARROW_IN, 4.0) if narrow else (8, 5.2), layout="constrained")
-    axes = figure.subplots()
+    figure, (axes,) = panels(8, 5.2)
     labels = []
     for points_of_one in _by_method(points):
         curve = sorted(points_of_one, key=lambda p: p.disks)
@@ -273,7 +265,7 @@ def scaling_picture(points: Sequence[Point], accuracy: float, *, narrow: bool = 
         labels.append(Label(x[-1], y[-1], look.label, look.edge))
     axes.set(xscale="log", yscale="log", xlabel="disks", ylabel="CPU time (s)")
     title = f"cheapest setting with a numerical error of at most {100 * accuracy:g} %"
-    axes.set_title(title, fontsize=7 if narrow else 11)
+    axes.set_title(title, fontsize=11)
     tidy(axes)
     sizes = sorted({p.disks for p in points})
     axes.set_xticks(sizes, [str(size) for size in sizes])

@@ -75,7 +75,6 @@ def _first(words: Words, chart: Chart) -> Section:
     measured = chart.measured
     quantity, *_ = measured.quantities
     points, name = measured.points, f"{quantity.name}_total"
-    wide, narrow = (total_picture(points, quantity, narrow=one) for one in (False, True))
     caption = words.text("total", quantity=quantity.words)
     said = [words.text("enough", enough=ENOUGH)]
     for one in measured.quantities:
@@ -89,7 +88,7 @@ def _first(words: Words, chart: Chart) -> Section:
         title=words.text("result"),
         introduction=[words.text("lead", disks=disks, contacts=contacts)],
         words=said,
-        pictures=[Picture(name=name, caption=caption, figure=wide, narrow=narrow)],
+        pictures=[Picture(name=name, caption=caption, figure=total_picture(points, quantity))],
         warnings=chart.warnings,
     )
 
@@ -136,14 +135,11 @@ def _section(words: Words, chart: Chart, quantity: Quantity) -> Section:
         "soft": _largest(_soft(points)),
         "continuum": _largest(p for p in points if p.mesh_side_m is not None),
     }
-    wide, narrow = (
-        work_precision_picture(points, quantity, chart.scene.name, narrow=one)
-        for one in (False, True)
-    )
+    figure = work_precision_picture(points, quantity, chart.scene.name)
     fronts = {"front": pareto_front(points), "soft_front": pareto_front(_soft(points))}
     title = f"{quantity.words[:1].upper()}{quantity.words[1:]} ({quantity.unit})"
     caption = words.text("known", bars=bars)
-    picture = Picture(name=quantity.name, caption=caption, figure=wide, narrow=narrow)
+    picture = Picture(name=quantity.name, caption=caption, figure=figure)
     known = {name: _rows(found, COLUMNS) for name, found in fronts.items() if found}
     tables = [words.table(name, rows) for name, rows in known.items()]
     return Section(number=quantity.name, title=title, pictures=[picture], tables=tables)
@@ -207,13 +203,13 @@ def _scaling(words: Words, points: Sequence[Point]) -> list[Section]:
     if not points:
         return []
     caption = words.text("scaling_picture")
-    wide, narrow = (scaling_picture(points, ACCURACY, narrow=one) for one in (False, True))
+    figure = scaling_picture(points, ACCURACY)
     return [
         Section(
             number="scaling",
             title=words.text("scaling"),
             introduction=[words.text("scaled", accuracy=ACCURACY)],
-            pictures=[Picture(name="scaling", caption=caption, figure=wide, narrow=narrow)],
+            pictures=[Picture(name="scaling", caption=caption, figure=figure)],
             tables=[words.table("sizes", _rows(points, SIZES))],
         )
     ]

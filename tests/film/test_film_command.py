@@ -13,7 +13,7 @@ from analysis.dumps import read_contacts
 from analysis.support.files import shipped
 from tests.crowds import room_text
 from tests.docs.documented import write_files
-from tests.pages.browser import BROWSER, opened
+from tests.pages.browser import BROWSER, HEIGHT, opened, works_by_keyboard
 
 EXCERPT = shipped("scenes") / "gate_excerpt.txt"
 GATE = shipped("scenes") / "rooms" / "gate.toml"
@@ -133,11 +133,21 @@ def check_page(address, largest):
         page.locator(".play").click()
         plain = page.context.browser.new_page(java_script_enabled=False)
         plain.goto(address)
-        assert plain.locator("noscript img, #viewer img").first.is_visible()
+        assert plain.locator("#viewer img").first.is_visible()
         assert not plain.locator(".film").is_visible()
+        old = page.context.browser.new_page()
+        old.add_init_script("delete window.DecompressionStream")
+        old.goto(address)  # what cannot unpack the film shows the picture
+        assert old.locator("#viewer img").first.is_visible()
     with opened(address, 390) as page:
         page.wait_for_function("document.querySelector('.now').textContent.includes('frame')")
         assert page.locator(".canvas").bounding_box()["width"] <= 390
+        assert "computed, not measured" in page.title()
+        seen = page.locator(".canvas, .ranges").evaluate_all(
+            "all => all.map(one => one.getBoundingClientRect().bottom)"
+        )
+        assert max(seen) <= HEIGHT
+        works_by_keyboard(page)
 
 
 def test_a_frame_that_is_not_solved_is_said_everywhere(percussions, tmp_path):

@@ -11,7 +11,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from playwright.sync_api import sync_playwright
 
-from analysis.pages.drawing import add_scale, panels
+from analysis.pages.drawing import add_scale, for_telephone, panels
 from analysis.pages.html import cell_html, cell_kind, render, write_pictures
 from analysis.pages.section import Claim, Picture, Section, Table
 from tests.pages.browser import BROWSER, QUIET
@@ -149,6 +149,7 @@ def test_a_picture_for_a_telephone_stands_beside_the_other(tmp_path):
         return [int.from_bytes(base64.b64decode(png)[k : k + 4]) // 150 for k in (16, 20)]
 
     assert [shape(png) for name in images for png in images[name]][:3] == [[4, 1], [1, 4], [2, 2]]
+    for_telephone(Figure())  # has nothing to turn
     # a wide figure of two panels has them below each other, each with its label
     assert [shape(png) for png in images["side_by_side"]] == [[9, 4], [4, 9]]
     high, low = left.get_tightbbox(), right.get_tightbbox()

@@ -17,7 +17,7 @@ from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from tests.crowds import OWN_LIMIT
 from tests.forked import as_program, in_fork
-from tests.pages.browser import BROWSER, opened, rows_of, words
+from tests.pages.browser import BROWSER, opened, rows_of, words, works_by_keyboard
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +75,7 @@ def test_the_first_screen_has_the_film_and_four_ranges_without_scrolling(reporte
             if found["unit"] in ("N", "N/m"):
                 shown = float(row["rigid"].split(" ")[0].replace("\u202f", ""))
                 assert shown == pytest.approx(found["mean"], rel=0.06, abs=0.06)
-        page.locator("summary").evaluate_all("all => all.forEach(one => one.click())")
+        works_by_keyboard(page)  # which unfolds everything
         said = page.locator("li").all_text_contents()
         assert len(set(said)) == len(said)
         # with everything unfolded, tables and captions counted

@@ -28,6 +28,7 @@ from tests.pages.browser import (
     opened,
     says_little,
     says_little_beside,
+    works_by_keyboard,
 )
 
 COARSE = 0.8  # m
@@ -73,6 +74,7 @@ def _read(address, folder, numbers, claims):
     say."""
     assert address.endswith("/continuum.html")
     with opened(address, 400) as page:
+        works_by_keyboard(page)  # which unfolds everything
         assert page.locator("section[data-figure]").count() == len(numbers)
         for anchor, (figure, content) in zip(("fig-3-2-1", "fig-11"), numbers.items(), strict=True):
             section = page.locator(f"#{anchor}")

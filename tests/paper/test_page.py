@@ -18,6 +18,7 @@ from tests.pages.browser import (
     has_its_verdicts,
     opened,
     says_little_beside,
+    works_by_keyboard,
 )
 
 PAGE_SECTIONS = "section[data-figure]"
@@ -66,6 +67,7 @@ def test_page_in_a_browser_and_the_files_beside_it(built, percussions, tmp_path)
 def _read(address, folder, numbers, claims):
     """The page loads without complaint, offline, and says what the files say."""
     with opened(address, 390) as page:
+        works_by_keyboard(page)  # which unfolds everything
         assert page.locator(PAGE_SECTIONS).count() == len(numbers)
         for figure, content in numbers.items():
             section = page.locator(f"#fig-{figure}")

@@ -5,13 +5,15 @@ document.querySelectorAll(".film").forEach(async (root) => {
   const [play, slider, views, colours, person, now, canvas, legend, table] =
     ["play", "frame", "view", "colour", "person", "now", "canvas", "legend", "contacts"].map($);
   const key = $("key"), still = matchMedia("(prefers-reduced-motion: reduce)");
-  root.hidden = false;
   if (!("DecompressionStream" in window)) {
+    root.hidden = false;
     now.textContent = "This browser cannot unpack the film; its pictures and tables are below.";
     return;
   }
   const scales = {};
   const film = await unpacked($("packed").innerHTML.trim());
+  root.previousElementSibling.remove();
+  root.hidden = false;
   // what can be shown: each model of each reel and, where their units are the same, the difference
   const shown = [];
   film.reels.forEach((reel, number) => {
