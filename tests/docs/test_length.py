@@ -30,3 +30,14 @@ def test_length_of_all():
     texts = [page.read_text(encoding="utf-8") for page in (README, *ROOT.glob("docs/**/*.md"))]
     words = sum(len(re.findall(r"\w+", block)) for text in texts for block in prose(text))
     assert 15_000 < words <= LARGEST_ALL
+
+
+@pytest.mark.parametrize("page", RESULTS, ids=lambda page: page.stem)
+def test_a_result_has_its_answer_first_how_sure_and_the_command(page):
+    text = page.read_text(encoding="utf-8")
+    question, answer = text.split("\n\n")[:2]
+    assert question.startswith("# ")
+    assert question.endswith("?")
+    assert answer.startswith("**Answer**")
+    assert re.search("how sure", text, re.IGNORECASE)
+    assert re.search(r"(^|`)(nice -n 19 )?(percussions|python)\s", text, re.MULTILINE)
