@@ -27,13 +27,13 @@ def advise(
 
     error: Error that is allowed, such as 5% or 0.05.
     quantity: Of an instant: disk-load, contact-load, wall-load or displacement. Of a whole run:
-        arrest-load, mean-wall-load, mean-contact-force, contact-force-95 or flow; of one with
-        --body also mean-person-load, largest-person-load or door-density.
-    against: rigid: numerical and model error; model: the numerical error of the scene's own
-        contacts.
-    method: rigid, lammps or yade; give it several times. Left out: all that are installed.
-    body: chest, social_force or lemons: of a whole run of people who are so soft, instead of the
-        limit of hard ones.
+        arrest-load, mean-wall-load, mean-contact-force, contact-force-95 or flow. With --body
+        also mean-person-load, largest-person-load or door-density.
+    against: rigid (numerical and model error) or model (numerical error of the scene's own
+        contacts).
+    method: rigid, lammps or yade. May be repeated. Default: all that are installed.
+    body: chest, social_force or lemons: a whole run of people as soft as these. Default: the limit
+        of hard people.
     chart: Folder of a chart of this very scene, to read instead of the stored library.
 
     Example: percussions advise arch --error 5% --quantity wall-load"""

@@ -36,7 +36,7 @@ def chart(
     Writes a page with charts, and its points as CSV and JSON.
 
     quick: A coarse chart: few settings, and one size.
-    seeds: Crowds that every engine runs from start to end, for errors of means; 0: none. Left out:
+    seeds: Crowds that every engine runs from start to end, for errors of means. 0: none. Default:
         3, none of a quick chart.
 
     Example: percussions chart arch --out chart/arch"""

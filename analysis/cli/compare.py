@@ -29,8 +29,8 @@ def compare(
 ) -> None:
     """Compare runs with each other, and each with the percussions of its snapshot.
 
-    Two runs or more of one crowd, by any engines, are compared by their impulses over windows of
-    0.1 s, the others with the first: contact by contact, wall by wall, and as distributions. That
+    Several runs of one crowd, by any engines, are compared with the first by their impulses over
+    windows of 0.1 s. The tables go contact by contact, wall by wall, and as distributions. That
     needs runs with --impulses (the rigid engine always has them).
     The snapshots of a rigid run are not compared then: a rigid contact has no force at an instant.
     One pair of runs gives numbers and no verdict: that takes replicates (percussions report).
@@ -38,12 +38,12 @@ def compare(
     Exit status 1 if a snapshot is not solved or runs cannot be compared by windows.
 
     Writes windows.csv, window_contacts.csv and windows.json into the folder of each run but the
-    first, comparison.csv and comparison.json (the snapshot) into the folder of each.
+    first. Writes comparison.csv and comparison.json (the snapshot) into the folder of each.
 
     runs: Folders of finished runs.
     time: Instant in s, instead of the scene's.
     window: Only impulses over windows of so many s (at least 0.1), no instant.
-    last: Only windows of the last so many s; left out: all.
+    last: Only windows of the last so many s. Default: all.
 
     Example: percussions compare out/arch/lammps_hooke_k1e+06 out/arch/rigid_moreau_jean --window
         0.1"""

@@ -26,15 +26,15 @@ def export(
 ) -> None:
     """Write the contact problem of one instant as an FCLIB file, with its answer.
 
-    Global form, in the plane; contacts are inelastic, with friction. The groups /crowd (bodies,
+    Global form, in the plane. Contacts are inelastic, with friction. The groups /crowd (bodies,
     walls, units, dt, origin) and /truth (rank, determined, intervals) are beside FCLIB's own.
     `percussions solve FILE` reads it back.
 
-    Exit status 1 if the problem is not solved; it is written without an answer then.
+    Exit status 1 if the problem is not solved. It is then written without a solution.
 
     target: Folder of a run, a LAMMPS dump, or a scene (its name or .toml file).
     fclib: HDF5 file to write.
-    frame: Of a run or dump: its number from 0, or from the end: -1. The last one
+    frame: Of a run or dump: its number from 0, or from the end: -1. Default: the last.
     local: Write FCLIB's local form W r + q too.
 
     Example: percussions export out/gate/lammps_hooke_k1e+06 --fclib gate.hdf5"""

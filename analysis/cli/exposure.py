@@ -7,11 +7,11 @@ from analysis.cli.options import Positive
 
 
 def exposure(run: Path, *, limits: list[Path] | None = None, window: Positive = 0.1) -> None:
-    """Say who bears more than people can, for how long, and what the walls bear.
+    """List who carries more than the limits, for how long, and the loads on walls.
 
     Writes exposure_people.csv, exposure_walls.csv, exposure_crowd.csv and exposure_limits.csv into
-    the folder of the run. The rigid engine always sums impulses; LAMMPS and YADE do in a run
-    with --impulses.
+    the folder of the run. The rigid engine always sums impulses. LAMMPS and YADE sum them in
+    a run with --impulses.
 
     run: Folder of a finished run with impulses.
     window: Window over which forces are means, in s.

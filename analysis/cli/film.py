@@ -53,11 +53,11 @@ def film(
     Exit status 1 if the percussions of a frame are not solved.
 
     target: Folders of finished runs of one scene, or one trajectory file.
-    frames: first:last:step, both ends included. Left out: about 50.
+    frames: first:last:step, both ends included. Default: about 50.
     room: Of a trajectory: TOML file with walls and drive.
-    radius: Of a trajectory: radius in m, several times; the middle one counts, all make the band.
-        Left out: 0.16, 0.17, 0.18, 0.19 and 0.20.
-    export: Write files for ParaView or OVITO too; several times.
+    radius: Of a trajectory: radius in m. May be repeated: the middle one counts, all make the band.
+        Default: 0.16, 0.17, 0.18, 0.19 and 0.20.
+    export: Write files for ParaView or OVITO too. May be repeated.
     parquet: Write film.parquet too (needs pyarrow).
     jobs: Processes that measure the frames.
 

@@ -49,8 +49,8 @@ def import_(
     radius_spread: Radii are uniform within this share about --radius.
     people: Radii and masses of a survey instead: 'ANSUR II', … men, … women.
     seed: Seed of radii and masses.
-    name: Name of the scene; the room's by default.
-    others: Other frames that a report varies the crowd by; 0: none.
+    name: Name of the scene. Default: the room's.
+    others: Other frames that a report varies the crowd by. 0: none.
     apart: Time in s from one of these frames to the next.
 
     file: Trajectory file that PedPy can load, or AgentDynamics.xml of LEMONS, with its other files

@@ -48,15 +48,15 @@ def new(
     people: How many people.
     door: Width in m of a door in the middle of a room's side, or its ends: x,y,x,y in m. Several
         times for several, each with its share of the crowd behind a colon: 0,1,0,2:0.3
-    room: LENGTHxWIDTH in m: −LENGTH < x < 0, |y| < WIDTH/2; its door is at x = 0.
+    room: LENGTHxWIDTH in m: −LENGTH < x < 0, |y| < WIDTH/2. Its door is at x = 0.
     geometry: Floor in m instead of a room: WKT, GeoJSON, an SQLite trajectory of JuPedSim or a
         Vadere scenario, which has its own doors.
     stream: Two opposing streams along a room, open at both ends (or as --door).
-    block: Pillar or thick wall: x,y,x,y of two opposite corners in m; repeated.
-    barrier: Straight wall inside, without thickness: x,y,x,y in m; repeated.
+    block: Pillar or thick wall: x,y,x,y of two opposite corners in m. May be repeated.
+    barrier: Straight wall inside, without thickness: x,y,x,y in m. May be repeated.
     people_from: Radii and masses of a survey: 'ANSUR II', … men, … women.
     radius_spread: Radii are uniform within this share about it.
-    speed: Desired speed in m/s; else push · 0.5 s / mass.
+    speed: Desired speed in m/s. Default: push · 0.5 s / mass.
     duration: Time to simulate, in s.
 
     radius: Mean radius in m.

@@ -23,19 +23,19 @@ MOST_PROCESSES = 1024
 SHARED = {
     "scene": "Name of a scene, or its .toml file.",
     "out": "Folder for the results.",
-    "runs": "Folder for the runs; unchanged ones are used again.",
-    "jobs": "Processes; as many as cores if left out.",
+    "runs": "Folder for the runs. Unchanged ones are used again.",
+    "jobs": "Processes. Default: as many as cores.",
     "scheduler": "Address of a Dask scheduler, instead of this machine's cores.",
     "seed": "Seed of the random numbers.",
-    "limits": "TOML file with further limits; several times.",
+    "limits": "TOML file with further limits. May be repeated.",
     "mass": "Mass of each person in kg.",
     "unit": "Unit of the file, where it does not say.",
     "frame_rate": "Frames per second, where the file does not say.",
-    "openness": "What is said of reactions that the mechanics may leave open: nothing, whether "
-    "each is determined, or also its least and largest value. The first is about 20 times "
-    "faster than the second, the last slow.",
+    "openness": "For each reaction: nothing, whether equilibrium determines it, or also its "
+    "least and largest value. The first is about 20 times faster than the second. The last is "
+    "slow.",
     "rigid_law": "Contact law of the percussions: scene (an impact has the scene's restitution), "
-    "inelastic, or a restitution. Left out: scene.",
+    "inelastic, or a restitution. Default: scene.",
 }
 
 
@@ -178,19 +178,19 @@ def with_options(command: Callable[..., None]) -> Callable[..., None]:
 class Taken:
     """How the contact problem of a frame is taken from a dump.
 
-    room: Room or scene file (.toml) with the walls and the drive; scene.toml beside the dump if
-        there.
-    left_velocity: desired: p/τ is a force; dump: an impact; free: u + Δt F/m. Left out: desired
-        where there is a drive.
-    friction: Coulomb's μ of people with each other; the scene's own if left out, 0 in a room.
-    wall_friction: μ of people with walls; --friction if left out.
+    room: Room or scene file (.toml) with the walls and the drive. Default: scene.toml beside
+        the dump.
+    left_velocity: desired (p/τ is a force), dump (an impact) or free (u + Δt F/m). Default:
+        desired where there is a drive.
+    friction: Coulomb's μ of people with each other. Default: the scene's own, 0 in a room.
+    wall_friction: μ of people with walls. Default: --friction.
     window: Δt of --left-velocity free, in s.
-    time_step: Time step of the simulation in s (from run.json beside the dump if there; without
-        either the table has steps in place of times).
-    unit: Unit of lengths in the dump, and of velocities per second; m if left out. Masses are kg.
-    contact_tolerance: Gap in m up to which disks are in contact; the room's or 1e-6 if left out.
-    largest_overlap: Deepest overlap that is taken, as a share of the smaller radius; 0.5 if left
-        out.
+    time_step: Time step of the simulation in s. Default: that of run.json beside the dump.
+        Without either the table has steps in place of times.
+    unit: Unit of lengths in the dump, and of velocities per second. Default: m. Masses are kg.
+    contact_tolerance: Gap in m up to which disks are in contact. Default: the room's, or 1e-6.
+    largest_overlap: Deepest overlap that is taken, as a share of the smaller radius. Default:
+        0.5.
     tolerance: Residual up to which a frame counts as solved."""
 
     room: Annotated[Path | None, typer.Option("--room", "--walls", parser=_input_file)] = None

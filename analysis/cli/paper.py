@@ -25,9 +25,9 @@ def paper(
 
     Writes a page for each section, and the pictures as files.
 
-    section: Section of the paper. Left out: both.
-    figure: Number of a figure (continuum: also 3.2.1, mesh, bridge); several times for several.
-        Left out: all.
+    section: Section of the paper. Default: both.
+    figure: Number of a figure (continuum: also 3.2.1, mesh, bridge). May be repeated.
+        Default: all.
 
     Example: percussions paper discrete --figure 1 --figure 3 --out paper"""
     from analysis.paper.page import write_pages

@@ -15,8 +15,8 @@ def push(
 ) -> None:
     """Compute a push trial after the event: which models beat the baselines?
 
-    The first of the row moves as measured, the others as penalty contacts (2·10³ to 10⁶ N/m) and
-    rigid people do, in 5,000 cases of posture, floor and chests. Nothing is fitted. Also read, if
+    The first of the row moves as measured. The others move by penalty contacts (2·10³ to 10⁶ N/m)
+    or as rigid people, in 5,000 cases of posture, floor and chests. Nothing is fitted. Also read, if
     there: Weight_kg, Gender, MoCap_ID and Order_of_Participants_MoCap_ID.
 
     Writes a page, scores.csv and onsets.csv.

@@ -30,12 +30,12 @@ def report(
     from start to end, with friction, push, radius and bodies varied.
 
     scenes: Scenes, by name or .toml file.
-    engine: Engine; give it several times. Left out: all that are installed.
-    stiffness: Stiffness in N/m; give it several times. Left out: the scene's.
+    engine: Engine. May be repeated. Default: all that are installed.
+    stiffness: Stiffness in N/m. May be repeated. Default: the scene's.
     last: How much of the end of each run counts, in s.
     sheet: Write a page A4 (PDF) for a safety file, too.
 
-    seeds: Replicates of each driven scene; 0: none.
+    seeds: Replicates of each driven scene. 0: none.
 
     Example: percussions report arch jam gate --seeds 10 --out report"""
     from analysis.compare.study import study

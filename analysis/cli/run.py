@@ -24,7 +24,7 @@ def run(
 ) -> None:
     """Run a scene with one engine.
 
-    engine: lammps, yade or rigid; lammps if left out, or what --error chooses.
+    engine: lammps, yade or rigid. Default: lammps, or what --error chooses.
     error: Let law, stiffness and time step be advised for this error, such as 5%.
     stiffness: Contact stiffness in N/m, instead of the scene's.
     wall_stiffness: The same of walls in N/m, instead of the scene's.
@@ -32,9 +32,9 @@ def run(
     law: hooke, hertz, body or body_hertz.
     time_step: Time step in s, instead of the rule's.
     duration: Simulated time in s.
-    impulses: Sum the impulses of contacts between frames, for `exposure`; a run of LAMMPS takes 1.5
-        to 5 times as long. The rigid engine always does.
-    ranks: Processes of MPI that share the run; LAMMPS only.
+    impulses: Sum the impulses of contacts between frames, for `exposure`. A run of LAMMPS then takes
+        1.5 to 5 times as long. The rigid engine always sums them.
+    ranks: Processes of MPI that share the run. LAMMPS only.
 
     Example: percussions run arch --engine yade --stiffness 1e7"""
     from analysis.engines.run import EngineRun, check_before

@@ -29,10 +29,10 @@ def solve(
 
     Exit status 0 only if every frame is solved.
 
-    dump: LAMMPS dump, text or binary, plain or gz, bz2, xz, zst, with at least id, a place (x y, xu
-        yu or xs ys), radius and mass or density; or an FCLIB file (HDF5), which has its own
+    dump: LAMMPS dump, text or binary, plain or gz, bz2, xz, zst. It needs id, a position (x y, xu yu
+        or xs ys), radius, and mass or density. Or an FCLIB file (HDF5), which has its own
         contacts.
-    restitution: Restitution of the contacts; inelastic if left out.
+    restitution: Restitution of the contacts. Default: inelastic.
     workers: Cores that work on it.
     threads: Threads for each frame of 10,000 disks or more.
     part_frames: Write a folder of Parquet files, each of so many frames, and keep those that are

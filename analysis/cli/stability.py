@@ -21,7 +21,7 @@ def stability(
 ) -> None:
     """Find where each method fails, by provoked failures, and compare with theory.
 
-    case: Name of a case; give it several times. Left out: all.
+    case: Name of a case. May be repeated. Default: all.
     quick: A coarse atlas.
 
     Example: percussions stability --case time_step --case skin --out stability"""
