@@ -69,7 +69,7 @@ class Frames:
             if "p" in flag:
                 raise DumpError(
                     f"{where}: the box is periodic in {axis} ({' '.join(flags)}): contacts across "
-                    "its boundary would be missed; write the dump with boundary f or s in x and y"
+                    "its boundary would be missed. Write the dump with boundary f or s in x and y"
                 )
 
     def check_columns(self, where: str, names: Sequence[str], step: int) -> None:

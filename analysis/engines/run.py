@@ -341,7 +341,7 @@ def check_before(scene: Scene, engine_name: str, folder: Path) -> None:
     if needed > free:
         raise EngineError(
             f"{scene.name}: run.frames: {scene.run.frames} frames of {disks} disks need about "
-            f"{needed / 1e9:.3g} GB on the disk of {there}, where {free / 1e9:.3g} GB are free"
+            f"{needed / 1e9:.3g} GB. The disk of {there} has {free / 1e9:.3g} GB free"
         )
 
 

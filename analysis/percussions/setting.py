@@ -130,8 +130,8 @@ class Setting:
             worst = int(np.argmax(share))
             raise ValueError(
                 f"disk {snapshot.ids[found.first[worst]]} and {self.name(found, snapshot, worst)} "
-                f"overlap by {share[worst]:.3g} of a radius; {self.largest_overlap:g} is the "
-                "largest that is taken (--largest-overlap, largest_overlap)"
+                f"overlap by {share[worst]:.3g} of a radius. At most {self.largest_overlap:g} is "
+                "taken (--largest-overlap, largest_overlap)"
             )
         return found
 

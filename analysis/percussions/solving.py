@@ -459,7 +459,7 @@ def _claim(folder: Path, dump: DumpToSolve, frames: int, count: int) -> str:
     if other:
         raise ValueError(
             f"--out: {folder}: its parts are of another {other[0]} ({_short(known.get(other[0]))} "
-            f"where this is {_short(job[other[0]])}); give another name, or remove it"
+            f"where this is {_short(job[other[0]])}). Give another name, or remove it"
         )
     return json.dumps(job)
 

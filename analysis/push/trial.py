@@ -358,7 +358,7 @@ def _along(file: Path, heads: Floats, ids: list[float]) -> tuple[Floats, Floats,
     if (np.diff(along[0]) <= 0).any() or beside.max() > BESIDE_M:
         raise TrialError(
             f"{file}: the heads of {', '.join(f'{one:g}' for one in ids)} are not one behind the "
-            "other in the first frame: one straight row is needed, in the order of "
+            "other in the first frame. One straight row is needed, in the order of "
             f"{ORDER} or of ids"
         )
     return along, axis, origin
@@ -373,7 +373,7 @@ def _wall(file: Path, wall_m: float, axis: Floats, origin: Floats, heads: Floats
         side = "above" if axis[way] > 0 else "below"
         raise TrialError(
             f"{file}: a wall at {'xy'[way]} = {wall_m:g} m is not in front of the last head, which "
-            f"is at {last:.3g} m: {'xy'[way]} {side} that is needed"
+            f"is at {last:.3g} m. It needs {'xy'[way]} {side} that"
         )
     return place
 

@@ -7,7 +7,6 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.sparse.linalg import spsolve
 
 from analysis.percussions.setting import Setting, law_of
 from analysis.scene.scene import Scene
@@ -330,6 +329,8 @@ def _pressed_line(snapshot: Snapshot, contacts: Contacts, left_velocity: Floats)
     mass = snapshot.mass[:, None]
     common = (1 - walls) * (mass * left_velocity).sum(0) / mass.sum()
     momentum = (mass * (left_velocity - common)).ravel()
+    from scipy.sparse.linalg import spsolve  # a run needs none
+
     matrix = contacts.normal_matrix(n)
     # what each contact passes on, as many unknowns as the contacts are
     passed = spsolve((matrix @ matrix.T).tocsc(), matrix @ momentum)

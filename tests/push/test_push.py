@@ -207,7 +207,7 @@ def test_a_row_with_more_cells_than_the_head_is_refused(tmp_path):
 
 def test_a_wall_behind_and_a_missing_file_are_refused(tmp_path):
     for wall in (0.0, np.nan, -np.inf):
-        with pytest.raises(TrialError, match="below that is needed"):
+        with pytest.raises(TrialError, match="It needs y below that"):
             written(tmp_path, table(), wall_m=wall)
     with pytest.raises(UnreadableError, match="no such file"):
         read_trial(tmp_path / "none.csv")

@@ -367,7 +367,7 @@ class Recording:
         if not 0.5 < half < len(self.data):
             raise TrajectoryError(
                 f"{self.file}: a window of {window_s:g} s is {2 * half:.3g} frames at "
-                f"{self.frame_rate:g} frames per second; at least 2, and no more than there are, "
+                f"{self.frame_rate:g} frames per second. At least 2, and no more than there are, "
                 "are needed"
             )
         near = self._near(frame, round(half))
