@@ -4,6 +4,7 @@ import contextlib
 import dataclasses
 import functools
 import importlib.util
+import itertools
 import shutil
 import sys
 from dataclasses import dataclass
@@ -36,6 +37,8 @@ def merge_contacts(folder: Path, scene: Scene) -> None:
     touching = [index_dump(folder / f"wall_{wall.name}.dump") for wall in scene.walls]
     if any(other.steps != bodies.steps for other in (pairs, *touching)):
         raise DumpError(f"{folder}/bodies.dump: not the frames of the contact dumps")
+    with pairs.path.open(encoding="utf-8") as file:
+        box = "".join(itertools.islice(file, 5, 8))
     elastic = scene.contact.elastic(float(scene.snapshot.radius.mean()))
     law = _PairLaw(scene.contact.kind.dashpot, elastic, penalty_of(scene), bodies)
     apart = law.dashpot == "apart"
@@ -50,7 +53,7 @@ def merge_contacts(folder: Path, scene: Scene) -> None:
             rows = rows[rows[:, 5] > 0] + 0.0  # no negative zeros
             rows = rows[np.lexsort((rows[:, 1], rows[:, 0], rows[:, 2]))]
             columns = [*rows[:, :3].T.astype(int), *rows[:, 3:].T]
-            write_frame(out, "ENTRIES", step, CONTACT_COLUMNS, columns)
+            write_frame(out, "ENTRIES", step, CONTACT_COLUMNS, columns, box=box)
     for index in (pairs, *touching):
         index.path.unlink()
 

@@ -21,17 +21,25 @@ impulse_x, impulse_y | N·s | ∫ f dt of the first on the second, from the fram
 
 
 def write_frame(
-    file: IO[str], kind: str, step: int, names: Sequence[str], columns: Sequence[ArrayLike]
+    file: IO[str],
+    kind: str,
+    step: int,
+    names: Sequence[str],
+    columns: Sequence[ArrayLike],
+    *,
+    box: str = "",
 ) -> None:
     """Append a frame to a dump; numbers as short as they can be and still the same when
     read.
 
     kind: ATOMS or ENTRIES
-    names, columns: of the table; all columns have one length"""
+    names, columns: of the table; all columns have one length
+    box: its lines; else it is as large as the places in the table"""
     arrays = [np.asarray(column) for column in columns]
     rows = len(arrays[0])
     head = f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF {kind}\n{rows}\n"
-    file.write(f"{head}ITEM: BOX BOUNDS ff ff pp\n{_bounds(names, arrays)}ITEM: {kind} ")
+    box = box or _bounds(names, arrays)
+    file.write(f"{head}ITEM: BOX BOUNDS ff ff pp\n{box}ITEM: {kind} ")
     file.write(" ".join(names) + "\n")
     wanted = [np.int64 if a.dtype.kind in "iub" else np.float64 for a in arrays]
     table = [np.ascontiguousarray(a, kind) for a, kind in zip(arrays, wanted, strict=True)]
