@@ -489,12 +489,16 @@ def charts(reels: Sequence[Reel]) -> list[Chart]:
 
 def _notes(words: Words, reels: Sequence[Reel], limits: bool) -> list[str]:
     """Say how to read the bars (limits: whether some are drawn), and what makes the force
-    uncertain: the radius or the model, and the moment."""
-    said = [words.text("bars", limits=limits)]
-    if not _forces(reels):
+    uncertain: the radius or the model, and the frame."""
+    forces = _forces(reels)
+    said = [words.text("bars", limits=limits, forces=forces)]
+    if not forces:
         return said
     if reels[0].scene.drive is not None:
-        said.append(words.text("pressed", push=_push(reels[len(reels) // 2])))
+        middle = reels[len(reels) // 2]
+        counts = [len(frame.now) for frame in middle.shown]
+        people = (min(counts), max(counts))
+        said.append(words.text("pressed", people=people, push=_push(middle)))
     each = [
         found
         for reel in reels
@@ -503,8 +507,8 @@ def _notes(words: Words, reels: Sequence[Reel], limits: bool) -> list[str]:
     ]
     if not each:
         return said
-    medians, middle = [one.median for one in each], each[len(each) // 2]
-    spans = {"moment": (middle.low, middle.high)}
+    medians, found = [one.median for one in each], each[len(each) // 2]
+    spans = {"frame": (found.low, found.high)}
     if len(medians) > 1:
         what = "radius" if reels[0].radius is not None else "model"
         spans[what] = (min(medians), max(medians))

@@ -119,12 +119,8 @@ def chart(
 
 
 def mattering(spans: Mapping[str, tuple[float, float]]) -> list[tuple[str, str]]:
-    """Name what changes a quantity, widest first, and by how much: by a factor, or where it can be
-    nothing, from what to what.
+    """Name what changes a quantity, widest first, and from what to what.
 
     spans: by what is varied, the least and the largest"""
     widest = sorted(spans.items(), key=lambda one: one[1][0] - one[1][1])
-    return [
-        (name, f"×{significant(most / least, 2)}" if least > 0 else between(least, most))
-        for name, (least, most) in widest
-    ]
+    return [(name, between(*ends)) for name, ends in widest]

@@ -31,6 +31,8 @@ from analysis.scene.scene import Scene
 # The limit whose people are counted on the first screen.
 NAMED = "asphyxia_minutes"
 REPLICATES = "replicates"
+# What a reader is told in place of a factor.
+SAID = {"bodies": "stiffness"}
 # Of what models are compared in, in a sentence.
 SHORT = {"contact_largest": "largest force", "wall_line_load": "wall load", "flow": "flow"}
 
@@ -120,10 +122,18 @@ def lead(scene: Scene) -> str:
 def notes(study: MotionStudy, drawn: Sequence[Chart]) -> list[str]:
     """Say how to read the bars that are drawn, what matters most, and for how long the limit must
     last."""
-    factors = range_of(study, "contact_largest").factors
-    units = [one.unit for one in drawn if one.shown]
+    found = range_of(study, "contact_largest").factors
+    factors = {SAID.get(one, one): ends for one, ends in found.items()}
+    varied = {one.factor for one in study.models}
+    bars = Words(__name__).text(
+        "bars",
+        first=study.models[0].label,
+        last=study.last_s,
+        varied=[SAID.get(one, one) for one in FACTORS if one in varied],
+        units=[one.unit for one in drawn if one.shown],
+    )
     return [
-        Words(__name__).text("bars", first=study.models[0].label, units=units),
+        bars,
         *force_notes(factors, "run", study.scene.run.duration_s, study.limits),
     ]
 

@@ -9,8 +9,9 @@ import pytest
 
 from analysis.engines.softness import softness
 from analysis.motion.study import MEASURES, study_motion
+from analysis.pages.numbers import between
 from analysis.pages.ranges import Bar, Chart
-from analysis.report.first import four, lead, marks_of, range_of, verdicts
+from analysis.report.first import four, lead, marks_of, notes, range_of, verdicts
 from analysis.report.page import limits_table
 from analysis.report.runs import motion_of
 from analysis.scene.scene import read_scene
@@ -57,7 +58,7 @@ def test_the_first_screen_has_the_film_and_four_ranges_without_scrolling(reporte
         assert words(said) <= 120
         assert ("Red: limits" in said) == (page.locator(".glance .mark").count() > 0)
         assert "20 disks push towards the door with 300 N each." in said
-        assert "kill in 4–6 minutes, 6\u202f227 N in 15 s (estimates). This run lasts 0.4 s" in said
+        assert "kill in 4–6 minutes, 6\u202f227 N in 15 s (estimates). This run: 0.4 s" in said
         values = page.locator(".glance .value").all_inner_texts()
         for text, found in zip(values, motion["four"].values(), strict=True):
             ends = [float(end) for end in text.split(" ")[0].replace("\u202f", "").split("–")]
@@ -131,6 +132,14 @@ def test_what_nobody_knows_is_varied_one_thing_at_a_time(reported):
         least, most = found.factors["push"]
         means = sorted(study.models[k].interval(key).mean for k in (0, 4))
         assert [least, most] == means
+    bars, matters, _ = notes(study, [])
+    assert "last 0.2 s, rigid. Thick: stiffness, friction, push, radius varied." in bars
+    assert (
+        "Thick: stiffness, friction varied."
+        in notes(replace(study, models=study.models[:4]), [])[0]
+    )
+    widest = next(iter(range_of(study, "contact_largest").factors.values()))
+    assert f"** ({between(*widest)} N), " in matters
     table = limits_table([study], (own,))
     assert [row[-1] for row in table.rows if "my own" in row[2]] == ["my report, 2026"]
     forces = [row for row in table.rows if row[1] == "largest contact force"]

@@ -191,7 +191,7 @@ document.querySelectorAll(".film").forEach(async (root) => {
     let most = 0;
     if (frame.a) frame.a.forEach((_, i) => { most = Math.max(most, Math.abs(carried(frame, i) || 0)); });
     const rigid = reel.units.percussions && (view().kind === "difference" || isRigid());
-    const solved = frame.s !== "solved" ? `; percussions ${frame.s}: ${frame.why}` : rigid ? "; percussions solved" : "";
+    const solved = frame.s !== "solved" ? `; percussions ${frame.s}: ${frame.why}` : rigid ? "; solved" : "";
     const jump = reel.jumps.includes(frame.n) ? "; a number jumps since the frame before" : "";
     const what = view().kind === "difference" ? "largest difference" : unit === "N" ? "largest contact force" : "largest percussion";
     now.textContent = `${frame.t.toFixed(2)} s, frame ${frame.n}: `
@@ -240,15 +240,16 @@ document.querySelectorAll(".film").forEach(async (root) => {
   function explain() {
     const { reel, unit, kind } = view(), by = kind === "difference" ? kind : colours.value;
     const line = (colour, dash, text) => `<li><span class="line" style="border-color:${colour};border-top-style:${dash ? "dashed" : "solid"}"></span> ${text}</li>`;
-    legend.innerHTML = reel.frames.some((frame) => frame.h) ? "<p>A dot is where the head was filmed.</p>" : "";
+    const heads = reel.frames.some((frame) => frame.h) ? `<span><i style="background:${film.colours.head};width:.4rem;height:.4rem"></i> head, as filmed</span>` : "";
+    legend.innerHTML = "";
     if (by === "difference") legend.innerHTML += `<ul>${line(film.colours.more, false, "more in soft bodies")}${line(film.colours.less, true, "more in rigid bodies")}</ul>`;
     if (by === "open") legend.innerHTML += `<ul>${line(film.colours.known, false, "fixed by equilibrium")}${line(film.colours.open, true, "not unique: within the range of the table")}${line("#666", true, "not known")}</ul>`;
-    key.textContent = "";
+    key.innerHTML = heads;
     if (by !== "force") return;
     const last = film.limits.length - 1;
-    const few = unit === "N" ? film.limits.map((limit, k) => `<span><i style="background:${film.above[k + 1]}"></i> ${k ? "" : "above "}${number(limit.number, k < last ? "" : "N")}</span>`)
+    const few = unit === "N" ? film.limits.map((limit, k) => `<span><i style="background:${film.above[k + 1]}"></i> ${k ? "" : "contact > "}${number(limit.number, k < last ? "" : "N")}</span>`)
       : [`<i style="background:linear-gradient(to right, ${film.shades.join(",")});width:6rem"></i> 0 to ${number(scales[unit], unit)}`];
-    key.innerHTML = few.join(" ");
+    key.innerHTML = [...few, heads].join(" ");
   }
 
   function pause() { clearInterval(timer); timer = 0; play.textContent = "Play"; }
