@@ -93,13 +93,15 @@ document.querySelectorAll(".film").forEach(async (root) => {
 
   function fit() {
     const { reel } = view();
-    // where people are in any frame, and the door; walls farther away are cut
+    // where people are in any frame, and the door; the whole room where it is not far larger
     const places = reel.frames.flatMap((frame) => (frame.at ? [...frame.at.values()] : []));
     const door = reel.doors.flatMap(one => [one.slice(0, 2), one.slice(2)]);
-    const all = places.concat(door, places.length ? [] : [[0, 0], [1, 1]]);
+    const near = places.concat(door, places.length ? [] : [[0, 0], [1, 1]]);
     const margin = 1.5 * film.place * Math.max(...reel.radius, 1);
-    const of = (k, pick) => all.reduce((best, one) => pick(best, one[k]), all[0][k]);
-    const [x0, x1, y0, y1] = [of(0, Math.min), of(0, Math.max), of(1, Math.min), of(1, Math.max)];
+    const about = (all) => [0, 1].flatMap((k) => [Math.min, Math.max].map((pick) => all.reduce((best, one) => pick(best, one[k]), all[0][k])));
+    const whole = about(near.concat(reel.walls.flatMap((one) => [one.slice(0, 2), one.slice(2)])));
+    const size = ([x0, x1, y0, y1]) => Math.max(x1 - x0, y1 - y0);
+    const [x0, x1, y0, y1] = size(whole) <= 1.5 * size(about(near)) ? whole : about(near);
     const width = canvas.clientWidth, across = x1 - x0 + 2 * margin, up = y1 - y0 + 2 * margin;
     const tall = (width < 480 ? 0.24 : 0.58) * Math.max(innerHeight, 560);
     const scale = Math.min(width / across, tall / up), sharp = devicePixelRatio || 1;
