@@ -7,7 +7,7 @@ runs of its sectors.
 A sector is the people of one door, pressed as in the scene `arch`; people of different sectors do
 not touch, so that each is a run of its own. Every model runs a sector for 1 s and for 3 s: the
 difference is what its steps cost without its start. Memory of all people in one run is of a few
-steps. Prints the tables of docs/results/stadium.md; runs that are in the folder are not run
+steps. Prints the tables of docs/timing.md; runs that are in the folder are not run
 again."""
 
 import argparse
