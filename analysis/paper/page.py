@@ -36,7 +36,6 @@ from analysis.support.files import shipped, write_json, write_rows, write_text
 from analysis.support.parallel import Progress, Task, do_all, workers
 
 PAGE = shipped("docs/errata.md")
-_PART = re.compile(r"^[-*] \*\*(\w+)\*\*:\s(.*?)(?=^[-*] \*\*|\Z)", re.MULTILINE | re.DOTALL)
 
 
 class Erratum(NamedTuple):
@@ -49,21 +48,20 @@ class Erratum(NamedTuple):
 
 
 def errata(section: str, page: Path = PAGE) -> list[Erratum]:
-    """The entries below the heading that starts with `## {section}`.
+    """The rows of the table below the heading that starts with `## {section}`.
 
-    Raises ValueError for a page without that heading, or with an entry that lacks a part."""
+    Raises ValueError for a page without that heading, or with a row that has other parts."""
     chapters = re.split(r"^## ", page.read_text(encoding="utf-8"), flags=re.MULTILINE)
     chosen = [chapter for chapter in chapters[1:] if chapter.startswith(section)]
     if not chosen:
         raise ValueError(f"{page}: no heading '## {section}'")
+    rows = [line.strip()[1:-1] for line in chosen[0].splitlines() if line.startswith("|")]
     entries = []
-    for text in re.split(r"^### ", chosen[0], flags=re.MULTILINE)[1:]:
-        where, _, body = text.partition("\n")
-        parts = {name.lower(): _marked(words) for name, words in _PART.findall(body)}
-        for name in Erratum._fields[1:]:
-            if name not in parts:
-                raise ValueError(f"{page}: the entry '{where}' has no {name.capitalize()}")
-        entries.append(Erratum(where.strip(), *(parts[name] for name in Erratum._fields[1:])))
+    for row in rows[2:]:  # after the heads and the rule
+        parts = [_marked(cell.replace("\\|", "|")) for cell in re.split(r"(?<!\\)\|", row)]
+        if len(parts) != len(Erratum._fields) or not all(parts):
+            raise ValueError(f"{page}: not {', '.join(Erratum._fields)}: {row}")
+        entries.append(Erratum(*parts))
     return entries
 
 

@@ -62,7 +62,7 @@ def test_desired_direction_points_to_the_exit():
 
 
 def test_external_percussion_lives_on_the_free_border():
-    """3.1: ∫_Γf r·v is bounded by the L²(Γ_f) norm; by the L²(Ω) norm it is not, and there its unit
+    """3.1, percussion: ∫_Γf r·v is bounded by the L²(Γ_f) norm; by the L²(Ω) norm it is not, and there its unit
     is no energy."""
     traction = IMPULSE / M
     assert traction * SPEED * M == ENERGY
@@ -79,7 +79,7 @@ def test_external_percussion_lives_on_the_free_border():
 
 
 def test_surface_potential_takes_the_velocity_itself():
-    """3.1: φ_s = k_s (w/2)² gives r_int = k_s w, a vector in N·s/m; with D(w) it is a matrix in
+    """3.1, potential: φ_s = k_s (w/2)² gives r_int = k_s w, a vector in N·s/m; with D(w) it is a matrix in
     another unit."""
     k_s, traction = KG / M, IMPULSE / M
     assert k_s * SPEED == traction
@@ -109,7 +109,7 @@ def test_surface_potential_takes_the_velocity_itself():
 
 
 def test_units_of_k_v_and_k_s():
-    """Table 1: N·s²/m² and N·s²/m³ balance (11) for kg/m³, in space; in the plane k_v is in kg and
+    """Table 1, k: N·s²/m² and N·s²/m³ balance (11) for kg/m³, in space; in the plane k_v is in kg and
     k_s in kg/m."""
 
     def balances(density, k_v, k_s):
@@ -135,7 +135,7 @@ def test_units_of_k_v_and_k_s():
 
 @pytest.mark.parametrize("gamma", [Fraction(7, 5), Fraction(2), Fraction(3)], ids=str)
 def test_unit_of_the_pressure_coefficient(gamma):
-    """Table 1: p = p₀ρ^γ beside ρ|u|² needs ped^(1−γ) m^(2γ) s⁻²; the printed m^(2+γ) is the same
+    """Table 1, p₀: p = p₀ρ^γ beside ρ|u|² needs ped^(1−γ) m^(2γ) s⁻²; the printed m^(2+γ) is the same
     at γ = 2 only."""
     density = PED / M**2
     wanted = density * SPEED**2

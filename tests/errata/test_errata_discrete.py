@@ -86,7 +86,7 @@ def subgradient_of_indicator(slope, at, inside):
 
 
 def test_quadratic_dissipation_pulls_those_who_part():
-    """Two who walk apart with the k of e = 0.5: as printed p = k C(u⁺ + u⁻) + λ stops them, with λ
+    """After (1), dissipation: two who walk apart with the k of e = 0.5: as printed p = k C(u⁺ + u⁻) + λ stops them, with λ
     ≥ 0 and C u⁺ = 0; the one-sided φ leaves them alone."""
     pair = line([75.0, 75.0], [-1.0, 1.0])
     k, C = 37.5 * 1.5 / 0.5, np.array([[1.0, -1.0]])
@@ -100,7 +100,7 @@ def test_quadratic_dissipation_pulls_those_who_part():
 
 
 def test_reactions_are_subgradients_of_the_indicator_of_the_negative_half_line():
-    """After (1): λ ∈ ∂1_{ℝ⁻}(v⁺); of the printed ∂1_{ℝ⁺} neither a pushing nor an open contact is
+    """After (1), reactions: λ ∈ ∂1_{ℝ⁻}(v⁺); of the printed ∂1_{ℝ⁺} neither a pushing nor an open contact is
     an element."""
     contacts, pressed = solved(line([75.0, 75.0], [2.0, 0.0]))
     _, parting = solved(line([75.0, 75.0], [0.0, 1.0]))
@@ -112,7 +112,7 @@ def test_reactions_are_subgradients_of_the_indicator_of_the_negative_half_line()
 
 
 def test_conditions_as_printed_allow_overlap_and_pulling():
-    """After (1): M(u⁺−u⁻) + Cᵀλ = 0 and Cu⁺·λ = 0 hold for disks that pass through each other, and
+    """After (1), reactions: M(u⁺−u⁻) + Cᵀλ = 0 and Cu⁺·λ = 0 hold for disks that pass through each other, and
     for glue."""
     m_eff = 37.5
     for u, right_answer in (([2.0, 0.0], [1.0, 1.0]), ([0.0, 2.0], [0.0, 2.0])):
@@ -257,7 +257,7 @@ def test_sliding_term_has_no_comma():
 
 
 def test_social_force_without_overlap_is_not_constant():
-    """After (9): people who stand in a row against a wall and do not overlap carry 225 to 1,575 N,
+    """(9): people who stand in a row against a wall and do not overlap carry 225 to 1,575 N,
     not A = 2,000 N each."""
     drive = np.full(7, 75 * 1.5 / 0.5)  # m u_d/τ
     gaps = -0.08 * np.log(np.cumsum(drive) / 2000.0)

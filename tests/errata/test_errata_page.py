@@ -1,46 +1,28 @@
-"""docs/errata.md and the tests name each other, completely. Errata of the references, read in the
-stored text of the paper."""
+"""Every row of docs/errata.md has a test. Errata of the references, read in the stored text of the
+paper."""
 
 import ast
 import re
-from collections import Counter
 from pathlib import Path
 
 import pytest
 
+from analysis.paper.page import errata
+
 HERE = Path(__file__).resolve().parent
-PAGE = (HERE.parents[1] / "docs" / "errata.md").read_text()
-ENTRIES = re.split(r"^### ", PAGE, flags=re.MULTILINE)[1:]
-
-OF_THE_PAGE = (
-    "test_page_names_exactly_the_tests_that_exist",
-    "test_every_entry_has_its_four_parts_and_a_test",
-)
 
 
-def written_tests():
-    """The name of every test of the errata but those of the page."""
-    return [
-        node.name
+def test_every_row_has_a_test_and_every_test_a_row():
+    """Tests: each other's docstring begins with the place of its row."""
+    rows = [one.where.split(":")[0] for part in ("Section 2", "Section 3") for one in errata(part)]
+    tests = [
+        ast.get_docstring(node).split(":")[0]
         for path in sorted(HERE.glob("test_*.py"))
         for node in ast.parse(path.read_text()).body
-        if isinstance(node, ast.FunctionDef)
-        and node.name.startswith("test_")
-        and node.name not in OF_THE_PAGE
+        if isinstance(node, ast.FunctionDef) and node.name.startswith("test_")
     ]
-
-
-def test_page_names_exactly_the_tests_that_exist():
-    named = Counter(re.findall(r"`(test_\w+)`", PAGE))
-    assert named == Counter(written_tests())
-
-
-def test_every_entry_has_its_four_parts_and_a_test():
-    assert ENTRIES
-    for entry in ENTRIES:
-        parts = re.findall(r"^[-*] \*\*(\w+)\*\*:\s", entry, re.MULTILINE)
-        assert parts == ["Printed", "Correct", "Why", "Test"], entry
-        assert "`test_" in entry.split("* **Test**:")[1], entry
+    assert len(rows) == len(set(rows))
+    assert {*rows, "Tests"} == set(tests)
 
 
 PAPER = Path(__file__).resolve().parents[3] / "shared" / "paper" / "jebrane2019.txt"
@@ -70,7 +52,7 @@ def data(entry):
 
 
 def test_reference_9_carries_the_data_of_8(references):
-    """[9] has [8]'s issue, pages and doi; Simulating dynamical features of escape panic is Nature
+    """References: [9] has [8]'s issue, pages and doi; Simulating dynamical features of escape panic is Nature
     407, 487–490."""
     assert "escape panic, Nature" in references[9]
     assert data(references[9])[:3] == data(references[8])[:3]
@@ -81,7 +63,7 @@ def test_reference_9_carries_the_data_of_8(references):
 
 
 def test_references_given_twice(references):
-    """[3] and [15] are one article (its authors misspelt in [3]), [7] and [18] another."""
+    """References: [3] and [15] are one article (its authors misspelt in [3]), [7] and [18] another."""
     assert references[7] == references[18]
     for entry in (references[3], references[15]):
         assert "crowd motion model of gradient flow type, Mathematical Models and Method" in entry
@@ -91,7 +73,7 @@ def test_references_given_twice(references):
 
 
 def test_continuum_rival_is_reference_12(text, references):
-    """3.2.2, Fig. 8 and (M1) cite [10], a microscopic model; crowd turbulence is [12]; M1's source
+    """3.2.2, Fig. 8, (M1): they cite [10], a microscopic model; crowd turbulence is [12]; M1's source
     is not listed."""
     topic = "crowd turbulence"
     assert topic in references[12]

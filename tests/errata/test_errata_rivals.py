@@ -152,7 +152,7 @@ def test_first_order_pressure_needs_a_sign():
 
 
 def test_first_order_pressure_before_an_exit():
-    """(20), half-annulus 0.5 < r < 5 m: as printed p is greatest at the wall that people leave;
+    """(20): in the half-annulus 0.5 < r < 5 m, as printed p is greatest at the wall that people leave;
     with p ≥ 0 it is 0 there."""
     U, a, R = 1.7, 0.5, 5.0
     edges = np.linspace(a, R, 301)

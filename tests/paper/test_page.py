@@ -132,14 +132,14 @@ def test_runs_made_ahead_are_made_once_and_failures_are_counted(tmp_path):
 
 def test_errata_are_read_whole(tmp_path):
     page = tmp_path / "errata.md"
+    head = "| where | printed | correct | why |\n|---|---|---|---|\n"
     page.write_text(
-        "# All\n\n## Section 2: disks\n\n### (7)\n- **Printed**: u⁺ = *u*\n- **Correct**: `u`\n"
-        "- **Why**: two\n  lines\n- **Test**: none\n\n## Section 3\n\n### (9)\n- **Printed**: a\n"
+        f"# All\n\n## Section 2: disks\n\n{head}| (7) | u⁺ = *u* | `u` | \\|u\\| |\n\n"
+        f"## Section 3\n\n{head}| (9) | a | b |\n"
     )
     (entry,) = errata("Section 2", page)
-    parts = entry.where, entry.printed, entry.correct, entry.why
-    assert parts == ("(7)", "u⁺ = *u*", "`u`", "two lines")
-    with pytest.raises(ValueError, match=r"\(9\).*Correct"):
+    assert entry == ("(7)", "u⁺ = *u*", "`u`", "|u|")
+    with pytest.raises(ValueError, match=r"where, printed, correct, why: .*\(9\)"):
         errata("Section 3", page)
     with pytest.raises(ValueError, match="Section 4"):
         errata("Section 4", page)
@@ -148,7 +148,7 @@ def test_errata_are_read_whole(tmp_path):
 @pytest.mark.parametrize(
     ("words", "shown"),
     [
-        ("u⁺ = *u* and\n  `u`", "u⁺ = *u* and `u`"),
+        ("u⁺ = *u* and  `u`", "u⁺ = *u* and `u`"),
         ("m u_d/τ in arch_masses", "m u~d~/τ in arch_masses"),
         ("λ^{i,i+1} = Σ_{j ≤ i} m_j", "λ^i,i+1^ = Σ~j\u00a0≤\u00a0i~ m~j~"),
         ("e^{−(l − x)/h}, ρ^γ", "e^−(l\u00a0−\u00a0x)/h^, ρ^γ^"),
@@ -156,9 +156,7 @@ def test_errata_are_read_whole(tmp_path):
 )
 def test_errata_in_the_markdown_of_pages(tmp_path, words, shown):
     page = tmp_path / "errata.md"
-    page.write_text(
-        f"## Section 2\n\n### (1)\n- **Printed**: {words}\n- **Correct**: b\n- **Why**: c\n"
-    )
+    page.write_text(f"## Section 2\n\n| a |\n|---|\n| (1) | {words} | b | c |\n")
     assert errata("Section 2", page)[0].printed == shown
 
 
