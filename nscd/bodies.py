@@ -1,14 +1,62 @@
-"""What a crowd is at one instant: disks and straight walls."""
+"""What a crowd is at one instant: disks, alone or several to a rigid body, and straight walls."""
 
-from dataclasses import dataclass, field
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from nscd.arrays import LARGEST, Floats, Indices, number, read_only, whole_numbers
+from nscd import _core
+from nscd.arrays import LARGEST, Floats, Index32, Indices, number, read_only, whole_numbers
 from nscd.segments import nearest_on_segment
 
 _NO_IDS: Indices = np.empty(0, dtype=np.int64)
 _NO_SPIN: Floats = np.empty(0)
+# Disks of one body hang together that are nearer than this share of the smaller radius.
+NEAR = 1e-3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Bodies:
+    """Hold b rigid bodies of one or several disks; `Snapshot.joined` makes them.
+
+    number: (n,) the body of each disk, 0…b−1
+    ids: (b,) their numbers in the files, rising
+    mass: (b,) kg
+    centre: (b,2) m, of mass
+    inertia: (b,) kg m², about the centre"""
+
+    number: Index32
+    ids: Indices
+    mass: Floats
+    centre: Floats
+    inertia: Floats
+
+    def __len__(self) -> int:
+        return len(self.mass)
+
+    def mean(self, values: Floats, mass: Floats) -> Floats:
+        """Compute (b,2) the mean of what disks of masses (n,) kg have, (n,2) in any unit."""
+        base = np.empty((len(self), 2))
+        base[self.number[::-1]] = values[::-1]  # the first disk's: exact where a body is one disk
+        share = mass / np.bincount(self.number, mass)[self.number]
+        change = share[:, None] * (values - base[self.number])
+        return base + np.column_stack([np.bincount(self.number, part) for part in change.T])
+
+    def motion(self, snapshot: Snapshot, velocity: Floats) -> Floats:
+        """Compute (b,3) m/s, m/s, rad/s: the centres' velocities and the spins, of bodies whose
+        disks have the velocities (n,2) m/s in the mean of their masses and turn with the
+        snapshot's spins."""
+        spin = np.empty(len(self))
+        spin[self.number] = snapshot.spin
+        off = self.mean(snapshot.position, snapshot.mass) - self.centre
+        mean = self.mean(velocity, snapshot.mass)
+        return np.column_stack([mean[:, 0] + spin * off[:, 1], mean[:, 1] - spin * off[:, 0], spin])
+
+    def of_disks(self, motion: Floats, position: Floats) -> Floats:
+        """Compute (n,2) m/s of disks at (n,2) m, v + ω × (x − c) of the motion (b,3) of bodies."""
+        off, mine = position - self.centre[self.number], motion[self.number]
+        return mine[:, :2] + mine[:, 2:] * np.column_stack([-off[:, 1], off[:, 0]])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -23,6 +71,7 @@ class Snapshot:
     spin: (n,) rad/s; 0 where left out
     time: s
     drive: (n,2) N, the force with which each person walks, where it is known
+    bodies: which disks are one rigid body, see `joined`; none where each is alone
 
     Raises ValueError naming the field for a wrong shape, what is not a finite number, a magnitude
     beyond 10¹⁰⁰ (or masses and radii below its inverse), a radius or mass that is not positive, and
@@ -44,6 +93,7 @@ class Snapshot:
     spin: Floats = field(default_factory=lambda: _NO_SPIN)
     time: float = 0.0
     drive: Floats | None = None
+    bodies: Bodies | None = None
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -62,6 +112,76 @@ class Snapshot:
         if not (ids[1:] > ids[:-1]).all() and len(np.unique(ids)) != n:
             raise ValueError("ids: one distinct integer per disk is needed")
         put(self, "ids", ids)
+        if self.bodies is not None and len(self.bodies.number) != n:
+            raise ValueError(f"bodies: of {len(self.bodies.number)} disks where there are {n}")
+
+    def joined(
+        self,
+        body: Indices,
+        *,
+        mass: Floats | None = None,
+        centre: Floats | None = None,
+        inertia: Floats | None = None,
+    ) -> Snapshot:
+        """Join disks to rigid bodies, whose disks move as they do.
+
+        body: (n,) the number of the body of each disk
+        mass, centre, inertia: (b,) kg, (b,2) m, (b,) kg m² of the bodies by rising number; those of
+            its disks where left out, Σ m (r²/2 + |x − c|²)
+
+        Raises ValueError for a body whose disks do not hang together or spin differently, and for a
+        mass or inertia that is not positive."""
+        ids, place = np.unique(whole_numbers(body, (len(self),), "body"), return_inverse=True)
+        own, b = np.ones(len(ids)), len(ids)
+        of = Bodies(number=place.astype(np.int32), ids=ids, mass=own, centre=own, inertia=own)
+        of = replace(of, centre=of.mean(self.position, self.mass))
+        if centre is not None:
+            of = replace(of, centre=read_only(centre, (b, 2), "centre of bodies"))
+        off = self.position - of.centre[place]
+        moment = self.inertia + self.mass * (off**2).sum(1)
+        of = replace(of, mass=_of_all(mass, self.mass, of, "mass"))
+        of = replace(of, inertia=_of_all(inertia, moment, of, "inertia"))
+        self._check_whole(of)
+        moving = of.of_disks(of.motion(self, self.velocity), self.position)
+        return replace(self, velocity=moving, bodies=of)
+
+    def _check_whole(self, of: Bodies) -> None:
+        """Raise ValueError for a body whose disks do not hang together, or spin differently."""
+        order = np.argsort(of.number, kind="stable")
+        ends = []
+        for apart in range(1, int(np.bincount(of.number).max(initial=0))):
+            one, other = order[:-apart], order[apart:]
+            both = of.number[one] == of.number[other]
+            one, other = one[both], other[both]
+            if (uneven := self.spin[one] != self.spin[other]).any():
+                which = of.ids[of.number[one[uneven][0]]]
+                raise ValueError(f"spin: disks of body {which} turn differently")
+            least = np.minimum(self.radius[one], self.radius[other])
+            gap = np.hypot(*(self.position[one] - self.position[other]).T)
+            near = gap - self.radius[one] - self.radius[other] <= NEAR * least
+            ends.append(np.column_stack([one[near], other[near]]).astype(np.int32))
+        pairs = np.concatenate(ends) if ends else np.empty((0, 2), np.int32)
+        label = _core.components(len(self), *np.ascontiguousarray(pairs.T))
+        parts = np.unique(np.column_stack([of.number, label]), axis=0)[:, 0]
+        if len(parts) > len(of):
+            which = of.ids[parts[:-1][parts[1:] == parts[:-1]][0]]
+            raise ValueError(f"body {which}: its disks do not hang together")
+
+    def need_disks(self, who: str) -> None:
+        """Raise ValueError, naming who needs it, where bodies have several disks."""
+        if self.wide is not None:
+            raise ValueError(f"{who}: bodies of several disks; it is for disks")
+
+    @property
+    def wide(self) -> Bodies | None:
+        """Give the bodies, but none where they are the disks."""
+        of = self.bodies
+        same = of is None or (
+            np.array_equal(of.mass[of.number], self.mass)
+            and np.array_equal(of.inertia[of.number], self.inertia)
+            and np.array_equal(of.centre[of.number], self.position)
+        )
+        return None if same else of
 
     @property
     def inertia(self) -> Floats:
@@ -74,6 +194,16 @@ class Snapshot:
 
     def __repr__(self) -> str:
         return f"<Snapshot: {len(self)} disks at {self.time:g} s>"
+
+
+def _of_all(given: Floats | None, parts: Floats, of: Bodies, name: str) -> Floats:
+    """What bodies have (b,): as given, or the sum over their disks (n,)."""
+    sums = np.asarray(np.bincount(of.number, parts), dtype=np.float64)
+    total = sums if given is None else read_only(given, (len(of),), name)
+    if len(of) and not total.min() > 0:
+        worst = int(np.argmin(total))
+        raise ValueError(f"body {of.ids[worst]}: {name} {total[worst]:g}; more than 0 is needed")
+    return total
 
 
 def _positive(value: Floats, n: int, name: str) -> Floats:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,7 +19,7 @@ from nscd.arrays import (
     read_only,
     whole_numbers,
 )
-from nscd.bodies import Snapshot, Walls
+from nscd.bodies import Bodies, Snapshot, Walls
 from nscd.segments import connect
 
 if TYPE_CHECKING:
@@ -211,7 +211,7 @@ def find_contacts(snapshot: Snapshot, walls: Walls | None = None, *, tolerance: 
             "their contact has no normal"
         )
     normal = vector / distance[:, None]
-    return Contacts(
+    found = Contacts(
         first=first,
         second=second,
         is_wall=np.arange(len(first)) >= pairs,
@@ -219,6 +219,52 @@ def find_contacts(snapshot: Snapshot, walls: Walls | None = None, *, tolerance: 
         gap=gap,
         point=snapshot.position[first] + snapshot.radius[first, None] * normal,
     )
+    return found if snapshot.bodies is None else found.select(~own_contacts(snapshot, found))
+
+
+def of_bodies(bodies: Bodies, contacts: Contacts) -> Contacts:
+    """Give the contacts of disks as those of their bodies."""
+    disk = np.where(contacts.is_wall, 0, contacts.second)
+    second = np.where(contacts.is_wall, contacts.second, bodies.number[disk])
+    return replace(contacts, first=bodies.number[contacts.first].astype(np.int64), second=second)
+
+
+def levers(snapshot: Snapshot, contacts: Contacts) -> tuple[Floats, Floats]:
+    """Compute the levers (k,2) m of n and of t about the centres of both bodies of each contact, with
+    the sign of their rows in C and T; 0 at a wall. Without bodies a disk's are 0 and its radius."""
+    along, across = np.zeros((len(contacts), 2)), np.zeros((len(contacts), 2))
+    off = np.zeros_like(snapshot.position)
+    if snapshot.bodies is not None:
+        off = snapshot.position - snapshot.bodies.centre[snapshot.bodies.number]
+    pairs, (nx, ny) = ~contacts.is_wall, contacts.normal.T
+    ends = (contacts.first, 1.0), (np.where(pairs, contacts.second, contacts.first), -1.0)
+    for side, (disk, sign) in enumerate(ends):
+        x, y = off[disk].T
+        along[:, side] = sign * (x * ny - y * nx)
+        across[:, side] = snapshot.radius[disk] + sign * (x * nx + y * ny)
+    along[~pairs, 1] = across[~pairs, 1] = 0.0
+    return along, across
+
+
+def inverse_masses(snapshot: Snapshot, contacts: Contacts) -> Floats:
+    """Compute w (k,) 1/kg, the diagonal of the Delassus operator: 1/m and lever² over inertia of both
+    disks, or bodies."""
+    wide = snapshot.wide
+    if wide is None:
+        return contacts.inverse_mass(snapshot.mass)
+    of, along = of_bodies(wide, contacts), levers(snapshot, contacts)[0]
+    other = np.where(of.is_wall, of.first, of.second)
+    turning = along[:, 0] ** 2 / wide.inertia[of.first] + along[:, 1] ** 2 / wide.inertia[other]
+    return of.inverse_mass(wide.mass) + turning
+
+
+def own_contacts(snapshot: Snapshot, contacts: Contacts) -> Flags:
+    """Tell (k,) which contacts are within one body."""
+    if snapshot.bodies is None:
+        return np.zeros(len(contacts), dtype=bool)
+    body = snapshot.bodies.number
+    other = np.where(contacts.is_wall, 0, contacts.second)
+    return np.asarray(~contacts.is_wall & (body[contacts.first] == body[other]))
 
 
 def _rounding(snapshot: Snapshot, walls: Walls | None) -> float:

@@ -91,12 +91,14 @@ class ContactLaw:
         )
         return np.full_like(inverse_mass, self.dissipation), np.full_like(inverse_mass, tangential)
 
-    def acting(self, contacts: Contacts, mass: Floats, left: Floats) -> tuple[Floats, Floats]:
+    def acting(
+        self, contacts: Contacts, inverse_mass: Floats, left: Floats
+    ) -> tuple[Floats, Floats]:
         """Compute the k_n and k_t (k,) kg that act in a collision: none where C u⁻ < 0, unless the
         contacts are maintained.
 
-        mass: (n,) kg; left: (n,2) m/s, u⁻"""
-        normal, tangential = self.coefficients(contacts.inverse_mass(mass))
+        inverse_mass: (k,) 1/kg, w; left: (n,2) m/s, u⁻"""
+        normal, tangential = self.coefficients(inverse_mass)
         if self.maintained or not (normal.any() or tangential.any()):
             return normal, tangential
         least = -AT_REST * float(np.abs(left).max(initial=0.0))

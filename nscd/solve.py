@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from nscd import _core
 from nscd.arrays import Floats, count, flag, instance, number, read_only, shown
 from nscd.bodies import Snapshot
-from nscd.contacts import Contacts
+from nscd.contacts import Contacts, inverse_masses, own_contacts
 from nscd.laws import ContactLaw
 from nscd.percussions import GAIN, FrictionPart, Percussions, Status
 
@@ -85,6 +85,10 @@ def solve(
     corrected, see `ContactLaw`; C u⁺ = 0 where the law says `maintained`). u⁺ is unique, λ is not
     where contacts are redundant.
 
+    Where disks are joined to bodies (`Snapshot.joined`), these are what moves: M has their masses and
+    inertias, the rows of C and T the levers of their contacts, and u⁻ is the motion of each body in
+    the mean of its disks' velocities. Velocities are those of the disks, which turn with their body.
+
     With friction u⁺ is not unique either: the search begins from the convex programme of the cones
     (from u⁻ where nothing presses), so that its answer is one of several where there are several;
     `starts` > 1 searches for others too and gives how far apart the u⁺ are in
@@ -115,8 +119,11 @@ def solve(
     if guess is not None and len(instance(guess, Percussions, "guess").reaction) == len(contacts):
         asked["guess"] = guess.reaction
     if not law.plain:
-        asked |= _told(snapshot, contacts, _left(snapshot, left_velocity), law, solver)
         asked["starts"] = starts
+    if snapshot.wide is not None:
+        left = _of_bodies(snapshot, contacts, np.asarray(left), solver, asked)
+    if not law.plain:
+        asked |= _told(snapshot, contacts, _left(snapshot, left), law, solver)
     said = _core.solve_impact(
         contacts.first, contacts.second, contacts.is_wall, contacts.normal, snapshot.position,
         snapshot.radius, snapshot.mass, left, tolerance=tolerance, least=canonical,
@@ -133,8 +140,7 @@ def solve(
         why = why.format(n=disks)
     if shared > 1:
         why += f"; {shared} threads"
-    if "right_spin" not in found:
-        found["right_spin"] = snapshot.spin
+    _to_disks(snapshot, found)
     change = found["energy_change"]
     part = None
     if rough:
@@ -161,13 +167,38 @@ def _start_of(seed: int) -> str:
     return f"random states {seed}" if seed else "convex programme"
 
 
+def _of_bodies(
+    snapshot: Snapshot, contacts: Contacts, left: Floats, solver: str, asked: dict[str, Any]
+) -> Floats:
+    """Tell the core of bodies of several disks; their disks' left velocities (n,2) m/s."""
+    wide = snapshot.wide
+    assert wide is not None
+    contacts.check_disks(len(snapshot))
+    if own_contacts(snapshot, contacts).any():
+        raise ValueError("contacts: two disks of one body")
+    if solver in FIRST_ORDER:
+        raise ValueError(f"solver: {solver} is for disks, not for bodies of several")
+    moving = wide.motion(snapshot, _left(snapshot, left))
+    asked["bodies"] = wide.number, wide.centre, wide.mass, wide.inertia, moving
+    return wide.of_disks(moving, snapshot.position)
+
+
+def _to_disks(snapshot: Snapshot, found: dict[str, Any]) -> None:
+    """Give each disk the velocity and the spin that it has after the impact."""
+    found.setdefault("right_spin", snapshot.spin)
+    if (wide := snapshot.wide) is not None:
+        moving = np.column_stack([found["right_velocity"], found["right_spin"]])
+        found["right_velocity"] = wide.of_disks(moving, snapshot.position)
+        found["right_spin"] = moving[wide.number, 2]
+
+
 def _told(
     snapshot: Snapshot, contacts: Contacts, left: Floats, law: ContactLaw, solver: str
 ) -> dict[str, Any]:
     """What the core is told of a law with dissipation or friction: μ (k,), k_n and k_t (k,) kg of
     contacts that do not open, and spins where something acts across."""
     contacts.check_disks(len(snapshot))
-    along, across = law.acting(contacts, snapshot.mass, left)
+    along, across = law.acting(contacts, inverse_masses(snapshot, contacts), left)
     told: dict[str, Any] = {"maintained": law.maintained}
     if along.any() or across.any():
         if solver in FIRST_ORDER:

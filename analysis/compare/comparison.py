@@ -257,7 +257,7 @@ def compare_run(
         balance = _driven_balance(snapshot, ts.data, engine, np.array(scene.acceleration()))
     if not len(found.contacts) and not len(engine):
         raise DumpError(f"{folder}: no contact at all at {snapshot.time:g} s; nothing to compare")
-    known = determinacy(found.contacts, len(snapshot))
+    known = determinacy(found.contacts, len(snapshot), snapshot)
     return Comparison(
         scene=scene,
         record=record,

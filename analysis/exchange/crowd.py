@@ -95,7 +95,7 @@ def put_truth(group: Any, found: SnapshotPercussions, openness: Openness) -> Non
     group.attrs["solver"] = answer.solver
     group.attrs["residual"] = answer.residual
     group.attrs["velocity_error_m_per_s"] = answer.velocity_error
-    known = determinacy(found.contacts, len(found.snapshot))
+    known = determinacy(found.contacts, len(found.snapshot), found.snapshot)
     put_whole(group, "rank", known.rank)
     group["rank"].attrs["meaning"] = "of the normal columns of H"
     left_open = openness_of(found, openness == "ranges")
@@ -139,7 +139,7 @@ def read_crowd(group: Group, friction: Floats) -> CrowdProblem:
         raise group.refuse("version", f"{said}; version {VERSION} is read")
     bodies, touching = group.group("bodies"), group.group("contacts")
     n, k = bodies.length("id"), len(friction)
-    arrays = {
+    arrays: dict[str, Any] = {
         name: bodies.numbers(name, (n,) if name in ONE_EACH else (n, 2), unit)
         for name, unit in BODIES.items()
     }

@@ -196,7 +196,9 @@ def _real_frame(scene: Scene) -> dict[str, Any]:
         "contacts": len(found.contacts),
         "mean": float(force.mean()) if len(force) else 0.0,
         "largest": float(force.max(initial=0.0)),
-        "determined": int(determinacy(found.contacts, len(scene.snapshot)).determined.sum()),
+        "determined": int(
+            determinacy(found.contacts, len(scene.snapshot), scene.snapshot).determined.sum()
+        ),
         "status": str(found.answer.status),
         "residual": found.answer.residual,
     }

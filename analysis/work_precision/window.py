@@ -282,7 +282,8 @@ def rigid_reference(
     n, mass = len(snapshot), np.repeat(snapshot.mass, 2)
     root, left = np.sqrt(mass), left_velocity.ravel()
     norm = float(np.linalg.norm(root * left))
-    weight = (law or ContactLaw()).acting(contacts, snapshot.mass, left_velocity)[0]
+    inverse = contacts.inverse_mass(snapshot.mass)
+    weight = (law or ContactLaw()).acting(contacts, inverse, left_velocity)[0]
     if not weight.any():
         closed = _pressed_line(snapshot, contacts, left_velocity)
         if closed is not None:

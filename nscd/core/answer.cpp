@@ -120,7 +120,7 @@ private:
         const bool known = !asked_.reaction.empty(), even = s_.even();
         Near near;
         if (known && correct_guess(near)) return Rung::GUESS;
-        if (!s_.dissipative() && even && !known && descend_and_close(near)) return Rung::DESCENT;
+        if (!s_.dissipative() && !s_.wide() && even && !known && descend_and_close(near)) return Rung::DESCENT;
         if (s_.dissipative() || !even) near = {};
         Found found = solve_by_path(factor_, near, asked_.tolerance / stiffest(), asked_.least);
         iterations_ += found.iterations;
@@ -255,7 +255,7 @@ Answer climb(const System& s, const Asked& asked) {
     const System part = chosen(s, rest.contact, rest.disk, rest.place);
     Answer found;
     bool solved = false;
-    if (rest.forest && !s.dissipative()) {
+    if (rest.forest && !s.dissipative() && !s.wide()) {
         const Branches branches = branches_of(part);
         found.iterations = solve_tree(part, branches, found.reaction, found.velocity);
         found.rung = Rung::TREE, found.disks = part.n;
@@ -344,7 +344,10 @@ double astray(const System& law, const Numbers& along, const Answer& found) {
         if (law.second[c] >= 0) carried[law.second[c]] += along[c] * wrong;
     }
     double square = 0.0;
-    for (int i = 0; i < law.n; ++i) square += carried[i] * carried[i] / law.mass[law.d * i];
+    for (int i = 0; i < law.n; ++i) {
+        square += carried[i] * carried[i] / law.mass[law.d * i];
+        if (law.wide()) square += carried[i] * carried[i] * law.reach[i] * law.reach[i] / law.mass[3 * i + 2];
+    }
     return std::sqrt(square);
 }
 

@@ -54,8 +54,8 @@ Gaps gaps_of(const System& s, In reaction, In u, bool pressing, Flags closed) {
     for (int i = 0; i < s.n; ++i) {
         const double known = ROUNDING * EPSILON * size[i], heavy = s.mass[d * i];
         for (int a = 0; a < d; ++a) {
-            // the moment of a push is that times the radius, √(2 I/m)
-            const double turn = a < 2 ? 1.0 : std::sqrt(2.0 * s.mass[d * i + 2] / heavy);
+            // the moment of a push is that times the radius, √(2 I/m), or the longest lever of a wide body
+            const double turn = a < 2 ? 1.0 : s.wide() ? s.reach[i] : std::sqrt(2.0 * s.mass[d * i + 2] / heavy);
             const double amount = std::abs(missed[d * i + a]) + known * turn;
             of.square += amount * amount / s.mass[d * i + a];
         }

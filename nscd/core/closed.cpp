@@ -45,7 +45,7 @@ Islands islands_of(const System& s) {
 Rest close_single(const System& s, Numbers& reaction, Numbers& velocity) {
     const Islands islands = islands_of(s);
     const auto many = [&](Index island) {
-        return islands.pressed[island] && (islands.contacts[island] > 1 || s.dissipative());
+        return islands.pressed[island] && (islands.contacts[island] > 1 || s.dissipative() || s.wide());
     };
     reaction.assign(s.k, 0.0);
     velocity = s.free;

@@ -26,6 +26,7 @@ void imbalance_of_disks(const Rubbing& p, In pn, In pt, In rest, Tell&& tell) {
         size[i] += push, lever[i] = std::max(lever[i], p.lever_first[c]);
         if (j >= 0) size[j] += push, lever[j] = std::max(lever[j], p.lever_second[c]);
     }
+    if (p.wide()) lever = p.reach;
     for (int i = 0; i < p.n; ++i) {
         double off = larger(std::abs(rest[3 * i]), std::abs(rest[3 * i + 1]));
         if (lever[i] > 0.0) off = larger(off, std::abs(rest[3 * i + 2]) / lever[i]);
@@ -46,6 +47,7 @@ void Rubbing::prepare() {
         inverse_mass[c] = 1.0 / mass[i] + (j >= 0 ? 1.0 / mass[j] : 0.0);
         tangent_inverse[c] = inverse_mass[c] + lever_first[c] * lever_first[c] / mass[i + 2];
         if (j >= 0) tangent_inverse[c] += lever_second[c] * lever_second[c] / mass[j + 2];
+        if (wide()) inverse_mass[c] += turn_first[c] * turn_first[c] / mass[i + 2] + (j >= 0 ? turn_second[c] * turn_second[c] / mass[j + 2] : 0.0);
         dissipates = dissipates || along[c] != 0.0 || across[c] != 0.0;
     }
     contact_velocities(*this, left, left_v, left_s);
@@ -57,6 +59,10 @@ Rubbing rubbing_of(const System& flat, In radius, In spin, In inertia, Numbers f
     static_cast<System&>(p) = flat;
     p.friction = std::move(friction);
     p.scale = std::max(p.scale, SLOWEST);
+    if (p.wide()) {
+        p.prepare();
+        return p;
+    }
     p.mass.clear(), p.left.clear();
     for (int i = 0; i < p.n; ++i) {
         p.mass.insert(p.mass.end(), {flat.mass[2 * i], flat.mass[2 * i + 1], inertia[i]});
@@ -86,22 +92,28 @@ Rubbing chosen(const Rubbing& whole, std::span<const Index> contact, std::span<c
 
 void contact_velocities(const Rubbing& p, In u, Out v, Out s) {
     const double* at = u.data();
+    const bool wide = p.wide();
     for (int c = 0; c < p.k; ++c) {
         const int i = 3 * p.first[c], j = 3 * p.second[c];
         double x = at[i], y = at[i + 1], turn = p.lever_first[c] * at[i + 2];
         if (j >= 0) x -= at[j], y -= at[j + 1], turn += p.lever_second[c] * at[j + 2];
         v[c] = p.nx[c] * x + p.ny[c] * y;
         s[c] = p.nx[c] * y - p.ny[c] * x + turn;
+        if (wide) v[c] += p.turn_first[c] * at[i + 2] + (j >= 0 ? p.turn_second[c] * at[j + 2] : 0.0);
     }
 }
 
 void add_impulses(const Rubbing& p, In along, In across, double factor, Out b) {
+    const bool wide = p.wide();
     for (int c = 0; c < p.k; ++c) {
         const int i = 3 * p.first[c], j = 3 * p.second[c];
         const double one = factor * along[c], two = factor * across[c];
         const double x = p.nx[c] * one - p.ny[c] * two, y = p.ny[c] * one + p.nx[c] * two;
         b[i] += x, b[i + 1] += y, b[i + 2] += p.lever_first[c] * two;
         if (j >= 0) b[j] -= x, b[j + 1] -= y, b[j + 2] += p.lever_second[c] * two;
+        if (!wide) continue;
+        b[i + 2] += p.turn_first[c] * one;
+        if (j >= 0) b[j + 2] += p.turn_second[c] * one;
     }
 }
 

@@ -27,7 +27,8 @@ struct Rubbed {
     Numbers lam, tau, u;
 };
 
-// The problem of disks that roll: of one without spins, with the radius, spin and inertia (n) of each, and μ (k).
+// The problem of disks that roll: of one without spins, with the radius, spin and inertia (n) of each, and μ (k). That of
+// wide bodies has these.
 Rubbing rubbing_of(const System& flat, In radius, In spin, In inertia, Numbers friction);
 
 Rubbing chosen(const Rubbing& whole, std::span<const Index> contact, std::span<const Index> disk);

@@ -163,15 +163,15 @@ LEVELS void solve_both(const Rows& rows, int n, const double* L, const double* U
 
 // The block of a contact at row r and column c, as outer products of its rows there: n (α n + δ t) + t (γ n + β t).
 struct Row {
-    double nx, ny, tx, ty, turn;
+    double nx, ny, tx, ty, turn, nturn = 0.0;
 };
 void add_block(double* to, const Row& r, const Row& c, double alpha, double beta, double gamma, double delta) {
-    const double along[3] = {alpha * c.nx + delta * c.tx, alpha * c.ny + delta * c.ty, delta * c.turn};
-    const double across[3] = {gamma * c.nx + beta * c.tx, gamma * c.ny + beta * c.ty, beta * c.turn};
+    const double along[3] = {alpha * c.nx + delta * c.tx, alpha * c.ny + delta * c.ty, delta * c.turn + alpha * c.nturn};
+    const double across[3] = {gamma * c.nx + beta * c.tx, gamma * c.ny + beta * c.ty, beta * c.turn + gamma * c.nturn};
     for (int b = 0; b < 3; ++b) {
         to[4 * b] += r.nx * along[b] + r.tx * across[b];
         to[4 * b + 1] += r.ny * along[b] + r.ty * across[b];
-        to[4 * b + 2] += r.turn * across[b];
+        to[4 * b + 2] += r.turn * across[b] + r.nturn * along[b];
     }
 }
 
@@ -202,7 +202,8 @@ void FrictionFactor::assemble(const Rubbing& p, const Weights& weights) {
         if (alpha == 0.0 && beta == 0.0) continue;
         const int i = p.first[c], j = p.second[c];
         const double x = p.nx[c], y = p.ny[c];
-        const Row one{x, y, -y, x, p.lever_first[c]}, two{-x, -y, y, -x, p.lever_second[c]};
+        Row one{x, y, -y, x, p.lever_first[c]}, two{-x, -y, y, -x, p.lever_second[c]};
+        if (p.wide()) one.nturn = p.turn_first[c], two.nturn = p.turn_second[c];
         add_block(middle_.data() + B * i, one, one, alpha, beta, gamma, delta);
         if (j < 0) continue;
         add_block(middle_.data() + B * j, two, two, alpha, beta, gamma, delta);

@@ -260,7 +260,9 @@ At at_contact(const Rubbing& p, int c, const Numbers& u) {
     const int i = 3 * p.first[c], j = 3 * p.second[c];
     double x = u[i], y = u[i + 1], turn = p.lever_first[c] * u[i + 2];
     if (j >= 0) x -= u[j], y -= u[j + 1], turn += p.lever_second[c] * u[j + 2];
-    return {p.nx[c] * x + p.ny[c] * y, p.nx[c] * y - p.ny[c] * x + turn};
+    At at{p.nx[c] * x + p.ny[c] * y, p.nx[c] * y - p.ny[c] * x + turn};
+    if (p.wide()) at.v += p.turn_first[c] * u[i + 2] + (j >= 0 ? p.turn_second[c] * u[j + 2] : 0.0);
+    return at;
 }
 
 }  // namespace
@@ -310,9 +312,11 @@ void Path::take(int c) {
         const double x = b == 0 ? p_.nx[c] : -p_.ny[c], y = b == 0 ? p_.ny[c] : p_.nx[c];
         column[i] = x, column[i + 1] = y;
         if (b == 1) column[i + 2] = p_.lever_first[c];
+        else if (p_.wide()) column[i + 2] = p_.turn_first[c];
         if (j < 0) continue;
         column[j] = -x, column[j + 1] = -y;
         if (b == 1) column[j + 2] = p_.lever_second[c];
+        else if (p_.wide()) column[j + 2] = p_.turn_second[c];
     }
     factor_.solve(columns_[2 * q], columns_[2 * q + 1]);
     for (int o = 0; o <= q; ++o)

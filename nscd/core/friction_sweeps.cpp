@@ -62,27 +62,34 @@ Sweeps::Sweeps(const Rubbing& p) : p_(p), touch_(p.k) {
         touch_[c] = {i, j, p.nx[c], p.ny[c], p.lever_first[c], p.lever_second[c], w, wt, 1.0 / w, 1.0 / wt, p.friction[c], p.offset[c],
                      p.along[c], p.across[c], p.left_v[c], p.left_s[c], 1.0 / p.mass[i], 1.0 / p.mass[i + 2],
                      j >= 0 ? 1.0 / p.mass[j] : 0.0, j >= 0 ? 1.0 / p.mass[j + 2] : 0.0};
+        if (!p.wide()) continue;
+        Touch& of = touch_[c];
+        of.ni = p.turn_first[c], of.nj = p.turn_second[c];
+        of.both = of.ni * of.li * of.si + of.nj * of.lj * of.sj;
     }
 }
 
-template <bool Dissipates>
+template <bool Dissipates, bool Wide>
 [[gnu::always_inline]] inline void Sweeps::sweep(const Touch& c, double& pn, double& pt, double* u) const {
     double *a = u + c.i, *b = u + c.j;
     double x = a[0], y = a[1], turn = c.li * a[2];
     if (c.j >= 0) x -= b[0], y -= b[1], turn += c.lj * b[2];
     double v = c.nx * x + c.ny * y + c.w * pn;  // without this contact's percussion
+    if (Wide) v += c.ni * a[2] + (c.j >= 0 ? c.nj * b[2] : 0.0);
     double s = c.nx * y - c.ny * x + turn + c.wt * pt;
     double along, across;
     if (!Dissipates || (c.along == 0.0 && c.across == 0.0)) {
         along = std::max((v - c.offset) * c.by_w, 0.0);
+        if (Wide) s -= c.both * (along - pn);
         const double most = c.friction * along;
         across = std::min(std::max(s * c.by_wt, -most), most);
     } else {
         const double kn = c.along, kt = c.across;
         v = (v - c.w * kn * c.left_v) / (1.0 + c.w * kn);
-        s = (s - c.wt * kt * c.left_s) / (1.0 + c.wt * kt);
         const double lam = std::max((v - c.offset) * (1.0 + c.w * kn) / c.w, 0.0);
         along = kn * (std::min(v, c.offset) + c.left_v) + lam;
+        if (Wide) s -= c.both * (along - pn);
+        s = (s - c.wt * kt * c.left_s) / (1.0 + c.wt * kt);
         const double most = c.friction * std::max(along, 0.0);
         const double tau = std::min(std::max(s * (1.0 + c.wt * kt) / c.wt, -most), most);
         across = kt * (s - c.wt * tau / (1.0 + c.wt * kt) + c.left_s) + tau;
@@ -92,17 +99,19 @@ template <bool Dissipates>
     const double dx = c.nx * one - c.ny * two, dy = c.ny * one + c.nx * two;
     a[0] -= dx * c.mi, a[1] -= dy * c.mi, a[2] -= c.li * two * c.si;
     if (c.j >= 0) b[0] += dx * c.mj, b[1] += dy * c.mj, b[2] -= c.lj * two * c.sj;
+    if (!Wide) return;
+    a[2] -= c.ni * one * c.si;
+    if (c.j >= 0) b[2] -= c.nj * one * c.sj;
 }
 
 void Sweeps::pair(Out pn, Out pt, Out u) const {
     const int k = p_.k;
-    if (p_.dissipates) {
-        for (int c = 0; c < k; ++c) sweep<true>(touch_[c], pn[c], pt[c], u.data());
-        for (int c = k - 1; c >= 0; --c) sweep<true>(touch_[c], pn[c], pt[c], u.data());
-    } else {
-        for (int c = 0; c < k; ++c) sweep<false>(touch_[c], pn[c], pt[c], u.data());
-        for (int c = k - 1; c >= 0; --c) sweep<false>(touch_[c], pn[c], pt[c], u.data());
-    }
+    const auto all = [&]<bool Dissipates, bool Wide>() {
+        for (int c = 0; c < k; ++c) sweep<Dissipates, Wide>(touch_[c], pn[c], pt[c], u.data());
+        for (int c = k - 1; c >= 0; --c) sweep<Dissipates, Wide>(touch_[c], pn[c], pt[c], u.data());
+    };
+    if (p_.wide()) p_.dissipates ? all.operator()<true, true>() : all.operator()<false, true>();
+    else p_.dissipates ? all.operator()<true, false>() : all.operator()<false, false>();
 }
 
 double Sweeps::off_by(In pn, In pt, In u) const {

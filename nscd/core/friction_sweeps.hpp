@@ -12,7 +12,8 @@ public:
     explicit Sweeps(const Rubbing& p);
 
     // A pair of sweeps, forward and back: the law of each contact in turn, all others given. pn, pt (k) N·s are whole
-    // percussions, u their velocities. Exact: n and t of one contact of disks do not couple.
+    // percussions, u their velocities. Exact: n and t of one contact of disks do not couple; those of wide bodies do, and are
+    // taken one after the other.
     void pair(Out pn, Out pt, Out u) const;
     // Up to `pairs` pairs from percussions; a natural map within the tolerance, which is returned, ends it.
     double plain(Out pn, Out pt, Out u, int pairs, double tolerance, int& done) const;
@@ -25,8 +26,9 @@ private:
         Index i, j;
         double nx, ny, li, lj, w, wt, by_w, by_wt, friction, offset, along, across, left_v, left_s;
         double mi, si, mj, sj;  // 1/kg, 1/(kg m²), inverse masses and inertias
+        double ni = 0.0, nj = 0.0, both = 0.0;  // m, levers of n; 1/kg, what a unit percussion along n does across
     };
-    template <bool Dissipates>
+    template <bool Dissipates, bool Wide>
     void sweep(const Touch& c, double& pn, double& pt, double* u) const;
     double off_by(In pn, In pt, In u) const;
     const Rubbing& p_;

@@ -257,23 +257,26 @@ bool Fronts::factorise_task(const System& s, const double* theta, int t, int me)
             const Size i = Size(left_[e]) * d, j = Size(right_[e]) * d;
             const double weight = theta[c] + (s.dissipative() ? s.along[c] : 0.0);
             const double x = s.nx[c], y = s.ny[c], xx = weight * x * x, xy = weight * x * y, yy = weight * y * y;
-            double* at = front.at(i, i);
-            *at += xx, *front.at(i, i + 1) += xy, *front.at(i + 1, i + 1) += yy;
-            if (j >= 0) {
+            const auto add = [&](const double (&one)[3], const double (&other)[3], double by) {
+                for (int a = 0; a < 3; ++a)
+                    for (int b = 0; b < 3; ++b) {
+                        if (b >= a) *front.at(i + a, i + b) += by * one[a] * one[b];
+                        if (j < 0) continue;
+                        if (b >= a) *front.at(j + a, j + b) += by * other[a] * other[b];
+                        *(i < j ? front.at(i + a, j + b) : front.at(j + b, i + a)) += by * one[a] * other[b];
+                    }
+            };
+            const bool wide = s.wide();
+            if (wide) add({x, y, s.turn_first[c]}, {-x, -y, s.turn_second[c]}, weight);
+            else *front.at(i, i) += xx, *front.at(i, i + 1) += xy, *front.at(i + 1, i + 1) += yy;
+            if (j >= 0 && !wide) {
                 *front.at(j, j) += xx, *front.at(j, j + 1) += xy, *front.at(j + 1, j + 1) += yy;
                 const Size row = std::min(i, j), column = std::max(i, j);
                 *front.at(row, column) -= xx, *front.at(row, column + 1) -= xy;
                 *front.at(row + 1, column) -= xy, *front.at(row + 1, column + 1) -= yy;
             }
-            if (d == 2 || s.across[c] == 0.0) continue;
-            const double one[3] = {-y, x, s.lever_first[c]}, other[3] = {y, -x, s.lever_second[c]};
-            for (int a = 0; a < 3; ++a)
-                for (int b = 0; b < 3; ++b) {
-                    if (b >= a) *front.at(i + a, i + b) += s.across[c] * one[a] * one[b];
-                    if (j < 0) continue;
-                    if (b >= a) *front.at(j + a, j + b) += s.across[c] * other[a] * other[b];
-                    *(i < j ? front.at(i + a, j + b) : front.at(j + b, i + a)) += s.across[c] * one[a] * other[b];
-                }
+            if (d == 2 || !s.dissipative() || s.across[c] == 0.0) continue;
+            add({-y, x, s.lever_first[c]}, {y, -x, s.lever_second[c]}, s.across[c]);
         }
         for (Index c = child_[node]; c >= 0; c = sibling_[c]) {
             const double* given = store_.data() + update_start_[c] + (stays_[c] ? 0 : stacks);

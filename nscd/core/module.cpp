@@ -175,16 +175,16 @@ Fields said_of(Numbers&& reaction, Numbers&& impulse, const Numbers& u, int d, d
     return said;
 }
 
-// Percussions with Coulomb's law of a problem without spins.
+// Percussions with Coulomb's law of a problem without spins, or of wide bodies.
 Said solve_with_friction(const System& s, const Vector& radius, const Vector& spin, const Vector& friction, double tolerance, int starts) {
-    Numbers inertia(s.n);
-    for (int i = 0; i < s.n; ++i) inertia[i] = 0.5 * s.mass[2 * i] * radius(i) * radius(i);
+    Numbers inertia(s.wide() ? 0 : s.n);
+    for (std::size_t i = 0; i < inertia.size(); ++i) inertia[i] = 0.5 * s.mass[2 * i] * radius(i) * radius(i);
     Rubbing p = rubbing_of(s, span(radius), span(spin), inertia, numbers(friction));
     FrictionAnswer found;
     FrictionCertificate of;
     {
         nb::gil_scoped_release others;
-        found = solve_friction(p, tolerance, starts, span(radius));
+        found = solve_friction(p, tolerance, starts, s.wide() ? In(s.reach) : span(radius));
         of = certified(p, found.at);
     }
     Fields said = said_of(std::move(found.at.lam), std::move(of.impulse), found.at.u, 3, of.energy, of.change, of.work), part;
@@ -198,15 +198,25 @@ Said solve_with_friction(const System& s, const Vector& radius, const Vector& sp
     return {std::move(said), finite, of.energy, choice_of(found.route), found.seed, 0, 1, std::move(part)};
 }
 
+// body (n), centre (b, 2), mass and inertia (b) of `Members`, and velocities of the bodies (b, 3).
+using Wide = std::tuple<Given<Index, 1>, Matrix, Vector, Vector, Matrix>;
+Members members_of(const Wide& given, std::size_t n) {
+    const auto& [body, centre, mass, inertia, moving] = given;
+    const std::size_t b = mass.size();
+    need(body.size() == n && centre.size() == 2 * b && inertia.size() == b && moving.size() == 3 * b, "bodies: shapes differ");
+    for (std::size_t i = 0; i < n; ++i) need(body(i) >= 0 && body(i) < Index(b), "bodies: a body that does not exist");
+    return {span(body), span(centre), span(mass), span(inertia)};
+}
+
 std::optional<Said> solve_impact(const Whole& first, const Whole& second, const Marks& is_wall, const Matrix& normal, const Matrix& position,
                   const Vector& radius, const Vector& mass, const Matrix& left, std::optional<Vector> spin, std::optional<Vector> along,
                   std::optional<Vector> across, bool maintained, std::optional<Vector> offset, std::optional<Matrix> free,
                   double least_scale, double tolerance, bool least, bool bounded, int method, int threads,
-                  std::optional<Vector> guess, int shared, std::optional<Vector> friction, int starts) {
+                  std::optional<Vector> guess, int shared, std::optional<Vector> friction, int starts, std::optional<Wide> bodies) {
     const std::size_t n = mass.size(), k = first.size();
     need(second.size() == k && is_wall.size() == k && normal.size() == 2 * k && left.size() == 2 * n && position.size() == 2 * n && radius.size() == n && (!friction || (spin && friction->size() == k && starts > 0)), "solve: shapes differ");
     System s;
-    const bool turns = spin && !friction;
+    const bool turns = spin && !friction && !bodies;
     s.n = int(n), s.k = int(k), s.d = turns ? 3 : 2, s.maintained = maintained, s.least_scale = least_scale;
     s.first.resize(k), s.second.resize(k), s.nx.resize(k), s.ny.resize(k), s.inverse_mass.resize(k);
     if (turns) s.lever_first.resize(k), s.lever_second.resize(k);
@@ -229,6 +239,11 @@ std::optional<Said> solve_impact(const Whole& first, const Whole& second, const 
     if (!(largest(s.left) <= LARGEST)) return std::nullopt;
     s.free = free ? numbers(*free) : s.left;
     s.measure();
+    if (bodies) {
+        const Matrix& moving = std::get<4>(*bodies);
+        s = joined(s, span(radius), members_of(*bodies, n), span(moving));
+        if (!(largest(s.left) <= LARGEST)) return std::nullopt;
+    }
     if (friction) return solve_with_friction(s, radius, *spin, *friction, tolerance, starts);
     Asked asked{tolerance, least, bounded, Method(method), threads, {}, {}, {.shared = shared}};
     if (guess) asked.reaction = numbers(*guess);
@@ -240,7 +255,7 @@ std::optional<Said> solve_impact(const Whole& first, const Whole& second, const 
         found = solve_one_sided(s, asked);
         of = certified(s, found.reaction, found.velocity);
     }
-    for (std::size_t i = 0; i < n; ++i) mass_of_all += mass(i);
+    for (int i = 0; i < s.n; ++i) mass_of_all += s.mass[s.d * i];
     Fields said = said_of(std::move(found.reaction), std::move(of.impulse), found.velocity, s.d, of.energy, of.change, of.work);
     said["residual"] = of.residual;
     said["velocity_error"] = found.distance / std::sqrt(mass_of_all > 0.0 ? mass_of_all : 1.0);
@@ -366,5 +381,5 @@ NB_MODULE(_core, m) {
           "position"_a.noconvert(), "radius"_a.noconvert(), "mass"_a.noconvert(), "left"_a.noconvert(), "spin"_a = nb::none(),
           "along"_a = nb::none(), "across"_a = nb::none(), "maintained"_a = false, "offset"_a = nb::none(), "free"_a = nb::none(),
           "least_scale"_a = TINY, "tolerance"_a = 1e-8, "least"_a = true, "bounded"_a = true, "method"_a = 0, "threads"_a = 1,
-          "guess"_a = nb::none(), "shared"_a = SHARED, "friction"_a = nb::none(), "starts"_a = 1);
+          "guess"_a = nb::none(), "shared"_a = SHARED, "friction"_a = nb::none(), "starts"_a = 1, "bodies"_a = nb::none());
 }

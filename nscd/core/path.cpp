@@ -56,6 +56,7 @@ Missed missed(const System& s, In compliance, bool yields, const Point& at, Work
     }
     for (int i = 0; i < s.n; ++i) work.size[i] = s.mass[d * i] * s.scale;
     double error = 0.0, total = 0.0;
+    const bool wide = s.wide();
     for (int c = 0; c < s.k; ++c) {
         const int i = s.first[c], j = s.second[c];
         const double push = at.reaction[c], px = s.nx[c] * push, py = s.ny[c] * push;
@@ -66,6 +67,10 @@ Missed missed(const System& s, In compliance, bool yields, const Point& at, Work
             work.dual[d * j] -= px, work.dual[d * j + 1] -= py, work.size[j] += push;
         }
         work.wanted[c] = s.nx[c] * x + s.ny[c] * y - s.offset[c] - (yields ? compliance[c] * push : 0.0);
+        if (wide) {
+            work.dual[3 * i + 2] += s.turn_first[c] * push, work.wanted[c] += s.turn_first[c] * u[3 * i + 2];
+            if (j >= 0) work.dual[3 * j + 2] += s.turn_second[c] * push, work.wanted[c] += s.turn_second[c] * u[3 * j + 2];
+        }
         error = std::max(error, std::abs(std::min(s.inverse_mass[c] * push, -work.wanted[c])));
         total += at.slack[c] * push;
     }
@@ -75,6 +80,7 @@ Missed missed(const System& s, In compliance, bool yields, const Point& at, Work
         for (int a = 0; a < d; ++a) {
             const double off = std::abs(work.dual[d * i + a]);
             if (a < 2) error = std::max(error, off / work.size[i]);
+            else if (wide) error = std::max(error, off / (work.size[i] * s.reach[i]));
             sum += off;
         }
     return {error, total / s.k, std::isfinite(sum)};

@@ -25,6 +25,51 @@ void System::measure() {
     scale = std::max(least_scale, TINY);
     for (int i = 0; i < n; ++i)
         for (int a = 0; a < 2; ++a) scale = std::max(scale, std::abs(left[d * i + a]));
+    if (!wide()) return;
+    reach.assign(n, 0.0);
+    for (int i = 0; i < n; ++i) reach[i] = std::sqrt(mass[3 * i + 2] / mass[3 * i]);
+    for (int c = 0; c < k; ++c) {
+        reach[first[c]] = std::max({reach[first[c]], std::abs(turn_first[c]), std::abs(lever_first[c])});
+        if (second[c] >= 0) reach[second[c]] = std::max({reach[second[c]], std::abs(turn_second[c]), std::abs(lever_second[c])});
+    }
+    for (int i = 0; i < n; ++i) scale = std::max(scale, std::abs(left[3 * i + 2]) * reach[i]);
+}
+
+System joined(const System& disks, In radius, const Members& of, In left) {
+    System s = disks;
+    s.n = int(of.mass.size()), s.d = 3;
+    s.x.resize(s.n), s.y.resize(s.n), s.mass.resize(3 * std::size_t(s.n));
+    for (int b = 0; b < s.n; ++b) {
+        s.x[b] = of.centre[2 * b], s.y[b] = of.centre[2 * b + 1];
+        s.mass[3 * b] = s.mass[3 * b + 1] = of.mass[b], s.mass[3 * b + 2] = of.inertia[b];
+    }
+    s.left.assign(left.begin(), left.end());
+    s.free = s.left;
+    for (Numbers* one : {&s.turn_first, &s.turn_second, &s.lever_first, &s.lever_second}) one->assign(s.k, 0.0);
+    for (int c = 0; c < s.k; ++c) {
+        s.inverse_mass[c] = 0.0;
+        const auto put = [&](Index& at, double sign, double& turn, double& lever) {
+            const Index disk = at, b = at = of.body[disk];
+            const double x = disks.x[disk] - s.x[b], y = disks.y[disk] - s.y[b];
+            turn = sign * (x * s.ny[c] - y * s.nx[c]);
+            lever = radius[disk] + sign * (x * s.nx[c] + y * s.ny[c]);
+            s.inverse_mass[c] += 1.0 / of.mass[b] + turn * turn / of.inertia[b];
+        };
+        put(s.first[c], 1.0, s.turn_first[c], s.lever_first[c]);
+        if (s.second[c] >= 0) put(s.second[c], -1.0, s.turn_second[c], s.lever_second[c]);
+    }
+    s.measure();
+    return s;
+}
+
+Numbers of_members(const Members& of, In position, In u) {
+    Numbers moving(position.size());
+    for (std::size_t i = 0; i < of.body.size(); ++i) {
+        const std::size_t b = of.body[i];
+        moving[2 * i] = u[3 * b] - u[3 * b + 2] * (position[2 * i + 1] - of.centre[2 * b + 1]);
+        moving[2 * i + 1] = u[3 * b + 1] + u[3 * b + 2] * (position[2 * i] - of.centre[2 * b]);
+    }
+    return moving;
 }
 
 System chosen(const System& whole, std::span<const Index> contact, std::span<const Index> disk,
@@ -51,6 +96,7 @@ System chosen(const System& whole, std::span<const Index> contact, std::span<con
     }
     s.nx = picked(whole.nx), s.ny = picked(whole.ny);
     s.lever_first = picked(whole.lever_first), s.lever_second = picked(whole.lever_second);
+    s.turn_first = picked(whole.turn_first), s.turn_second = picked(whole.turn_second);
     s.along = picked(whole.along), s.across = picked(whole.across);
     s.offset = picked(whole.offset), s.inverse_mass = picked(whole.inverse_mass);
     s.mass = moved(whole.mass, s.d), s.left = moved(whole.left, s.d), s.free = moved(whole.free, s.d);
@@ -68,6 +114,12 @@ LEVELS void approach(const System& s, In u, Out v) {
         double x = at[i], y = at[i + 1];
         if (j >= 0) x -= at[j], y -= at[j + 1];
         v[c] = nx[c] * x + ny[c] * y;
+    }
+    if (!s.wide()) return;
+    const double *one = s.turn_first.data(), *other = s.turn_second.data();
+    for (int c = 0; c < s.k; ++c) {
+        v[c] += one[c] * at[3 * first[c] + 2];
+        if (second[c] >= 0) v[c] += other[c] * at[3 * second[c] + 2];
     }
 }
 
@@ -91,6 +143,11 @@ void add_reactions(const System& s, In reaction, double factor, Out b) {
         const double push = factor * reaction[c], x = s.nx[c] * push, y = s.ny[c] * push;
         b[i] += x, b[i + 1] += y;
         if (j >= 0) b[j] -= x, b[j + 1] -= y;
+    }
+    if (!s.wide()) return;
+    for (int c = 0; c < s.k; ++c) {
+        b[3 * s.first[c] + 2] += s.turn_first[c] * factor * reaction[c];
+        if (s.second[c] >= 0) b[3 * s.second[c] + 2] += s.turn_second[c] * factor * reaction[c];
     }
 }
 
@@ -165,7 +222,8 @@ Certificate certified(const System& s, In reaction, In u) {
             const double m = s.mass[d * i + a], before = s.left[d * i + a], after = u[d * i + a];
             of.finite = of.finite && std::isfinite(after);
             const double missed = std::abs(m * (after - before) + momentum[d * i + a]);
-            if (a < 2) of.momentum_error = larger(of.momentum_error, missed / (s.mass[d * i] * s.scale + received[i]));
+            const double arm = a < 2 ? 1.0 : s.wide() ? s.reach[i] : INFINITE;
+            of.momentum_error = larger(of.momentum_error, missed / (arm * (s.mass[d * i] * s.scale + received[i])));
             of.energy += 0.5 * m * before * before;
             of.change += 0.5 * m * (after - before) * (after + before);
         }

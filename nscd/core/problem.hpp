@@ -2,7 +2,8 @@
 //
 // Â = M + DᵀKD and Â û = (M − DᵀKD) u⁻: eq. (1) of the paper with u = u⁺. λ is the multiplier,
 // Â (u − û) + Cᵀλ = 0, 0 ≤ λ ⟂ b − C u ≥ 0. A row of C is (n at the first disk, −n at the second), one
-// of the tangential part T of D the same with t = (−n_y, n_x) and the lever of the spin.
+// of the tangential part T of D the same with t = (−n_y, n_x) and the lever of the spin. The normal of a body of several
+// disks has a lever as well: its rows are (n, r × n at the first body, −n, −r × n at the second).
 #pragma once
 
 #include "arrays.hpp"
@@ -15,10 +16,12 @@ inline constexpr double EVEN = 100.0;
 struct System {
     int n = 0;                           // disks
     int k = 0;                           // contacts
-    int d = 2;                           // unknowns of a disk: its velocity, and its spin where k_t acts
+    int d = 2;                           // unknowns of a disk: its velocity, and its spin where k_t acts or bodies are wide
     Places first, second;                // (k) disks, second −1 for a wall
     Numbers nx, ny;                      // (k) unit normal, first → second
-    Numbers lever_first, lever_second;   // (k) m, from the centre to the contact; empty for d = 2
+    Numbers lever_first, lever_second;   // (k) m, of t about the centre; empty for d = 2
+    Numbers turn_first, turn_second;     // (k) m, of n, the second with the sign of its row; empty where all are disks
+    Numbers reach;                       // (n) m, the longest lever at a body; empty where all are disks
     Numbers along, across;               // (k) kg, k_n and k_t; empty where nothing dissipates
     Numbers mass;                        // (n·d) kg, kg m²
     Numbers left, free;                  // (n·d) m/s and rad/s, u⁻ and û
@@ -30,10 +33,21 @@ struct System {
     bool maintained = false;             // every contact stays closed and may pull
 
     bool dissipative() const { return !along.empty(); }
+    bool wide() const { return !turn_first.empty(); }  // whether normals have levers
     bool even() const;                   // whether masses are, see EVEN
     Numbers stiffness() const;           // (k) kg, of contacts as a penalty model, up to one factor
-    void measure();                      // scale ← max |u⁻|
+    void measure();                      // scale ← max |u⁻|, and the reach of wide bodies, whose spins times it count
 };
+
+// Rigid bodies of one or several disks.
+struct Members {
+    std::span<const Index> body;  // (n) of each disk; empty where each disk is a body
+    In centre, mass, inertia;     // (b·2) m, (b) kg, (b) kg m² about the centre
+};
+// The problem of the bodies of disks from that of the disks: u⁻ = û = left (b·3).
+System joined(const System& disks, In radius, const Members& of, In left);
+// The velocities (n·2) of disks at `position` (n·2) m whose bodies have velocities u (b·3).
+Numbers of_members(const Members& of, In position, In u);
 
 // The problem of some contacts, in this order, and of some disks, in this order; place (n) tells where a
 // disk comes to be.
@@ -49,7 +63,7 @@ double largest(In values);                                              // magni
 struct Certificate {
     Numbers impulse;             // (k·2) N·s, p = k D(u⁺ + u⁻) + λ n, first → second
     double residual = 0.0;       // max |min(wλ, b − Cu)| / ‖u⁻‖∞, |b − Cu| where maintained
-    double momentum_error = 0.0; // max |M(u⁺ − u⁻) + Dᵀp| / (m ‖u⁻‖∞ + Σ|p|) over disks
+    double momentum_error = 0.0; // max |M(u⁺ − u⁻) + Dᵀp| / (m ‖u⁻‖∞ + Σ|p|) over disks, spins of wide ones by inertia over reach
     double energy = 0.0;         // J, ½ u⁻·Mu⁻
     double change = 0.0;         // J, ½ u⁺·Mu⁺ − ½ u⁻·Mu⁻
     double work = 0.0;           // J, p·D(u⁺ + u⁻)

@@ -76,19 +76,27 @@ template <int D>
         const double x = s.nx[c], y = s.ny[c], weight = theta[c] + (dissipative ? s.along[c] : 0.0);
         const double xx = weight * x * x, xy = weight * x * y, yy = weight * y * y;
         double* at = B + D * D * i;
-        at[0] += xx, at[1] += xy, at[D] += xy, at[D + 1] += yy;
         double* beside = j >= 0 ? A + D * D * rows.pair_block[c] : nullptr;
-        if (j >= 0) {
+        const auto add = [&](const double* one, const double* other, double by) {
+            add_block<D>(B + D * D * i, one, one, by);
+            if (j < 0) return;
+            add_block<D>(B + D * D * j, other, other, by);
+            add_block<D>(beside, i > j ? one : other, i > j ? other : one, by);
+        };
+        if (D == 3 && s.wide()) {
+            const double one[3] = {x, y, s.turn_first[c]}, other[3] = {-x, -y, s.turn_second[c]};
+            add(one, other, weight);
+        } else {
+            at[0] += xx, at[1] += xy, at[D] += xy, at[D + 1] += yy;
+        }
+        if (j >= 0 && !(D == 3 && s.wide())) {
             at = B + D * D * j;
             at[0] += xx, at[1] += xy, at[D] += xy, at[D + 1] += yy;
             beside[0] -= xx, beside[1] -= xy, beside[D] -= xy, beside[D + 1] -= yy;
         }
-        if (D == 2 || s.across[c] == 0.0) continue;
+        if (D == 2 || !dissipative || s.across[c] == 0.0) continue;
         const double one[3] = {-y, x, s.lever_first[c]}, other[3] = {y, -x, s.lever_second[c]};
-        add_block<D>(B + D * D * i, one, one, s.across[c]);
-        if (j < 0) continue;
-        add_block<D>(B + D * D * j, other, other, s.across[c]);
-        add_block<D>(beside, i > j ? one : other, i > j ? other : one, s.across[c]);
+        add(one, other, s.across[c]);
     }
 }
 

@@ -57,13 +57,16 @@ class FrictionProblem(NamedTuple):
 def friction_problem(
     snapshot: Snapshot, contacts: Contacts, left_velocity: Floats, law: ContactLaw
 ) -> FrictionProblem:
-    """Write out the problem of a snapshot with left velocities (n,2) m/s, its spins, and a law."""
+    """Write out the problem of a snapshot with left velocities (n,2) m/s, its spins, and a law.
+
+    Raises ValueError for bodies of several disks: `solve` has those."""
+    snapshot.need_disks("friction_problem")
     wall, first = contacts.is_wall, contacts.first
     other = np.where(wall, 0, contacts.second)
     radius, mass = snapshot.radius, snapshot.mass
     normal_inverse = contacts.inverse_mass(mass)
     spin_inverse = radius**2 / snapshot.inertia
-    along, across = law.acting(contacts, mass, left_velocity)
+    along, across = law.acting(contacts, normal_inverse, left_velocity)
     moving = float(np.abs(left_velocity).max(initial=0.0))
     rim = float(np.abs(snapshot.spin * radius).max(initial=0.0))
     return FrictionProblem(

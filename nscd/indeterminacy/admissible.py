@@ -12,7 +12,8 @@ from scipy.optimize import linprog
 from scipy.sparse import csc_array, csr_array, hstack
 
 from nscd.arrays import Flags, Floats, Indices
-from nscd.contacts import Contacts
+from nscd.bodies import Snapshot
+from nscd.contacts import Contacts, levers, of_bodies
 from nscd.indeterminacy.orthogonal import OrthogonalFactor, factorise, undetermined_rows
 from nscd.percussions import Percussions
 
@@ -46,12 +47,12 @@ class Admissible:
     that slides has λ, with τ = ±μλ against the sliding; one that sticks has two, the edges of its
     cone: λ = x₁ + x₂, τ = μ(x₁ − x₂).
 
-    contacts: k of them
-    disks: how many there are
+    contacts: k of them; between bodies where disks are joined to such
+    disks: how many disks, or bodies, there are
     contact: (u,) whose unknown it is
     along: (u,) ±μ, so that λ = Σ x and τ = Σ along · x; 0 without friction
     point: (u,) N·s, x₀
-    matrix: (u,2n), Eᵀ; with friction (u,3n), spins by inertia over lever
+    matrix: (u,2n), Eᵀ; with friction, or of bodies, (u,3n), spins by inertia over lever
     scale: N·s, the largest reaction
 
     The right velocity u⁺ is the same for all of them, whatever the (dissipative) law: only λ and τ
@@ -77,14 +78,16 @@ class Admissible:
             raise ValueError("answer: it has friction; its set is Admissible.with_friction")
         largest = _largest(contacts, answer)
         closed = np.flatnonzero(_closed(contacts, answer, opening_speed(answer, opening)))
-        n = len(answer.right_velocity)
+        wide, along = answer.snapshot.wide, np.zeros(len(closed))
+        n = len(answer.right_velocity if wide is None else wide)
+        some = contacts.select(closed)
         return cls(
-            contacts=contacts,
+            contacts=contacts if wide is None else of_bodies(wide, contacts),
             disks=n,
             contact=closed,
-            along=np.zeros(len(closed)),
+            along=along,
             point=np.maximum(answer.reaction[closed], 0.0),
-            matrix=contacts.select(closed).normal_matrix(n),
+            matrix=some.normal_matrix(n) if wide is None else edges(answer.snapshot, some, along),
             scale=largest or 1.0,
         )
 
@@ -108,14 +111,14 @@ class Admissible:
         halves = 0.5 * (reaction[two] + share), 0.5 * (reaction[two] - share)
         contact = np.concatenate([one, two, two])
         along = np.concatenate([np.sign(slides[one]) * mu[one], mu[two], -mu[two]])
-        n = len(answer.right_velocity)
+        wide = answer.snapshot.wide
         return cls(
-            contacts=contacts,
-            disks=n,
+            contacts=contacts if wide is None else of_bodies(wide, contacts),
+            disks=len(answer.right_velocity if wide is None else wide),
             contact=contact,
             along=along,
             point=np.maximum(np.concatenate([reaction[one], *halves]), 0.0),
-            matrix=_edges(contacts.select(contact), along, n),
+            matrix=edges(answer.snapshot, contacts.select(contact), along),
             scale=largest or 1.0,
         )
 
@@ -188,14 +191,22 @@ def _sliding(contacts: Contacts, answer: Percussions) -> Floats:
     return np.asarray((tangent * between).sum(1) + turning)
 
 
-def _edges(contacts: Contacts, along: Floats, n: int) -> csr_array:
-    """Eᵀ (u,3n): the impulse n + along · t of each unknown on its disks, spins over radius."""
+def edges(snapshot: Snapshot, contacts: Contacts, along: Floats) -> csr_array:
+    """Assemble Eᵀ (u,3n): the impulse n + along · t of each unknown (u,) on its disks, spins over
+    radius; or on the bodies, spins over √(I/m)."""
+    wide, turn = snapshot.wide, np.column_stack([along, along])
+    n = len(snapshot if wide is None else wide)
+    if wide is not None:
+        normal, across = levers(snapshot, contacts)
+        contacts, arm = of_bodies(wide, contacts), np.sqrt(wide.inertia / wide.mass)
+        other = np.where(contacts.is_wall, 0, contacts.second)
+        turn = (normal + turn * across) / np.column_stack([arm[contacts.first], arm[other]])
     tangent = np.column_stack([-contacts.normal[:, 1], contacts.normal[:, 0]])
     push = contacts.normal + along[:, None] * tangent
     pair = np.flatnonzero(~contacts.is_wall)
     first, second = 3 * contacts.first, 3 * contacts.second[pair]
     columns = [first, first + 1, first + 2, second, second + 1, second + 2]
-    data = [push[:, 0], push[:, 1], along, -push[pair, 0], -push[pair, 1], along[pair]]
+    data = [push[:, 0], push[:, 1], turn[:, 0], -push[pair, 0], -push[pair, 1], turn[pair, 1]]
     rows = [np.arange(len(along))] * 3 + [pair] * 3
     places = np.concatenate(rows), np.concatenate(columns)
     return csr_array((np.concatenate(data), places), shape=(len(along), 3 * n))

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from nscd.arrays import Flags, Floats
-from nscd.contacts import Contacts
-from nscd.indeterminacy.admissible import Admissible
+from nscd.bodies import Snapshot
+from nscd.contacts import Contacts, of_bodies
+from nscd.indeterminacy.admissible import Admissible, edges
 from nscd.indeterminacy.orthogonal import ZERO_ROW, factorise, self_stresses, undetermined_rows
 from nscd.percussions import Percussions
 
@@ -37,15 +38,20 @@ class Determinacy:
         )
 
 
-def determinacy(contacts: Contacts, n: int) -> Determinacy:
+def determinacy(contacts: Contacts, n: int, snapshot: Snapshot | None = None) -> Determinacy:
     """Tell what the balance of n disks alone, Cᵀλ given, says of the reactions λ, whatever their
     sign.
 
     λ is known up to a self-stress: a vector of the null space of Cᵀ. A contact is determined if it
     is zero in all of them. Reads only the normals, so it holds for forces of any frictionless model
-    on these contacts. Raises ValueError for contacts that name disks beyond n."""
+    on these contacts, and of a snapshot the bodies that disks are joined to. Raises ValueError for
+    contacts that name disks beyond n."""
     contacts.check_disks(n)
-    factor = factorise(contacts, n)
+    if snapshot is not None and (wide := snapshot.wide) is not None:
+        rows = edges(snapshot, contacts, np.zeros(len(contacts)))
+        factor = factorise(of_bodies(wide, contacts), len(wide), rows)
+    else:
+        factor = factorise(contacts, n)
     return Determinacy(
         rank=factor.rank,
         redundant=len(contacts) - factor.rank,

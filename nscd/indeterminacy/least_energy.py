@@ -59,7 +59,7 @@ def least_energy(
     if not held.point.any():
         return reaction
     stiff = every[closed] / every[closed].max()
-    chosen = contacts.select(closed)
+    chosen = held.contacts.select(closed)
     matrix = held.matrix
     impulse = matrix.T @ held.point / held.scale
     displacement, steps = _equilibrium(csc_array(matrix), stiff, impulse)

@@ -101,7 +101,8 @@ def test_a_crowd_that_slides_and_rebounds_obeys_the_law():
     dense = Dense(snapshot, contacts, snapshot.velocity)
     u = velocities(found)
     v, s, both = dense.N @ u, dense.T @ u, dense.N @ (u + dense.left)
-    along, _ = law.acting(contacts, snapshot.mass, snapshot.velocity)
+    inverse = contacts.inverse_mass(snapshot.mass)
+    along, _ = law.acting(contacts, inverse, snapshot.velocity)
     lam, tau = found.reaction, found.friction.tangential
     push = along * np.maximum(both, 0.0) + lam
     most = 0.1 * push
