@@ -68,6 +68,10 @@ def read_scene(path, given):
     contact = scene["contact"]
     if contact["law"] not in LAWS:
         raise SceneFileError(f"{path}: contact.law: {contact['law']}; there are {', '.join(LAWS)}")
+    if "arm_reach_m" in contact:
+        raise SceneFileError(
+            f"{path}: contact.arm_reach_m: YADE cannot push before bodies touch: use lammps or rigid"
+        )
     if contact["law"] != "hooke" and contact.get("friction", 0.0):
         raise SceneFileError(
             f"{path}: contact.friction: {contact['friction']:g}; YADE runs {contact['law']} without "

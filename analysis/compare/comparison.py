@@ -17,7 +17,7 @@ from analysis.dumps import (
     open_bodies,
     snapshot_of,
 )
-from analysis.dumps.contacts import integrate_contacts
+from analysis.dumps.contacts import arm_rows, integrate_contacts
 from analysis.engines.record import RunRecord, read_finished
 from analysis.percussions.setting import FORCE, law_of
 from analysis.percussions.snapshot import SnapshotPercussions, openness_of, percussions_of
@@ -27,6 +27,7 @@ from analysis.support.columns import Columns
 from analysis.support.files import write_columns
 from nscd import ContactLaw, Contacts, Percussions, Snapshot
 from nscd.arrays import Flags, Floats, Indices
+from nscd.contacts import NO_WALLS
 from nscd.indeterminacy.determinacy import Determinacy, admissible_determinacy, determinacy
 from nscd.stepping import StepError
 
@@ -38,8 +39,8 @@ class Match:
     contacts: k, disks by their places in the snapshot; normal and gap (m) are the rigid model's
         where it has the contact, else the engine's
     ids: (k,2), of the first disk, and of the second or the number of the wall from 1; rising
-    penalty, rigid: (k,2) N or N·s, what the first body gives to the second; 0 where the model has
-        not the contact
+    penalty, rigid: (k,2) N or N·s, what the first body gives to the second, through arms too; 0
+        where the model has not the contact
     in_penalty, in_rigid: (k,) which model has it
     determined: (k,) whether the balance of the disks, and that nothing pulls, fix its rigid force
     """
@@ -76,8 +77,12 @@ def match_contacts(found: SnapshotPercussions, engine: EngineContacts, determine
     contacts, snapshot = found.contacts, found.snapshot
     rigid_keys = keys_of(found)
     engine_keys = _keys(engine.first, engine.second, engine.is_wall)
-    keys = np.union1d(rigid_keys, engine_keys)
-    at_rigid, at_engine = np.searchsorted(keys, rigid_keys), np.searchsorted(keys, engine_keys)
+    reached = _arms(found)
+    arms_keys = _keys(*reached[:, :3].astype(np.int64).T)
+    keys = np.union1d(rigid_keys, np.union1d(engine_keys, arms_keys))
+    at_rigid, at_engine, at_arms = (
+        np.searchsorted(keys, some) for some in (rigid_keys, engine_keys, arms_keys)
+    )
 
     def spread(rows: Indices, values: Any) -> Any:
         """Values of some contacts in an array of all; 0 elsewhere."""
@@ -86,6 +91,7 @@ def match_contacts(found: SnapshotPercussions, engine: EngineContacts, determine
         return every
 
     normal, gap = spread(at_engine, engine.normal), spread(at_engine, -engine.overlap)
+    normal[at_arms], gap[at_arms] = reached[:, 3:5], -reached[:, 5]
     normal[at_rigid], gap[at_rigid] = contacts.normal, contacts.gap
     is_wall = (keys & 1).astype(bool)
     ids = np.column_stack([keys >> 32, (keys >> 1) & 0x7FFFFFFF])
@@ -103,11 +109,20 @@ def match_contacts(found: SnapshotPercussions, engine: EngineContacts, determine
         contacts=both,
         ids=ids,
         penalty=spread(at_engine, engine.force),
-        rigid=spread(at_rigid, found.pressing),
+        rigid=spread(at_rigid, found.pressing) + spread(at_arms, reached[:, 6:]),
         in_penalty=np.isin(keys, engine_keys),
-        in_rigid=np.isin(keys, rigid_keys),
-        determined=spread(at_rigid, determined),
+        in_rigid=np.isin(keys, rigid_keys) | np.isin(keys, arms_keys),
+        determined=spread(at_rigid, determined)
+        | ~np.isin(keys, rigid_keys) & np.isin(keys, arms_keys),
     )
+
+
+def _arms(found: SnapshotPercussions) -> Floats:
+    """Rows of a contact dump of what arms give beside the percussions; an impact knows none."""
+    setting = found.setting
+    if setting.arms is None or found.window is None:
+        return np.empty((0, 8))
+    return arm_rows(setting.arms, found.snapshot, setting.walls or NO_WALLS)
 
 
 def keys_of(found: SnapshotPercussions) -> Indices:

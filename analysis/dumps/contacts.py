@@ -13,9 +13,10 @@ import numpy as np
 from analysis.dumps.frame import DumpError
 from analysis.dumps.index import DumpIndex, index_dump
 from analysis.dumps.reader import snapshot_of
-from nscd import Contacts, Snapshot
+from nscd import Contacts, Snapshot, Walls
 from nscd.arrays import Flags, Floats, Indices
-from nscd.contacts import sum_at_disks
+from nscd.contacts import connected, sum_at_disks
+from nscd.stepping import Arms
 
 CONTACT_COLUMNS = ("first", "second", "is_wall", "nx", "ny", "overlap", "fx", "fy")
 # Normals are unit vectors to this.
@@ -30,7 +31,7 @@ class EngineContacts:
     second: (k,) id of the other disk, or the wall's number from 1 where is_wall
     is_wall: (k,)
     normal: (k,2), first→second
-    overlap: (k,) m
+    overlap: (k,) m; below 0 of people who push through arms at a gap
     force: (k,2) N, of the first on the second"""
 
     first: Indices
@@ -110,6 +111,29 @@ def read_contacts(path: Path) -> Iterator[EngineContacts]:
     """Read the contacts of a dump, frame by frame."""
     index = index_contacts(path)
     return (contacts_at(index, number) for number in range(len(index.frames)))
+
+
+def arm_rows(arms: Arms, now: Snapshot, walls: Walls) -> Floats:
+    """Give the rows of a contact dump of who reaches whom with arms: (k, 8), CONTACT_COLUMNS. Their
+    overlap is below 0 where bodies do not touch."""
+    near, push = arms.reached(now.position, now.radius, connected(walls))
+    wall, first = near.second < 0, now.ids[near.first]
+    other = np.where(wall, near.wall + 1, now.ids[near.second])
+    swapped = ~wall & (first > other)
+    normal = np.where(swapped, -1.0, 1.0)[:, None] * near.normal
+    pairs = [np.where(swapped, other, first), np.where(swapped, first, other), wall]
+    return np.column_stack([*pairs, normal, -near.gap, push[:, None] * normal])
+
+
+def summed(tables: Sequence[Floats]) -> Floats:
+    """Join tables (·, 8) of contacts in the order of a dump: their forces are summed where several
+    have a contact, the rest is that of the first."""
+    every = np.concatenate(tables)
+    _, place, row = np.unique(every[:, [2, 0, 1]], axis=0, return_index=True, return_inverse=True)
+    found = every[place]
+    found[:, 6:] = 0.0
+    np.add.at(found[:, 6:], row.ravel(), every[:, 6:])
+    return found + 0.0  # no negative zeros
 
 
 Key = tuple[int, int, bool]

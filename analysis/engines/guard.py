@@ -21,6 +21,7 @@ from analysis.engines.record import FAILED, STOPPED, EngineError, RunRecord
 from analysis.scene.scene import Scene
 from nscd import find_contacts
 from nscd.arrays import Flags, Floats
+from nscd.stepping.motion import segments_of
 
 # The limits; the decks and the script hold the same numbers.
 CENTRES_SHARE = 0.5  # of the smallest radius: no two centres are nearer
@@ -157,9 +158,13 @@ def speed_most(scene: Scene) -> float:
 
 
 def energy_besides(scene: Scene) -> float:
-    """Energy at the start that is not the motion of the centres (J): spins, ½ I ω², and
-    overlaps."""
-    snapshot = scene.snapshot
+    """Energy at the start that is not the motion of the centres (J): spins, ½ I ω², overlaps and
+    arms."""
+    snapshot, arms, reached = scene.snapshot, scene.contact.arms, 0.0
+    if arms:
+        walls = segments_of(scene.wall_segments())
+        near, _ = arms.reached(snapshot.position, snapshot.radius, walls)
+        reached = float(arms.energy(near.gap).sum())
     contacts = find_contacts(snapshot, scene.wall_segments(), tolerance=0.0)
     overlap = np.maximum(0.0, -contacts.gap)
     second = np.where(contacts.is_wall, contacts.first, contacts.second)
@@ -167,7 +172,11 @@ def energy_besides(scene: Scene) -> float:
     # against a wall the effective radius is the disk's own
     effective = np.where(contacts.is_wall, r, r * s / (r + s))
     spinning = 0.5 * float(snapshot.inertia @ snapshot.spin**2)
-    return spinning + float(elastic_energy(scene, overlap, effective, contacts.is_wall).sum())
+    return (
+        spinning
+        + reached
+        + float(elastic_energy(scene, overlap, effective, contacts.is_wall).sum())
+    )
 
 
 def elastic_energy(

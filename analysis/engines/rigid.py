@@ -18,6 +18,9 @@ NAME = "rigid"
 STEP_SHARE, SAFE_SHARE = 0.06, 0.25
 # Of the smallest radius: beyond, a disk could go from one side of a wall to the other.
 LARGEST_SHARE = 1.0
+# Of √(m/k) of arms: by default, and at most. Explicit steps of a lattice of springs, in which each
+# has six, are stable up to 2/√6 = 0.82.
+ARMS_SHARE, ARMS_SAFE = 0.2, 0.7
 TOLERANCE, TOLERANCE_WITH_FRICTION = 1e-8, 1e-6
 PROGRAM = "analysis.engines.programs.rigid"
 _ROOT = Path(__file__).resolve().parents[2]
@@ -25,12 +28,14 @@ _ROOT = Path(__file__).resolve().parents[2]
 
 def timing(scene: Scene) -> Timing:
     """Return when it steps: the step that is asked for, else 0.06 of the mean radius over the
-    fastest speed of the scene, shortened a little to fit into the time between frames. Raises
-    ValueError for steps that nobody can count."""
+    fastest speed of the scene, and at most 0.2 √(m/k) of the lightest person and the slope k of arms,
+    shortened a little to fit into the time between frames. Raises ValueError for steps that nobody
+    can count."""
     run, e, speed = scene.run, scene.contact.restitution, _fastest(scene)
     reach = float(scene.snapshot.radius.mean())
     longest, safe = (
-        share * reach / speed if speed else run.duration_s for share in (STEP_SHARE, SAFE_SHARE)
+        min(share * reach / speed if speed else run.duration_s, of_arms * arms_time(scene))
+        for share, of_arms in ((STEP_SHARE, ARMS_SHARE), (SAFE_SHARE, ARMS_SAFE))
     )
     try:
         step, interval = divided(run, run.rigid_step_s or longest)
@@ -47,6 +52,12 @@ def timing(scene: Scene) -> Timing:
         restitution_least=e,
         restitution_most=e,
     )
+
+
+def arms_time(scene: Scene) -> float:
+    """Return √(m/k) (s) of the lightest person and the slope of arms; infinite without them."""
+    arms = scene.contact.arms
+    return float(np.sqrt(scene.snapshot.mass.min() / arms.stiffness)) if arms else np.inf
 
 
 def tolerance_of(scene: Scene) -> float:
@@ -94,8 +105,14 @@ class Rigid(Engine):
         return "_".join(parts + ([f"tol{tolerance:.6g}"] if tolerance else []))
 
     def check(self, scene: Scene) -> None:
-        """Raise EngineError for a step in which a disk could cross a wall."""
+        """Raise EngineError for a step in which a disk could cross a wall, or in which arms give more
+        than they take."""
         smallest, step = float(scene.snapshot.radius.min()), timing(scene).time_step
+        if step > (most := ARMS_SAFE * arms_time(scene)):
+            raise EngineError(
+                f"{scene.name}: run.rigid_step_s: arms are not stable in steps of {step:g} s; give a "
+                f"step of at most {most:.3g} s"
+            )
         if step * _fastest(scene) > LARGEST_SHARE * smallest:
             raise EngineError(
                 f"{scene.name}: run.rigid_step_s: in {step:g} s a disk at {_fastest(scene):g} m/s "

@@ -19,6 +19,11 @@ class Yade(Engine):
     def check(self, scene: Scene) -> None:
         """Raise EngineError for hertz with friction, YADE's tangential spring being another there."""
         contact = scene.contact
+        if contact.arms:
+            raise EngineError(
+                f"{scene.name}: contact.arm_reach_m: YADE cannot push before bodies touch: use "
+                "lammps or rigid"
+            )
         if contact.friction and self.NAME not in contact.kind.friction:
             raise EngineError(
                 f"{scene.name}: contact.friction: {contact.friction:g}; YADE runs {contact.law} "

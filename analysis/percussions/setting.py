@@ -14,6 +14,8 @@ from analysis.engines.record import FILE, RunRecord
 from analysis.scene.scene import Drive, Room, Scene, read_room
 from nscd import ContactLaw, Contacts, Snapshot, Walls, find_contacts
 from nscd.arrays import Floats
+from nscd.stepping import Arms
+from nscd.stepping.motion import segments_of
 
 LeftVelocity = Literal["desired", "dump", "free"]
 FORCE, IMPULSE = "N", "N·s"
@@ -30,6 +32,7 @@ class Setting:
     wall_names: of the walls, in their order; their numbers from 1 where left out
     drive: who wants to go where
     acceleration: (x, y) m/s², g of a body force
+    arms: the soft layer that pushes before bodies touch; a part of the left velocity
     friction, wall_friction: μ of people with each other and with walls (None: the same)
     contact_tolerance: m, gap up to which disks are in contact, at most the smallest radius
     largest_overlap: share of the smaller radius; deeper overlaps are refused
@@ -43,6 +46,7 @@ class Setting:
     wall_names: tuple[str, ...] = ()
     drive: Drive | None = None
     acceleration: tuple[float, float] = (0.0, 0.0)
+    arms: Arms | None = None
     friction: float = 0.0
     wall_friction: float | None = None
     contact_tolerance: float = 1e-6
@@ -89,6 +93,7 @@ class Setting:
             "wall_names": tuple(wall.name for wall in room.walls),
             "drive": room.drive,
             "acceleration": room.acceleration(),
+            "arms": room.contact.arms,
             "contact_tolerance": room.analysis.contact_tolerance_m,
         }
         if type(room) is not Room:  # a scene, or the file of one
@@ -150,8 +155,15 @@ class Setting:
         dump: the velocity in the snapshot, an impact, which takes no time and so knows no body force
         free: u + Δt (F_drive/m + g), what both make of it in `window` Δt, forces p/Δt
 
+        g is the body force and what arms give, both over m: percussions are then those of bodies
+        alone, beside the forces of arms.
+
         Raises ValueError where the drive or the window is missing."""
         drive, window, g = self.drive, self.window, np.array(self.acceleration)
+        if self.arms and self.kind != "dump":
+            walls = segments_of(self.walls)
+            pushed = self.arms.forces(snapshot.position, snapshot.radius, walls)
+            g = g + pushed / snapshot.mass[:, None]
         if self.kind == "dump":
             return snapshot.velocity, None
         wanted = drive.desired_velocity(snapshot.position, snapshot.ids) if drive else None

@@ -144,15 +144,19 @@ class Scene(Room):
         return self.model_copy(update={name: new})
 
     def check_plain(self, what: str) -> None:
-        """Raise ValueError naming the field where contacts rub or a body force acts; `what` is not for
-        such scenes."""
+        """Raise ValueError naming the field where contacts rub, a body force acts or arms push; `what`
+        is not for such scenes."""
         if self.contact.friction:
             raise ValueError(
                 f"scene {self.name}: contact.friction: {self.contact.friction:g}; "
                 f"{what} for frictionless contacts"
             )
-        if self.body_force:
-            raise ValueError(f"scene {self.name}: body_force: {what} for scenes without")
+        for name, found in (
+            ("body_force", self.body_force),
+            ("contact.arm_reach_m", self.contact.arms),
+        ):
+            if found:
+                raise ValueError(f"scene {self.name}: {name}: {what} for scenes without")
 
     def check(self, origin: str) -> list[str]:
         """Raise SceneError for a scene that cannot be simulated; return warnings (a door narrower

@@ -25,6 +25,7 @@ from pydantic import (
 from analysis.scene.law import AS_HERTZ, LAWS, NOMINAL, Elastic, Law, hertz_stiffness
 from nscd import Walls, _core
 from nscd.arrays import Flags, Floats, Indices
+from nscd.stepping import Arms
 
 # Engines do not read numbers whose squares or quotients underflow.
 SMALLEST = 1e-100
@@ -94,7 +95,9 @@ class ContactModel(Schema):
     wall_stiffness_N_per_m: N/m, the same of walls; that of the disks where left out
     restitution: 0 to 1, of two bodies
     friction: coefficient; 0 is none
-    tangential_ratio: stiffness of the tangential spring over k"""
+    tangential_ratio: stiffness of the tangential spring over k
+    arm_reach_m: m, the gap between two people, or a person and a wall, from which arms push
+    arm_force_N: N, with which they push where bodies touch"""
 
     law: LawName = "hooke"
     stiffness_N_per_m: Positive  # noqa: N815  (the unit is newton)
@@ -102,6 +105,22 @@ class ContactModel(Schema):
     restitution: Annotated[Number, Field(ge=0, le=1)]
     friction: Annotated[Number, Field(ge=0, le=10)] = 0.0
     tangential_ratio: Annotated[Number, Field(gt=0, le=1)] = 2 / 7
+    arm_reach_m: Annotated[Number, Field(gt=0, le=1)] | None = None
+    arm_force_N: Positive | None = None  # noqa: N815
+
+    @model_validator(mode="after")
+    def _both_or_none(self) -> ContactModel:
+        if (self.arm_reach_m is None) != (self.arm_force_N is None):
+            missing = "arm_reach_m" if self.arm_reach_m is None else "arm_force_N"
+            raise ValueError(f"{missing}: arms need both arm_reach_m and arm_force_N")
+        return self
+
+    @property
+    def arms(self) -> Arms | None:
+        """Give the outer layer, where there is one."""
+        if self.arm_reach_m is None or self.arm_force_N is None:
+            return None
+        return Arms(self.arm_reach_m, self.arm_force_N)
 
     @property
     def kind(self) -> Law:
@@ -121,10 +140,11 @@ class ContactModel(Schema):
 
     def stiffest(self, mean_radius: float) -> float:
         """Compute the stiffness (N/m) that time steps follow: the larger of disks and walls; of
-        bodies the tangent at a wall at a depth of the mean radius (m)."""
+        bodies the tangent at a wall at a depth of the mean radius (m); and of arms."""
+        arms = self.arms.stiffness if self.arms else 0.0
         if self.kind.own_stiffness:
-            return self.elastic(mean_radius).wall.tangent(mean_radius, mean_radius)
-        return max(self.at_walls, self.stiffness_N_per_m)
+            return max(arms, self.elastic(mean_radius).wall.tangent(mean_radius, mean_radius))
+        return max(arms, self.at_walls, self.stiffness_N_per_m)
 
     @model_validator(mode="before")
     @classmethod

@@ -44,7 +44,8 @@ from nscd.contacts import connected
 class SoftModel:
     """The accelerations of a scene's disks: contact forces + m (u_d − v)/τ, over m, and g.
 
-    A contact pushes as its law says (`analysis.scene.law`) while δ > 0. The dashpots are those of
+    A contact pushes as its law says (`analysis.scene.law`) while δ > 0, and arms as `nscd.stepping`
+    says. The dashpots are those of
     `penalty_of`, derived again from the law's definition. The drive acts continuously. Contacts are
     looked for among those that are within `reach` (m) at the start.
 
@@ -70,7 +71,7 @@ class SoftModel:
         )
         self._law = _law(scene)
         self._drive = _drive(scene)
-        self._acceleration = np.array(scene.acceleration())
+        self._acceleration, self._arms = np.array(scene.acceleration()), scene.contact.arms
         self._ends = np.array(walls.start), np.array(walls.end)
 
     def accelerate(self, out: Floats, position: Floats, velocity: Floats) -> None:
@@ -80,6 +81,8 @@ class SoftModel:
         _core.soft_forces(
             out, position, velocity, disks.radius, disks.mass, *self._contacts, *self._law
         )
+        if self._arms:
+            out += self._arms.forces(position, disks.radius, self._contacts[3])
         out /= disks.mass[:, None]
         out += self._acceleration
         if self._drive is not None:

@@ -5,16 +5,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from nscd import _core
-from nscd.arrays import Flags, Floats, Index32, Indices
+from nscd.arrays import Flags, Floats, Indices
 from nscd.bodies import Snapshot, Walls
 from nscd.contacts import NO_WALLS, Contacts, connected
 from nscd.projection import project
 from nscd.solve import CHOICES
+from nscd.stepping.arms import Arms, Neighbours, neighbours, sum_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,12 +25,14 @@ class Push:
     desired: u_d(q) (n,2) m/s of disks at q (n,2) m
     relaxation_time: s, τ, in which a disk alone comes to it
     acceleration: (x, y) m/s², of all
+    arms: a soft layer, as a force that is that of the step's start
 
     Raises ValueError for what is out of range."""
 
     desired: Callable[[Floats], Floats] | None = None
     relaxation_time: float = np.inf
     acceleration: tuple[float, float] = (0.0, 0.0)
+    arms: Arms | None = None
 
     def __post_init__(self) -> None:
         tau = self.relaxation_time
@@ -41,35 +44,9 @@ class Push:
             )
 
 
-class Neighbours(NamedTuple):
-    """Hold candidates for contact.
-
-    first: (k,) disk
-    second: (k,) disk; −1 for a wall
-    wall: (k,) wall; −1 for a pair
-    normal: (k,2) unit vector, first → second
-    gap: (k,) m"""
-
-    first: Index32
-    second: Index32
-    wall: Index32
-    normal: Floats
-    gap: Floats
-
-
 def segments_of(walls: Walls | None) -> _core.Walls:
     """Give walls as the core takes them."""
     return connected(walls or NO_WALLS)
-
-
-def neighbours(
-    position: Floats, radius: Floats, segments: _core.Walls, margin: float
-) -> Neighbours:
-    """Find every pair and every wall whose gap is at most `margin` (m).
-
-    position (n,2) m, radius (n,) m. A disk has one contact for each nearest point of connected
-    walls: one at a corner that points at it, two in a corner that it sits in."""
-    return Neighbours(*_core.neighbours(position, radius, segments, margin))
 
 
 class StepError(RuntimeError):
@@ -86,7 +63,8 @@ class StepReport:
     residual: dimensionless, recomputed
     iterations: of the solver
     repeats: how often contacts were missed
-    solver: its name"""
+    solver: its name
+    arms: who reached whom, and the percussions (N·s) of that along the normal; none without"""
 
     neighbours: Neighbours
     reaction: Floats
@@ -95,19 +73,29 @@ class StepReport:
     iterations: int
     repeats: int
     solver: str
+    arms: tuple[Neighbours, Floats] | None = None
 
 
 def both(one: StepReport, other: StepReport) -> StepReport:
     """Two steps as one: all their contacts, the worse of their residuals."""
-    pairs: Any = zip(one.neighbours, other.neighbours, strict=True)
+
+    def joined(first: Neighbours, second: Neighbours) -> Neighbours:
+        pairs: Any = zip(first, second, strict=True)
+        return Neighbours(*(np.concatenate(pair) for pair in pairs))
+
+    arms = None
+    if one.arms and other.arms:
+        pushes = np.concatenate([one.arms[1], other.arms[1]])
+        arms = joined(one.arms[0], other.arms[0]), pushes
     return StepReport(
-        neighbours=Neighbours(*(np.concatenate(pair) for pair in pairs)),
+        neighbours=joined(one.neighbours, other.neighbours),
         reaction=np.concatenate([one.reaction, other.reaction]),
         friction=np.concatenate([one.friction, other.friction]),
         residual=max(one.residual, other.residual),
         iterations=one.iterations + other.iterations,
         repeats=one.repeats + other.repeats,
         solver=other.solver,
+        arms=arms,
     )
 
 
@@ -189,7 +177,9 @@ class Motion:
     sliding are then exact under a constant force. With restitution e a
     contact that closes within the step with v⁻ > 0 has C u⁺ ≤ −e v⁻ instead (Moreau's law), unless
     v⁻ is no more than what the drive gives in a step: that contact rests. With friction μ the
-    contacts obey Coulomb's law besides, and disks spin, with the moment of inertia m r²/2.
+    contacts obey Coulomb's law besides, and disks spin, with the moment of inertia m r²/2. Arms add
+    h F(q)/m to u, with their force at the step's start: of first order in h, stable below
+    h = 2/ω of the fastest oscillation ω.
 
     position, velocity (n,2) m, m/s; spin (n,) rad/s; time s: the state, changed by each step.
 
@@ -226,6 +216,7 @@ class Motion:
         self._share = step / push.relaxation_time if push.desired else 0.0
         self._restitution, self._tolerance, self._friction = restitution, tolerance, friction
         self._gain = step * np.array(push.acceleration)
+        self._arms = push.arms
         self._inertia = 0.5 * self.mass * self.radius**2
         self.forget()
 
@@ -303,7 +294,13 @@ class Motion:
     def _advance(self) -> StepReport:
         h, a = self.step, self._share
         desired = self._desired(self.position) if self._desired else np.empty((0, 2))
-        free, gained = _core.freed(self.velocity, desired, a, *self._gain)
+        kicked, arms = self.velocity, None
+        if self._arms:
+            reached, force = self._arms.reached(self.position, self.radius, self._walls)
+            arms = reached, h * force
+            kicked = kicked + sum_of(*arms, len(self.mass)) / self.mass[:, None]
+        free, gained = _core.freed(kicked, desired, a, *self._gain)
+        gained += float(np.abs(kicked - self.velocity).max(initial=0.0)) if arms else 0.0
         near, reaction, friction, velocity, spin, keys, error, iterations, rung, repeats = _core.step(
             self.position, self.velocity, free, self.radius, (1 + a) * self.mass, self._walls, h,
             self._restitution, gained, self._tolerance, self._friction, self.spin, self._inertia,
@@ -322,6 +319,7 @@ class Motion:
             iterations=iterations,
             repeats=repeats,
             solver="projected_gradient" if rung == _core.GRADIENT else CHOICES[rung][0],
+            arms=arms,
         )
         before, self.velocity, self.spin = self.velocity, velocity, spin
         self._known = keys, np.stack([reaction, friction])[:, : len(keys)]

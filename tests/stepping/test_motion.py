@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from nscd import Snapshot, Walls, _core, find_contacts
 from nscd.stepping import Motion, Push, StepError, WindowSums
-from nscd.stepping.motion import neighbours, segments_of
+from nscd.stepping.arms import neighbours
+from nscd.stepping.motion import segments_of
 from tests.crowds import disks_at
 
 MASS, SPEED, TAU = 75.0, 2.0, 0.5

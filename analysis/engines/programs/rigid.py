@@ -63,6 +63,7 @@ def motion_of(scene: Scene, state: Snapshot) -> Motion:
             desired=partial(drive.desired_velocity, ids=state.ids) if drive else None,
             relaxation_time=drive.relaxation_time_s if drive else np.inf,
             acceleration=scene.acceleration(),
+            arms=scene.contact.arms,
         ),
         restitution=scene.contact.restitution,
         friction=scene.contact.friction,
@@ -127,6 +128,8 @@ class _Run:
             while self.step < self.timing.steps:
                 done = self.motion.advance()
                 windows.add(done.neighbours, done.reaction, done.friction)
+                if done.arms:
+                    windows.add(*done.arms)
                 self.step += 1
                 if self.step % every == 0:
                     self._write(windows.close(self.step * h), before)
@@ -163,7 +166,8 @@ class _Run:
         pairs = [np.where(swapped, second, first), np.where(swapped, first, second), wall]
         impulse = sign * window.impulse
         write_frame(self.impulses, "ENTRIES", step, IMPULSE_COLUMNS, [*pairs, *impulse.T])
-        overlap = np.maximum(0.0, -window.gap)
+        # through arms people push at a gap, an overlap below 0
+        overlap = -window.gap if self.scene.contact.arms else np.maximum(0.0, -window.gap)
         table = [*pairs, *(sign * window.normal).T, overlap, *(impulse / duration).T]
         write_frame(self.contacts, "ENTRIES", step, CONTACT_COLUMNS, table)
         kinetic = 0.5 * float(disks.mass @ (motion.velocity**2).sum(1))

@@ -11,7 +11,8 @@ from analysis.stability.crowds import MASS_KG, RADIUS_M, disks
 from analysis.stability.trial import cell
 from nscd import ContactLaw, Contacts, Snapshot, Status, Walls, solve
 from nscd.stepping import Motion, Push, StepError
-from nscd.stepping.motion import neighbours, segments_of
+from nscd.stepping.arms import neighbours
+from nscd.stepping.motion import segments_of
 
 SPEED_M_PER_S, RELAXATION_S, STEP_S = 2.0, 0.5, 0.005
 # By so much of its velocity a disk that touches nobody may differ from free flight.

@@ -9,7 +9,8 @@ from shapely.ops import nearest_points
 from analysis.scene.schema import BodyForce
 from analysis.work_precision.soft import leapfrog
 from nscd import Snapshot, Walls, find_contacts
-from nscd.stepping.motion import neighbours, segments_of
+from nscd.stepping.arms import neighbours
+from nscd.stepping.motion import segments_of
 from tests.crowds import scene_at
 
 ENGINES = ["lammps", "yade"]
