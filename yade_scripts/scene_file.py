@@ -24,6 +24,7 @@ NUMBERS = {
 # the nominal stiffnesses of both laws, secants at an overlap of 0.1 m
 CHEST, CHEST_SQUARE = 5490.0, 108000.0
 BODY_HERTZ, BODY_STIFFNESS, BODY_AT_WALLS = 18500.0, 5445.0, 16290.0
+GRAVITY = 9.80665  # m/s2
 LARGEST_DAMPING_RATIO = 10.0
 STEP_FRACTION = 0.1
 CROSSING_FRACTION = 0.05  # of the smallest radius, in a step, at the fastest speed asked for
@@ -91,7 +92,10 @@ def limit_drive(scene, time_step):
 
 def acceleration(scene):
     """What the body force gives to everybody, (2,) m/s2."""
-    return np.array(scene.get("body_force", {}).get("acceleration_m_per_s2", (0.0, 0.0)), float)
+    force = scene.get("body_force", {"acceleration_m_per_s2": (0.0, 0.0)})
+    if "slope_deg" in force:
+        return GRAVITY * math.sin(math.radians(force["slope_deg"])) * np.array(force["downhill"])
+    return np.array(force["acceleration_m_per_s2"], float)
 
 
 def speed_most(scene, disks):

@@ -75,6 +75,7 @@ def left_out(scene: Scene, folder: Path) -> list[str]:
     lines = [
         "friction cone: μ = 0, one unknown per contact instead of two",
         f"spin: no tangential forces, {2 * n} unknown velocities instead of {3 * n}",
+        "slope: the ground is flat, no force but walking acts",
     ]
     if scene.drive is not None and scene.contact.restitution:
         lines.append(

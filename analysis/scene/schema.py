@@ -3,6 +3,7 @@ done to the heads of a real crowd."""
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Sequence
 from itertools import pairwise
@@ -506,12 +507,39 @@ class Push(Schema):
     push_N: Positive  # noqa: N815  (the unit is newton)
 
 
+# m/s², standard gravity.
+GRAVITY = 9.80665
+
+
 class BodyForce(Schema):
-    """Accelerate everybody alike, as gravity does on a slope.
+    """Accelerate everybody alike, as gravity does on a slope: by g sin(slope) downhill. What presses
+    people on the ground is no force in its plane.
 
-    acceleration_m_per_s2: (x, y) m/s², g; the force on a disk is m g"""
+    acceleration_m_per_s2: (x, y) m/s²; the force on a disk is its mass times this
+    slope_deg, downhill: instead of it, degrees and a unit vector"""
 
-    acceleration_m_per_s2: Point
+    acceleration_m_per_s2: Point | None = None
+    slope_deg: Annotated[Number, Field(gt=0, lt=90)] | None = None
+    downhill: Point | None = None
+
+    @property
+    def acceleration(self) -> Point:
+        """Give (x, y) m/s²."""
+        if self.acceleration_m_per_s2 is not None:
+            return self.acceleration_m_per_s2
+        assert self.slope_deg is not None
+        assert self.downhill is not None
+        along = GRAVITY * math.sin(math.radians(self.slope_deg))
+        return along * self.downhill[0], along * self.downhill[1]
+
+    @model_validator(mode="after")
+    def _one_way(self) -> BodyForce:
+        given = self.acceleration_m_per_s2, self.slope_deg, self.downhill
+        if [one is None for one in given] not in ([False, True, True], [True, False, False]):
+            raise ValueError("acceleration_m_per_s2, or slope_deg and downhill, are needed")
+        if self.downhill is not None and abs(math.hypot(*self.downhill) - 1) > 1e-9:
+            raise ValueError("downhill must be a unit vector")
+        return self
 
 
 class Run(Schema):
@@ -579,7 +607,7 @@ class Room(Schema):
 
     def acceleration(self) -> Point:
         """Give the acceleration (x, y) m/s² of the body force; 0 where there is none."""
-        return self.body_force.acceleration_m_per_s2 if self.body_force else (0.0, 0.0)
+        return self.body_force.acceleration if self.body_force else (0.0, 0.0)
 
     def door(self) -> Walls | None:
         """Give the doors as segments, where there is a drive."""

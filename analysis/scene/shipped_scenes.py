@@ -4,11 +4,12 @@ is made, by jitter where it is given."""
 import dataclasses
 from collections.abc import Callable
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 import shapely
 
-from analysis.scene.anthropometry import apart
+from analysis.scene.anthropometry import apart, bodies_of
 from analysis.scene.floors import walled
 from analysis.scene.scene import (
     Analysis,
@@ -20,8 +21,9 @@ from analysis.scene.scene import (
     Wall,
     read_scene,
 )
+from analysis.scene.schema import BodyForce
 from analysis.scene.waiting import Doorway
-from nscd import Snapshot
+from nscd import Snapshot, Walls
 
 PAPER = "Jebrane, Argoul, Hakim, El Rhabi, Applied Mathematical Modelling 74 (2019) 409-421"
 MASS_KG = 75.0
@@ -164,6 +166,46 @@ rigid forces can be compared strictly. Not a crowd: a test."""
     return _driven("jam", title, "made for the comparison at rest", notes, snapshot, 12.0)
 
 
+# The least deep crowd of the Green Guide's Table 11.2 on its steepest slope: 1.2 m for 2.0 kN/m.
+TERRACE_DEG, LANE_M, ACROSS, SHOULDERS = 25.0, 4.0, 7, 1.38
+
+
+def _terrace(disks: int, seed: int) -> Scene:
+    n = disks or 23
+    notes = f"""{n} people on a slope of {TERRACE_DEG:g} degrees who lean on those before them with
+their whole weight, in a lane of {LANE_M:g} m. Disks as wide as shoulders: 1.38 times those of
+ANSUR II. Closed form: at rest the barrier carries the sum of m g sin(slope)."""
+    rows, pitch = -(-n // ACROSS), LANE_M / ACROSS
+    radius, mass = bodies_of("ANSUR II", n, seed)
+    place = np.stack(np.divmod(np.arange(n), ACROSS), axis=1) * [-pitch, pitch] + [-0.4, 0.5 * pitch]
+    place += np.random.default_rng([seed, 5]).uniform(-0.02, 0.02, (n, 2))
+    ends = [(-pitch * (rows + 1), 0.0), (0.0, 0.0), (0.0, LANE_M), (-pitch * (rows + 1), LANE_M)]
+    names = ("lower", "barrier", "upper")
+    walls = tuple(
+        Wall(name=name, start_m=start, end_m=end)
+        for name, (start, end) in zip(names, pairwise(ends), strict=True)
+    )
+    crowd = Snapshot(
+        position=place,
+        velocity=np.zeros((n, 2)),
+        radius=(SHOULDERS * radius).round(6),
+        mass=mass,
+    )
+    segments = Walls(start=np.array(ends[:-1]), end=np.array(ends[1:]))
+    return Scene(
+        name="terrace",
+        title=f"{n} people lean on a barrier below a slope of {TERRACE_DEG:g}°",
+        source="Green Guide, Table 11.2, quoted by the Sports Grounds Safety Authority",
+        notes=notes,
+        snapshot=dataclasses.replace(crowd, position=apart(crowd, segments).position.round(9)),
+        walls=walls,
+        body_force=BodyForce(slope_deg=TERRACE_DEG, downhill=(1.0, 0.0)),
+        contact=ContactModel(stiffness_N_per_m=1e6, restitution=0.1),
+        run=Run(duration_s=4.0, frames=40, impulses=True),
+        analysis=Analysis(kind="driven", time_s=4.0),
+    )
+
+
 OF_FIXED_SIZE = ("pair", "pair_oblique", "four_disks", "corridor")
 MAKERS: dict[str, Callable[[int, int], Scene]] = {
     # these are data, in scenes/
@@ -175,11 +217,12 @@ MAKERS: dict[str, Callable[[int, int], Scene]] = {
     "arch": _arch,
     "arch_masses": _arch_masses,
     "jam": _jam,
+    "terrace": _terrace,
 }
 # About 2 kB of memory for each.
 MOST_DISKS = 1_000_000
 # Their disks are random.
-SEEDED = ("arch", "arch_masses", "jam")
+SEEDED = ("arch", "arch_masses", "jam", "terrace")
 
 
 def make(name: str, disks: int | None = None, seed: int = 1) -> Scene:

@@ -60,7 +60,7 @@ def test_columns_of_windows():
 PAGE = ROOT / "docs/scenes.md"
 UNITS = {
     "_m_per_s2": "m/s²", "_m_per_s": "m/s", "_N_per_m": "N/m", "_per_m2": "1/m²", "_Pa": "Pa",
-    "_s": "s", "_m": "m", "_N": "N",
+    "_s": "s", "_m": "m", "_N": "N", "_deg": "°",
 }  # fmt: skip
 
 
@@ -118,6 +118,7 @@ def accepted(schema):
     low, high = schema.get("minimum"), schema.get("maximum")
     if "exclusiveMinimum" in schema:
         ends = f"> {schema['exclusiveMinimum']:g}" + (f", ≤ {high:g}" if high is not None else "")
+        ends += f", < {schema['exclusiveMaximum']:g}" if "exclusiveMaximum" in schema else ""
     elif high is not None:
         ends = f"{low:g} to {high:g}"
     else:

@@ -1,0 +1,57 @@
+"""Ground that slopes, in three engines and by hand."""
+
+import numpy as np
+import pytest
+
+from analysis.scene.scene import SceneError, read_scene
+from analysis.scene.schema import GRAVITY, BodyForce
+from tests.crowds import disks_at, scene_at
+
+ENGINES = ["lammps", "yade", "rigid"]
+DOWNHILL = (0.6, -0.8)
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_who_slides_down_a_slope_goes_half_g_sine_times_the_square_of_time(simulate, name):
+    scene = scene_at(
+        disks_at([[0.0, 0.0]], [[0.3, 0.1]]), name="slope",
+        contact={"stiffness_N_per_m": 1e5, "restitution": 0.1},
+        run={"duration_s": 0.2, "frames": 2, "time_step_s": 0.001, "rigid_step_s": 0.01},
+        body_force=BodyForce(slope_deg=30.0, downhill=DOWNHILL),
+    )  # fmt: skip
+    found = simulate(name, scene)
+    end = [found["x"][-1, 0], found["y"][-1, 0]]
+    by_hand = 0.2 * np.array([0.3, 0.1]) + 0.25 * GRAVITY * 0.2**2 * np.array(DOWNHILL)
+    np.testing.assert_allclose(end, by_hand, rtol=0, atol=1e-12)
+
+
+def test_at_rest_a_barrier_carries_the_weight_along_the_slope(simulate):
+    scene = read_scene("terrace")
+    assert scene.body_force.slope_deg == 25.0
+    last = simulate("rigid", scene).contacts[-1]
+    carried = last.force[last.is_wall & (last.second == 2), 0].sum()
+    weight = scene.snapshot.mass.sum() * GRAVITY * np.sin(np.radians(25.0))
+    assert carried == pytest.approx(weight, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        ("slope_deg = 91.0\ndownhill = [1.0, 0.0]", "body_force.slope_deg: "),
+        ("slope_deg = 10.0\ndownhill = [1.0, 1.0]", "body_force: downhill must be a unit vector"),
+        ("slope_deg = 10.0", "body_force: acceleration_m_per_s2, or slope_deg and downhill, are "),
+        (
+            "slope_deg = 10.0\ndownhill = [1.0, 0.0]\nacceleration_m_per_s2 = [1.0, 0.0]",
+            "body_force: acceleration_m_per_s2, or slope_deg and downhill, are needed",
+        ),
+    ],
+)
+def test_half_a_slope_is_refused_by_its_key(tmp_path, lines, said):
+    scene = read_scene("terrace")
+    path = scene.write(tmp_path)
+    text = path.read_text(encoding="utf-8")
+    old = text[text.index("slope_deg") : text.index("[contact]")]
+    path.write_text(text.replace(old, f"{lines}\n\n"), encoding="utf-8")
+    with pytest.raises(SceneError) as refused:
+        read_scene(path)
+    assert str(refused.value).startswith(f"{path}: {said}")
