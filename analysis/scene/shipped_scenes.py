@@ -177,7 +177,10 @@ their whole weight, in a lane of {LANE_M:g} m. Disks as wide as shoulders: 1.38 
 ANSUR II. Closed form: at rest the barrier carries the sum of m g sin(slope)."""
     rows, pitch = -(-n // ACROSS), LANE_M / ACROSS
     radius, mass = bodies_of("ANSUR II", n, seed)
-    place = np.stack(np.divmod(np.arange(n), ACROSS), axis=1) * [-pitch, pitch] + [-0.4, 0.5 * pitch]
+    place = np.stack(np.divmod(np.arange(n), ACROSS), axis=1) * [-pitch, pitch] + [
+        -0.4,
+        0.5 * pitch,
+    ]
     place += np.random.default_rng([seed, 5]).uniform(-0.02, 0.02, (n, 2))
     ends = [(-pitch * (rows + 1), 0.0), (0.0, 0.0), (0.0, LANE_M), (-pitch * (rows + 1), LANE_M)]
     names = ("lower", "barrier", "upper")
