@@ -32,20 +32,17 @@ TABLES = {
 PAGE = """\
 # Columns
 
-Every column of every CSV file. `python docs/site/columns.py` prints this page from the code.
-Numbers are in SI units with all their digits. An empty cell or `nan` is no number. `first` and
-`second` are the ids of disks in the dump. If `is_wall` is 1, `second` is the number of the wall in
-the scene's order, from 1.
+Every column of every CSV file, printed from the code (`python docs/site/columns.py`). SI units, all
+digits. An empty cell or `nan` is no number. `first` and `second` are ids of disks. If `is_wall` is
+1, `second` is the number of the wall in the scene's order, from 1.
 
 ## `percussions solve … --out contacts.csv`
 
-One row per contact and frame, as in `to_dataframe()`. Empty columns are not written. `--out
-contacts.parquet` writes the same as Parquet.
+One row per contact and frame, as in `to_dataframe()`. Empty columns are not written.
 
 {solve}
 
-An FCLIB file of this program gives the same columns. One without bodies gives these, in the file's
-own units:
+An FCLIB file without bodies gives these, in its own units:
 
 {fclib}
 
@@ -58,8 +55,8 @@ One row per contact that either model has. `_N`: a driven crowd at an instant, f
 
 ## `film.csv` of `percussions film`
 
-One row per run (or radius of a filmed crowd), frame and model. `film.parquet` is the same table.
-An empty bound does not exist, or was not computed ([films](results/film.md)).
+One row per run (or radius of a filmed crowd), frame and model. An empty bound does not exist, or
+was not computed ([films](results/film.md)).
 
 {film}
 
@@ -78,8 +75,8 @@ One row per limit and person, wall, or crowd.
 
 ## `windows.csv` and `window_contacts.csv` of two runs
 
-Written by `percussions compare RUN_A RUN_B` into the folder of the second run. `windows.csv` has
-one row per window of time, `window_contacts.csv` one per window and contact that either run has.
+Written by `percussions compare RUN_A RUN_B` into the folder of the second run. One row per window,
+and one per window and contact of either run.
 
 {windows}
 
@@ -89,8 +86,8 @@ one row per window of time, `window_contacts.csv` one per window and contact tha
 
 ## `points.csv`, `pareto.csv`, `scaling.csv` of a chart
 
-One row per method, setting and quantity. Errors are root mean squares over the components of the
-quantity, relative to that of the rigid reference. A method without a number has an empty cell.
+One row per method, setting and quantity. Errors are root mean squares over the components, relative
+to that of the rigid reference.
 
 {points}
 
@@ -114,8 +111,8 @@ One row per engine, setting and statistic of whole runs of several crowds.
 
 {push}
 
-`onsets.csv` has the measured onsets and those of each model's nearest case, with a column per
-person: s after the first.
+`onsets.csv` has the measured onsets and those of each model's nearest case: s after the first
+person.
 
 ## `scores.csv` of `benchmarks/library.py score`
 
@@ -125,18 +122,18 @@ person: s after the first.
 
 {claims}
 
-`errata.csv` and `continuum_errata.csv` have one row per entry of the [errata](errata.md): `where`
-in the paper, what is `printed`, what is `correct`, and `why`.
+`errata.csv` and `continuum_errata.csv` have `where`, `printed`, `correct` and `why` of the
+[errata](errata.md).
 
 ## `impulses.dump` of a run
 
-A LAMMPS dump of entries: one row per contact that pressed since the frame before. The rigid engine
-always writes it, LAMMPS and YADE with `[run] impulses = true`.
+A LAMMPS dump: one row per contact that pressed since the frame before. The rigid engine always
+writes it, LAMMPS and YADE with `[run] impulses = true`.
 
 {impulses}
 
-Divided by the time between the two frames this is a mean force. In `contacts.dump` of the rigid
-engine the forces are these means, since a rigid contact has no force at an instant.
+Divided by the time between the frames this is a mean force, as in the rigid engine's
+`contacts.dump`.
 """
 
 
