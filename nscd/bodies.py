@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from nscd import _core
 from nscd.arrays import LARGEST, Floats, Index32, Indices, number, read_only, whole_numbers
@@ -44,14 +45,11 @@ class Bodies:
         return base + np.column_stack([np.bincount(self.number, part) for part in change.T])
 
     def motion(self, snapshot: Snapshot, velocity: Floats) -> Floats:
-        """Compute (b,3) m/s, m/s, rad/s: the centres' velocities and the spins, of bodies whose
-        disks have the velocities (n,2) m/s in the mean of their masses and turn with the
-        snapshot's spins."""
+        """Compute (b,3) m/s, m/s, rad/s: the centres' velocities and the spins of bodies whose disks
+        have velocities (n,2) m/s, in the mean of their masses, and the snapshot's spins."""
         spin = np.empty(len(self))
         spin[self.number] = snapshot.spin
-        off = self.mean(snapshot.position, snapshot.mass) - self.centre
-        mean = self.mean(velocity, snapshot.mass)
-        return np.column_stack([mean[:, 0] + spin * off[:, 1], mean[:, 1] - spin * off[:, 0], spin])
+        return np.column_stack([self.mean(velocity, snapshot.mass), spin])
 
     def of_disks(self, motion: Floats, position: Floats) -> Floats:
         """Compute (n,2) m/s of disks at (n,2) m, v + ω × (x − c) of the motion (b,3) of bodies."""
@@ -115,32 +113,28 @@ class Snapshot:
         if self.bodies is not None and len(self.bodies.number) != n:
             raise ValueError(f"bodies: of {len(self.bodies.number)} disks where there are {n}")
 
-    def joined(
-        self,
-        body: Indices,
-        *,
-        mass: Floats | None = None,
-        centre: Floats | None = None,
-        inertia: Floats | None = None,
-    ) -> Snapshot:
-        """Join disks to rigid bodies, whose disks move as they do.
+    def joined(self, body: ArrayLike, *, inertia: ArrayLike | None = None) -> Snapshot:
+        """Join disks to rigid bodies: each has the mass of its disks, about their centre of mass.
 
         body: (n,) the number of the body of each disk
-        mass, centre, inertia: (b,) kg, (b,2) m, (b,) kg m² of the bodies by rising number; those of
-            its disks where left out, Σ m (r²/2 + |x − c|²)
+        inertia: (b,) kg m² of the bodies by rising number; Σ m (r²/2 + |x − c|²) where left out
 
-        Raises ValueError for a body whose disks do not hang together or spin differently, and for a
-        mass or inertia that is not positive."""
+        Disks get the velocities of the rigid motion with the same momentum and their spin. Raises
+        ValueError for a body whose disks do not hang together or spin differently, and for an
+        inertia that is not positive."""
         ids, place = np.unique(whole_numbers(body, (len(self),), "body"), return_inverse=True)
         own, b = np.ones(len(ids)), len(ids)
         of = Bodies(number=place.astype(np.int32), ids=ids, mass=own, centre=own, inertia=own)
         of = replace(of, centre=of.mean(self.position, self.mass))
-        if centre is not None:
-            of = replace(of, centre=read_only(centre, (b, 2), "centre of bodies"))
         off = self.position - of.centre[place]
         moment = self.inertia + self.mass * (off**2).sum(1)
-        of = replace(of, mass=_of_all(mass, self.mass, of, "mass"))
-        of = replace(of, inertia=_of_all(inertia, moment, of, "inertia"))
+        total, given = (np.bincount(place, part).astype(float) for part in (self.mass, moment))
+        if inertia is not None:
+            given = read_only(inertia, (b,), "inertia")
+        if b and not given.min() > 0:
+            worst = int(np.argmin(given))
+            raise ValueError(f"body {ids[worst]}: inertia {given[worst]:g}; more than 0 is needed")
+        of = replace(of, mass=total, inertia=given)
         self._check_whole(of)
         moving = of.of_disks(of.motion(self, self.velocity), self.position)
         return replace(self, velocity=moving, bodies=of)
@@ -194,16 +188,6 @@ class Snapshot:
 
     def __repr__(self) -> str:
         return f"<Snapshot: {len(self)} disks at {self.time:g} s>"
-
-
-def _of_all(given: Floats | None, parts: Floats, of: Bodies, name: str) -> Floats:
-    """What bodies have (b,): as given, or the sum over their disks (n,)."""
-    sums = np.asarray(np.bincount(of.number, parts), dtype=np.float64)
-    total = sums if given is None else read_only(given, (len(of),), name)
-    if len(of) and not total.min() > 0:
-        worst = int(np.argmin(total))
-        raise ValueError(f"body {of.ids[worst]}: {name} {total[worst]:g}; more than 0 is needed")
-    return total
 
 
 def _positive(value: Floats, n: int, name: str) -> Floats:

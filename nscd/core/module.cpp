@@ -56,15 +56,29 @@ auto neighbours(const Matrix& position, const Vector& radius, const Segments& wa
 Bodies bodies_of(const Matrix& position, const Matrix& velocity, const Matrix& free, const Vector& radius, const Vector& mass, const Segments& walls) {
     need_bodies(position, radius);
     need(velocity.size() == position.size() && free.size() == position.size() && mass.size() == radius.size(), "bodies: shapes differ");
-    return {span(position), span(velocity), span(free), span(radius), span(mass), walls};
+    return {span(position), span(velocity), span(free), span(radius), span(mass), walls, {}, {}, {}};
+}
+
+// body (n), centre (b, 2), mass and inertia (b) of `Members`, and velocities of the bodies (b, 3).
+using Wide = std::tuple<Given<Index, 1>, Matrix, Vector, Vector, Matrix>;
+Members members_of(const Wide& given, std::size_t n) {
+    const auto& [body, centre, mass, inertia, moving] = given;
+    const std::size_t b = mass.size();
+    need(body.size() == n && centre.size() == 2 * b && inertia.size() == b && moving.size() == 3 * b, "bodies: shapes differ");
+    for (std::size_t i = 0; i < n; ++i) need(body(i) >= 0 && body(i) < Index(b), "bodies: a body that does not exist");
+    return {span(body), span(centre), span(mass), span(inertia)};
 }
 
 // Neighbours, reaction, friction, velocity, spin, keys, error, iterations, rung, repeats of `Stepped`; known (2, m): reaction
 // and friction of the keys of the step before.
 auto step(const Matrix& position, const Matrix& velocity, const Matrix& free, const Vector& radius, const Vector& mass, const Segments& walls,
           double seconds, double restitution, double gained, double tolerance, double friction, const Vector& spin, const Vector& inertia,
-          const Whole& keys, const Matrix& known) {
-    const Bodies bodies = bodies_of(position, velocity, free, radius, mass, walls);
+          const Whole& keys, const Matrix& known, std::optional<Wide> wide, std::optional<Matrix> unheld) {
+    Bodies bodies = bodies_of(position, velocity, free, radius, mass, walls);
+    if (wide) {
+        need(unheld && unheld->size() == std::get<4>(*wide).size(), "bodies: shapes differ");
+        bodies.wide = members_of(*wide, radius.size()), bodies.moving = span(std::get<4>(*wide)), bodies.unheld = span(*unheld);
+    }
     need(spin.size() == radius.size() && inertia.size() == radius.size() && known.size() == 2 * keys.size(), "step: shapes differ");
     const In both = span(known);
     const Rough rough{friction, span(spin), span(inertia), span(keys), both.first(keys.size()), both.last(keys.size())};
@@ -74,7 +88,7 @@ auto step(const Matrix& position, const Matrix& velocity, const Matrix& free, co
         found = make_step(bodies, rough, seconds, restitution, gained, tolerance);
     }
     return std::make_tuple(give_neighbours(std::move(found.neighbours)), give(std::move(found.reaction)), give(std::move(found.tangential)),
-                           give<2>(std::move(found.velocity), 2), give(std::move(found.spin)), give(std::move(found.keys)), found.error,
+                           give<2>(std::move(found.velocity), wide ? 3 : 2), give(std::move(found.spin)), give(std::move(found.keys)), found.error,
                            found.iterations, found.rung, found.repeats);
 }
 
@@ -196,16 +210,6 @@ Said solve_with_friction(const System& s, const Vector& radius, const Vector& sp
     part["dissipation"] = of.dissipation, part["spread"] = found.spread;
     const bool finite = std::isfinite(of.momentum_error + of.natural_map);
     return {std::move(said), finite, of.energy, choice_of(found.route), found.seed, 0, 1, std::move(part)};
-}
-
-// body (n), centre (b, 2), mass and inertia (b) of `Members`, and velocities of the bodies (b, 3).
-using Wide = std::tuple<Given<Index, 1>, Matrix, Vector, Vector, Matrix>;
-Members members_of(const Wide& given, std::size_t n) {
-    const auto& [body, centre, mass, inertia, moving] = given;
-    const std::size_t b = mass.size();
-    need(body.size() == n && centre.size() == 2 * b && inertia.size() == b && moving.size() == 3 * b, "bodies: shapes differ");
-    for (std::size_t i = 0; i < n; ++i) need(body(i) >= 0 && body(i) < Index(b), "bodies: a body that does not exist");
-    return {span(body), span(centre), span(mass), span(inertia)};
 }
 
 std::optional<Said> solve_impact(const Whole& first, const Whole& second, const Marks& is_wall, const Matrix& normal, const Matrix& position,
@@ -348,7 +352,8 @@ NB_MODULE(_core, m) {
     m.def("neighbours", &neighbours, "position"_a.noconvert(), "radius"_a.noconvert(), "walls"_a, "margin"_a);
     m.def("step", &step, "position"_a.noconvert(), "velocity"_a.noconvert(), "free"_a.noconvert(), "radius"_a.noconvert(),
           "mass"_a.noconvert(), "walls"_a, "seconds"_a, "restitution"_a, "gained"_a, "tolerance"_a, "friction"_a,
-          "spin"_a.noconvert(), "inertia"_a.noconvert(), "keys"_a.noconvert(), "known"_a.noconvert());
+          "spin"_a.noconvert(), "inertia"_a.noconvert(), "keys"_a.noconvert(), "known"_a.noconvert(), "bodies"_a = nb::none(),
+          "unheld"_a = nb::none());
     m.def("freed", &freed_of, "velocity"_a.noconvert(), "desired"_a.noconvert(), "share"_a, "x"_a, "y"_a);
     m.def("drifts", &drifts_of, "before"_a.noconvert(), "after"_a.noconvert(), "first"_a.noconvert(), "second"_a.noconvert(),
           "normal"_a.noconvert(), "gap"_a.noconvert(), "reaction"_a.noconvert(), "seconds"_a, "slack"_a);

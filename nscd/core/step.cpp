@@ -20,8 +20,11 @@ constexpr double LIKELY = 0.01;
 Places likely(const System& s, In before) {
     const double slack = LIKELY * s.scale;
     Numbers speed(s.n);
-    for (int i = 0; i < s.n; ++i)
-        speed[i] = std::max(std::hypot(before[2 * i], before[2 * i + 1]), std::hypot(s.free[2 * i], s.free[2 * i + 1]));
+    for (int i = 0; i < s.n; ++i) {
+        const int at = s.d * i;
+        const auto most = [&](In u) { return std::hypot(u[at], u[at + 1]) + (s.wide() ? s.reach[i] * std::abs(u[at + 2]) : 0.0); };
+        speed[i] = std::max(most(before), most(s.free));
+    }
     Places some;
     for (int c = 0; c < s.k; ++c)
         if (s.offset[c] <= speed[s.first[c]] + (s.second[c] >= 0 ? speed[s.second[c]] : 0.0) + slack) some.push_back(c);
@@ -41,7 +44,7 @@ void solve_step(const System& s, In before, double tolerance, Stepped& found) {
         if (some.empty()) continue;
         System part = chosen(s, some, every, every);
         Answer by;
-        if (tolerance >= LOOSE) {
+        if (tolerance >= LOOSE && !s.wide()) {
             Parts one{{0, part.n}, {0, part.k}};
             Team alone(1);
             Descended end = descend(part, one, alone, {BEFORE * tolerance, MOST_SWEEPS, -1, INFINITE});
@@ -90,11 +93,30 @@ Neighbours neighbours_of(In position, In radius, const Segments& walls, double m
     return named(touching(position, radius, walls, margin));
 }
 
+// Contacts of two disks of one body are none.
+static void drop_own(const Bodies& bodies, Touching& at) {
+    if (bodies.wide.body.empty()) return;
+    std::size_t to = 0;
+    const std::int64_t pairs = at.pairs;
+    for (std::size_t c = 0; c < at.size(); ++c) {
+        if (std::int64_t(c) < pairs && bodies.wide.body[at.first[c]] == bodies.wide.body[at.second[c]]) {
+            --at.pairs;
+            continue;
+        }
+        at.first[to] = at.first[c], at.second[to] = at.second[c], at.distance[to] = at.distance[c], at.gap[to] = at.gap[c];
+        at.vector[2 * to] = at.vector[2 * c], at.vector[2 * to + 1] = at.vector[2 * c + 1];
+        ++to;
+    }
+    at.first.resize(to), at.second.resize(to), at.distance.resize(to), at.gap.resize(to), at.vector.resize(2 * to);
+}
+
 // Whether velocities would close within a step (s) a gap beyond the margin (m) within which contacts were looked for.
 static bool missed(const Bodies& bodies, In velocity, double step, double margin) {
     const double needed = 2.0 * step * fastest(velocity);
     if (needed <= margin) return false;
-    const Neighbours near = neighbours_of(bodies.position, bodies.radius, bodies.walls, needed);
+    Touching at = touching(bodies.position, bodies.radius, bodies.walls, needed);
+    drop_own(bodies, at);
+    const Neighbours near = named(at);
     for (std::size_t c = 0; c < near.gap.size(); ++c) {
         const Index i = near.first[c], j = near.second[c];
         double x = velocity[2 * i], y = velocity[2 * i + 1];
@@ -138,7 +160,7 @@ Numbers drifts(In before, In after, const Neighbours& near, In reaction, double 
 
 // The same with Coulomb's law.
 static void solve_rough(const System& s, const Touching& at, In radius, const Rough& rough, double tolerance, Stepped& found) {
-    std::vector<std::int64_t> every(s.n);
+    std::vector<std::int64_t> every(radius.size());
     std::iota(every.begin(), every.end(), 0);
     found.keys = keys_of(at, every);
     const Rubbing p = rubbing_of(s, radius, rough.spin, rough.inertia, Numbers(s.k, rough.friction));
@@ -147,7 +169,8 @@ static void solve_rough(const System& s, const Touching& at, In radius, const Ro
     const Numbers errors = measure(p, by.at);
     found.error = *std::max_element(errors.begin(), errors.end());
     found.velocity.resize(2 * std::size_t(s.n));
-    for (int i = 0; i < s.n; ++i) {
+    if (s.wide()) found.velocity = std::move(by.at.u);
+    else for (int i = 0; i < s.n; ++i) {
         std::copy_n(by.at.u.begin() + 3 * i, 2, found.velocity.begin() + 2 * i);
         found.spin[i] = by.at.u[3 * i + 2];
     }
@@ -158,13 +181,15 @@ static void solve_rough(const System& s, const Touching& at, In radius, const Ro
 Stepped make_step(const Bodies& bodies, const Rough& rough, double step, double restitution, double gained, double tolerance) {
     double margin = 2.0 * step * std::max(fastest(bodies.free), fastest(bodies.velocity));
     for (int repeats = 0;; ++repeats) {
-        const Touching at = touching(bodies.position, bodies.radius, bodies.walls, margin);
+        Touching at = touching(bodies.position, bodies.radius, bodies.walls, margin);
+        drop_own(bodies, at);
         Stepped found;
         found.neighbours = named(at);
         found.repeats = repeats;
         found.tangential.assign(at.size(), 0.0), found.spin.assign(rough.spin.begin(), rough.spin.end());
         if (at.size() == 0) {
-            found.velocity.assign(bodies.free.begin(), bodies.free.end());
+            const In free = bodies.wide.body.empty() ? bodies.free : bodies.unheld;
+            found.velocity.assign(free.begin(), free.end());
             found.rung = int(Rung::NO_CONTACTS);
             return found;
         }
@@ -172,8 +197,10 @@ Stepped make_step(const Bodies& bodies, const Rough& rough, double step, double 
         const std::size_t n = bodies.mass.size();
         s.x.resize(n), s.y.resize(n);
         for (std::size_t i = 0; i < n; ++i) s.x[i] = bodies.position[2 * i], s.y[i] = bodies.position[2 * i + 1];
+        if (!bodies.wide.body.empty()) s = joined(s, bodies.radius, bodies.wide, bodies.unheld);
+        const In was = s.wide() ? bodies.moving : bodies.velocity;
         Numbers before(s.k), closing(s.k);
-        approach(s, bodies.velocity, before);
+        approach(s, was, before);
         approach(s, s.free, closing);
         for (int c = 0; c < s.k; ++c) {
             s.offset[c] = at.gap[c] / step;
@@ -181,9 +208,11 @@ Stepped make_step(const Bodies& bodies, const Rough& rough, double step, double 
                 s.offset[c] = std::min(s.offset[c], -restitution * before[c]);
         }
         if (rough.friction > 0.0) solve_rough(s, at, bodies.radius, rough, tolerance, found);
-        else solve_step(s, bodies.velocity, tolerance, found);
-        if (repeats == REPEATS || !missed(bodies, found.velocity, step, margin)) return found;
-        margin = 2.0 * step * fastest(found.velocity);
+        else solve_step(s, was, tolerance, found);
+        const Numbers after = s.wide() ? of_members(bodies.wide, bodies.position, found.velocity) : Numbers();
+        const In velocity = s.wide() ? In(after) : In(found.velocity);
+        if (repeats == REPEATS || !missed(bodies, velocity, step, margin)) return found;
+        margin = 2.0 * step * fastest(velocity);
     }
 }
 

@@ -12,6 +12,8 @@ struct Bodies {
     In free;                // (n·2) m/s, the velocities without contacts
     In radius, mass;        // (n) m; kg, with what the drive adds
     const Segments& walls;
+    Members wide;           // bodies of several disks, with what the drive adds; none where each is alone
+    In moving, unheld;      // (b·3) their velocities, before and without contacts
 };
 
 // Coulomb's law in a step. The search for the percussions begins from those of the step before.
@@ -35,7 +37,7 @@ Neighbours neighbours_of(In position, In radius, const Segments& walls, double m
 
 struct Stepped {
     Neighbours neighbours;
-    Numbers reaction, velocity;  // (k) N·s, (n·2) m/s
+    Numbers reaction, velocity;  // (k) N·s, (n·2) m/s; (b·3) of bodies
     Numbers tangential, spin;    // (k) N·s along (−n_y, n_x), (n) rad/s
     std::vector<std::int64_t> keys;  // (k) with friction: a number of each contact, the same in every step
     double error = 0.0;          // the residual or the imbalance of momentum, recomputed

@@ -4,7 +4,7 @@ impulses of contacts over windows of time."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -181,6 +181,10 @@ class Motion:
     h F(q)/m to u, with their force at the step's start: of first order in h, stable below
     h = 2/ω of the fastest oscillation ω.
 
+    Bodies of several disks turn whatever the friction. The drive acts on their centres, where u_d is
+    taken, and not on their spins. A contact of a turning body may overlap by (h ω)²/2 times its
+    lever, which the next step takes back; their centres move with u⁺ under a body force too.
+
     position, velocity (n,2) m, m/s; spin (n,) rad/s; time s: the state, changed by each step.
 
     Sources: Jean, Comput. Methods Appl. Mech. Eng. 177 (1999) 235; the drive is implicit in u.
@@ -218,6 +222,9 @@ class Motion:
         self._gain = step * np.array(push.acceleration)
         self._arms = push.arms
         self._inertia = 0.5 * self.mass * self.radius**2
+        self._wide = snapshot.wide
+        if push.arms and self._wide is not None:
+            raise ValueError("arms: bodies of several disks have none")
         self.forget()
 
     def __repr__(self) -> str:
@@ -227,12 +234,40 @@ class Motion:
         """Begin the next step without the percussions of this one, as a new motion from this state
         does: with friction they are where the search for the next ones begins."""
         self._known: tuple[Any, Any] = np.empty(0, np.int64), np.empty((2, 0))
+        if self._wide is None:
+            return
+        # bodies begin anew where their disks are, as those of a new motion do
+        wide = self._wide
+        state = self._snapshot().joined(wide.ids[wide.number], inertia=wide.inertia)
+        assert state.bodies is not None
+        self._wide, self.velocity = state.bodies, np.array(state.velocity)
+        self._moving = self._wide.motion(state, state.velocity)
+        self._off = self.position - self._wide.centre[self._wide.number]
+
+    def _turn(self, way: Floats) -> None:
+        """Move bodies, and their disks, by the way (b,3) m, m, rad of each."""
+        assert self._wide is not None
+        number, centre = self._wide.number, self._wide.centre + way[:, :2]
+        c, s = np.cos(way[number, 2]), np.sin(way[number, 2])
+        x, y = self._off.T
+        self._off = np.column_stack([c * x - s * y, s * x + c * y])
+        self._wide = replace(self._wide, centre=centre)
+        self.position = centre[number] + self._off
+        self.velocity = self._wide.of_disks(self._moving, self.position)
+        self.spin = self._moving[number, 2]
 
     @property
     def overlap(self) -> float:
         """Find the deepest overlap (m) of two disks, or of disk and wall; 0 where none overlap."""
-        near = neighbours(self.position, self.radius, self._walls, 0.0)
-        return max(0.0, -float(near.gap.min(initial=0.0)))
+        return max(0.0, -float(self._near(0.0).gap.min(initial=0.0)))
+
+    def _near(self, margin: float) -> Neighbours:
+        near = neighbours(self.position, self.radius, self._walls, margin)
+        if self._wide is None:
+            return near
+        body = self._wide.number
+        apart = (near.second < 0) | (body[near.first] != body[np.maximum(near.second, 0)])
+        return Neighbours(*(part[apart] for part in near))
 
     def separate(self) -> float:
         """Push overlapping disks apart, as little as possible (in the masses); return how far the
@@ -243,7 +278,7 @@ class Motion:
         start = self.position.copy()
         reach = REACH * float(self.radius.mean())
         for _ in range(PUSHES):
-            near = neighbours(self.position, self.radius, self._walls, reach)
+            near = self._near(reach)
             if near.gap.min(initial=0.0) >= -TOUCHING * self.radius.mean():
                 return float(np.hypot(*(self.position - start).T).max(initial=0.0))
             contacts = Contacts(
@@ -251,19 +286,24 @@ class Motion:
                 is_wall=near.second < 0, normal=near.normal, gap=near.gap,
                 point=np.zeros_like(near.normal),
             )  # fmt: skip
+            still = np.zeros_like(start if self._wide is None else self._moving)
             moved, error = project(
-                self._snapshot(), contacts, np.zeros_like(start), near.gap,
+                self._snapshot(), contacts, still, near.gap,
                 scale=-float(near.gap.min()), tolerance=1e-12,
             )  # fmt: skip
             if not error <= 1e-8:
                 break
-            self.position = self.position + moved
+            if self._wide is None:
+                self.position = self.position + moved
+            else:
+                self._turn(moved)
         raise StepError("the disks cannot be pushed apart: they do not fit between the walls")
 
     def _snapshot(self) -> Snapshot:
         return Snapshot(
-            position=self.position, velocity=self.velocity, radius=self.radius, mass=self.mass
-        )
+            position=self.position, velocity=self.velocity, radius=self.radius, mass=self.mass,
+            spin=self.spin, bodies=self._wide,
+        )  # fmt: skip
 
     def advance(self) -> StepReport:
         """Make one step; repeat it with a larger margin where a disk went faster than the margin
@@ -274,7 +314,8 @@ class Motion:
 
     def _in_halves(self, halvings: int) -> StepReport:
         """One step, or both halves of it as one."""
-        state = self.position, self.velocity, self.spin, self.time, self._known
+        names = ("position", "velocity", "spin", "time", "_known", "_wide", "_moving", "_off")
+        state = {name: getattr(self, name, None) for name in names}
         whole = self.step, self._share, self._gain
         try:
             return self._advance()
@@ -286,14 +327,16 @@ class Motion:
         try:
             return both(self._in_halves(halvings - 1), self._in_halves(halvings - 1))
         except StepError:
-            self.position, self.velocity, self.spin, self.time, self._known = state
+            for name, value in state.items():
+                setattr(self, name, value)
             raise
         finally:
             self.step, self._share, self._gain = whole
 
     def _advance(self) -> StepReport:
         h, a = self.step, self._share
-        desired = self._desired(self.position) if self._desired else np.empty((0, 2))
+        place = self.position if self._wide is None else self._wide.centre[self._wide.number]
+        desired = self._desired(place) if self._desired else np.empty((0, 2))
         kicked, arms = self.velocity, None
         if self._arms:
             reached, force = self._arms.reached(self.position, self.radius, self._walls)
@@ -301,10 +344,11 @@ class Motion:
             kicked = kicked + sum_of(*arms, len(self.mass)) / self.mass[:, None]
         free, gained = _core.freed(kicked, desired, a, *self._gain)
         gained += float(np.abs(kicked - self.velocity).max(initial=0.0)) if arms else 0.0
+        wide = self._of_bodies(desired) if self._wide is not None else {}
         near, reaction, friction, velocity, spin, keys, error, iterations, rung, repeats = _core.step(
             self.position, self.velocity, free, self.radius, (1 + a) * self.mass, self._walls, h,
             self._restitution, gained, self._tolerance, self._friction, self.spin, self._inertia,
-            *self._known,
+            *self._known, **wide,
         )  # fmt: skip
         if not error <= STALLED * self._tolerance:
             raise StepError(
@@ -321,11 +365,29 @@ class Motion:
             solver="projected_gradient" if rung == _core.GRADIENT else CHOICES[rung][0],
             arms=arms,
         )
-        before, self.velocity, self.spin = self.velocity, velocity, spin
         self._known = keys, np.stack([reaction, friction])[:, : len(keys)]
+        if wide:
+            self._moving = velocity
+            self._turn(h * velocity)
+            self.time += h
+            return done
+        before, self.velocity, self.spin = self.velocity, velocity, spin
         self.position = self.position + h * self._drift(before, done)
         self.time += h
         return done
+
+    def _of_bodies(self, desired: Floats) -> dict[str, Any]:
+        """What a step is told of bodies of several disks, driven as their first disk is."""
+        wide, a = self._wide, self._share
+        assert wide is not None
+        own = np.empty((0, 2))
+        if len(desired):
+            own = np.empty((len(wide), 2))
+            own[wide.number[::-1]] = desired[::-1]
+        centre = np.ascontiguousarray(self._moving[:, :2])
+        free = _core.freed(centre, own, a, *self._gain)[0]
+        bodies = wide.number, wide.centre, (1 + a) * wide.mass, wide.inertia, self._moving
+        return {"bodies": bodies, "unheld": np.column_stack([free, self._moving[:, 2]])}
 
     def _drift(self, before: Floats, done: StepReport) -> Floats:
         """The velocities (n,2) m/s of the way through a step, from those before it."""

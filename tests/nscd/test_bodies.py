@@ -220,7 +220,6 @@ BAD = {
     "shape": {"body": [1, 1]},
     "whole number": {"body": [1, 1, 1.5, 2]},
     "body 2: inertia -1": {"body": [1, 1, 2, 2], "inertia": [1, -1]},
-    "body 1: mass 0": {"body": [1, 1, 2, 2], "mass": [0, 1]},
     "body 2 turn differently": {"body": [1, 1, 2, 2], "spin": [0, 0, 1, 2]},
 }
 
