@@ -13,7 +13,6 @@ from analysis.paper.discrete import pressed_crowd, rival_forces
 from analysis.paper.discrete.rival_forces import (
     PRINTED,
     TEXT,
-    BeyondTouch,
     Congestion,
     chain_forces,
     gap_that_carries,
@@ -72,8 +71,8 @@ def test_verdicts_follow_the_numbers(chains):
     resting = equal._replace(social_at_rest=equal.social)
     assert rivals.constant_in_a_chain(WORDS, resting, unequal).verdict == "holds"
     assert rivals.surface(WORDS, 0.01, (0.2, 0.3), 1.2).verdict == "holds in part"
-    silent = dict.fromkeys((PRINTED, TEXT), BeyondTouch(share=0.0, ratio=1.0))
-    assert rivals.non_zero_apart(WORDS, silent, 2.0, 2.0).verdict == "does not hold"
+    silent = dict.fromkeys((PRINTED, TEXT), 0.0)
+    assert rivals.non_zero_apart(WORDS, silent, 2.0).verdict == "does not hold"
 
 
 def test_congestion_is_judged_by_both_its_parts():

@@ -274,7 +274,7 @@ class Crowd:
         # along +x: what the crowd gives to the walls
         load = float(answer.wall_force @ self.space.wall.normal[:, 0])
         right, p = answer.right_field.reshape(2, -1).T, pressure(answer).ravel()
-        name = f"(11), k_v = {volume:,.0f} kg"
+        name = f"(11), k~v~ = {volume:,.0f} kg"
         return self._model(name, p, right, load, answer=answer, volume=volume)
 
     @cached_property
@@ -503,7 +503,7 @@ def pressure_maps(sizes: Sequence[Size]) -> Figure:
             axes.plot(
                 [0, 0], [side * HALF_DOOR, side * (WITHIN + HALF_DOOR)], color=drawing.BLACK, lw=2
             )
-        axes.set_title(words.replace("k_v", "$k_v$"), fontsize=9)
+        axes.set_title(words.replace("k~v~", "$k_v$"), fontsize=9)
         axes.set(aspect="equal", xlim=(-WITHIN, 3 * SPACING), facecolor=drawing.GREY)
     drawing.label_outer(every)
     figure.colorbar(drawn, ax=every, label="pressure (N·s/m)", shrink=0.5)
@@ -518,10 +518,7 @@ def build(progress: Progress | None = None, plan: Plan = PLAN) -> Section:
     ordered = [sorted(same, key=lambda size: size.n) for same in by_packing(sizes).values()]
     words = Words(
         __name__,
-        **{"models": last.models, "kernel": KERNEL, "both": both},
-        **{"near": NEAR, "softness": SOFTNESS, "within": WITHIN},
-        counts=[size.n for size in sizes],
-        crowds=sum(len(size.samples) for size in sizes),
+        **{"kernel": KERNEL, "both": both, "near": NEAR, "within": WITHIN},
         ends=[(same[0], same[-1]) for same in ordered],
     )
     return words.section(

@@ -126,8 +126,8 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
     walks = Verdict.of(last.mean_speed > slow, stopped > slow)
     words = Words(
         __name__,
-        **{"first": first, "last": last, "here": here, "factors": factors, "adapted": stopped},
-        **{"free_speed": FREE_SPEED, "step": STEP, "person": PERSON},
+        **{"first": first, "last": last, "here": here, "adapted": stopped},
+        **{"free_speed": FREE_SPEED, "step": STEP},
         exponent=exponent(np.array(DENSITIES), np.array([s.largest for s in free])),
     )
     return words.section(

@@ -171,9 +171,8 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
     words = Words(
         __name__,
         **{"alone": alone, "pushed": pushed, "growth": growth, "change": change, "side": SIDE},
-        **{"speed": SPEED, "push": PUSH, "crowd": CROWD, "forever": FOREVER},
+        **{"speed": SPEED, "push": PUSH, "forever": FOREVER},
         **{"enters": enters / SPEED, "pulls": pulls, "apart": apart},
-        residual=max(one.answer.residual for one in both),
     )
     names = [f"square room, side {one.side:g} m" for one in meshes]
     return words.section(

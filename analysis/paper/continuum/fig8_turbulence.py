@@ -371,10 +371,6 @@ class Curve(NamedTuple):
     volumes: Sequence[float]
     errors: Floats
 
-    def at(self, case: Case) -> dict[float, float]:
-        """The errors of a case by k_v."""
-        return dict(zip(self.volumes, self.errors[list(Case).index(case)].tolist(), strict=True))
-
 
 def curves(compared: Compared) -> list[Curve]:
     """Measure errors against k_v: in L² for three δt, and over the largest in any triangle on two
@@ -411,7 +407,7 @@ def error_curves(curves: Sequence[Curve]) -> Figure:
                 "color": (*drawing.COLOURS, drawing.BLACK)[number],
                 "mfc": "none" if number > 2 else None,
             }
-            errors = list(curve.at(case).values())
+            errors = curve.errors[list(Case).index(case)]
             axes.plot(curve.volumes, errors, label=curve.name, **style)
         axes.axhspan(
             10**-2.5, 10**-1.5, color=drawing.GREY, alpha=0.45, lw=0, label="order of 10⁻²"
@@ -446,7 +442,7 @@ def force_maps(pairs: dict[Case, Pair]) -> Figure:
 
 def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
     """Build Fig. 8: both forces in one room, every reading of the error, the rival's δt."""
-    every, law = readings(mesh), TurbulencePressure()
+    every = readings(mesh)
     compared = Compared(every[0].setting)
     lines, tried = curves(compared), list[Tried]()
     for number, reading in enumerate(every):
@@ -462,12 +458,9 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
     words = Words(
         __name__,
         **{"tried": tried, "plain": tried[0], "cases": list(Case), "checked": CHECKED},
-        **{"side": SIDE, "exit": EXIT, "density": DENSITY, "person": PERSON, "table": TABLE_1},
+        **{"side": SIDE, "exit": EXIT, "density": DENSITY, "table": TABLE_1},
         **{"steps": taken, "grown": grown, "settled": settled},
-        main=lines[CURVE_STEPS.index(TABLE_1.time_step)],
         best=min((t for t in tried if t.settled), key=lambda t: float(t.errors.min())),
-        raw=next(t for t in tried if t.reading.measure is Pair.of_largest_cell),
-        jump=float(law.pressure(law.critical_density + 1e-9)),
         sound=[t for t in tried if t.reached and t.settled],
     )
     named = [(f"crowd turbulence, δt = {step.time_step:g} s", step) for step in taken]

@@ -1,7 +1,7 @@
 """Fig. 9: pressure before the exit by the collision (11) and by the first-order model (20), and the
 largest pressure on ever finer meshes."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +10,6 @@ from scipy.optimize import curve_fit
 
 from analysis.pages import drawing
 from analysis.pages.fields import draw_map, rounded
-from analysis.pages.numbers import decimals
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
 from analysis.paper.answers import unsolved
@@ -130,12 +129,10 @@ class RawMaxima(NamedTuple):
     """Largest pressures, in any triangle and over a body, on ever finer meshes, of one side and
     graded to the jambs.
 
-    growth: mean factor of the raw maximum per halving of uniform meshes
     unsettled: relative change of the mean over a body at the last halving of graded meshes"""
 
     uniform: Sequence[LargestPressure]
     graded: Sequence[LargestPressure]
-    growth: float
     unsettled: float
 
 
@@ -145,8 +142,7 @@ def raw_maxima(size: float) -> RawMaxima:
     given = exit_room.ROOM, CROWD, toward_exit(exit_room.ROOM, SPEED), exit_room.BODY
     uniform = largest_pressures(*given, sizes, grading=1.0)
     graded = largest_pressures(*given, sizes[:-1], grading=0.4)
-    growth = float((uniform[-1].raw / uniform[0].raw) ** (1 / HALVINGS))
-    return RawMaxima(uniform, graded, growth, graded[-1].body / graded[-2].body - 1)
+    return RawMaxima(uniform, graded, graded[-1].body / graded[-2].body - 1)
 
 
 def maps(proposed: Floats, other: Floats, printed: Floats) -> Figure:
@@ -224,23 +220,13 @@ def build(progress: Progress | None = None, mesh: float = exit_room.MESH) -> Sec
     if progress:
         progress("Fig. 9", 0.4)
     raw, fit, r = raw_maxima(1.25 * mesh), gaussian(p), radius()
-    x, y = exit_room.map_of().points[p.argmax()]
     exact = point_sink(np.append(r, 0.0), SPEED, float(CROWD.rho), CROWD.k_v)
     words = Words(
         __name__,
         **{"proposed": proposed, "complementarity": complementarity, "printed": printed},
-        **{
-            "fit": fit,
-            "close": gaussian(p, FAR),
-            "raw": raw,
-            "speed": SPEED,
-            "side": exit_room.SIDE,
-        },
-        **{"near": NEAR, "far": FAR, "at_exit": AT_EXIT, "body": 2 * exit_room.BODY.width},
-        **{"density": CROWD.density, "sink": float(exact[-1]), "listed": _listed},
+        **{"fit": fit, "close": gaussian(p, FAR), "raw": raw, "speed": SPEED},
+        **{"near": NEAR, "far": FAR, "at_exit": AT_EXIT, "density": CROWD.density},
         explained=explained(p, exact[:-1]),
-        from_jamb=float(np.hypot(x, abs(y) - 0.5 * exit_room.EXIT)),
-        in_the_exit=float(p[r.argmin()]),
     )
     warnings = unsolved(
         [("(11)", proposed.answer), *((f"(20), {e}", f.answer) for e, f in first_order.items())]
@@ -280,7 +266,3 @@ def _row(field: Field) -> list[Cell]:
     means = [float(field.pressure.min()), field.band(0.0, NEAR), field.band(FAR)]
     a = field.answer
     return [field.name, field.largest, field.from_exit, *means, a.residual, str(a.status)]
-
-
-def _listed(values: Iterable[float]) -> str:
-    return ", ".join(decimals(value, 0) for value in values)

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,7 +12,7 @@ from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.figure import Figure
 
 from analysis.compare.comparison import Comparison, compare_run
-from analysis.compare.statistics import correlation, exponent, penalty_difference, statistics
+from analysis.compare.statistics import exponent, penalty_difference, statistics
 from analysis.dumps import open_bodies
 from analysis.engines.run import EngineRun
 from analysis.pages import drawing, numbers
@@ -330,12 +329,10 @@ def corridor_of(runs: Path, warnings: list[str], progress: Progress | None) -> C
 
 def rigid_numbers(corridor: Corridor) -> dict[str, Any]:
     """Say who carries the push, and how far it goes."""
-    scene, found, local, size, carries, gaps, *_ = corridor
+    scene, found, local, size, carries, *_ = corridor
     resting, x = at_rest(scene), scene.snapshot.position[:, 0]
     distance = x - x.min()
     return {
-        "size": size,
-        "found": found,
         "finals": corridor.finals,
         "resting": resting,
         "pushing": int((~resting).sum()),
@@ -346,41 +343,20 @@ def rigid_numbers(corridor: Corridor) -> dict[str, Any]:
         "reach": float(distance[found.contacts.first[carries]].max()),
         # who is at rest before and moves after
         "moved": resting & (np.hypot(*found.answer.right_velocity.T) > 1e-6),
-        "linearity": correlation(gaps.distance, gaps.flux),
     }
 
 
-def soft_numbers(corridor: Corridor) -> dict[str, Any]:
-    """Say how fast the front of soft contacts is, and what their impulses come to.
-
-    fronts: of each engine, inelastic ones first, with a of speed ∝ kᵃ; apart: by how much of
-    themselves the engines' speeds differ at most, None for one engine."""
-    waves, inelastic = corridor.pushed(INELASTIC, ELASTIC), corridor.pushed(INELASTIC)
-    damped, fronts = corridor.damped, []
-    for restitution, engine in product(
-        (INELASTIC, ELASTIC), dict.fromkeys(p.engine for p in waves)
-    ):
-        mine = [p for p in waves if (p.engine, p.restitution) == (engine, restitution)]
+def front_powers(corridor: Corridor) -> list[float]:
+    """Find the a of speed ∝ kᵃ of the front of soft contacts, by engine and restitution."""
+    waves, powers = corridor.pushed(INELASTIC, ELASTIC), []
+    for kind in sorted({(push.engine, push.restitution) for push in waves}):
+        mine = [push for push in waves if (push.engine, push.restitution) == kind]
         power = exponent(
             *(np.array([getattr(p, of) for p in mine]) for of in ("stiffness", "speed"))
         )
         if np.isfinite(power):
-            names = {"engine": ENGINE_NAMES[engine], "restitution": restitution}
-            fronts.append(names | {"pushes": mine, "power": power})
-    apart = (
-        abs(a.speed / b.speed - 1)
-        for a, b in product(waves, waves)
-        if a.engine < b.engine and a[1:3] == b[1:3]
-    )
-    stiffened = [push for push in inelastic if push.engine == inelastic[0].engine]
-    return {
-        "fronts": fronts,
-        "apart": max(apart, default=None),
-        "stiffened": stiffened,
-        "damped": damped,
-        "damping_is_the_limit": min(len(stiffened), len(damped)) > 1
-        and damped[-1].difference < 0.5 * inelastic[-1].difference,
-    }
+            powers.append(power)
+    return powers
 
 
 def soft_flux(push: Push) -> Floats:
@@ -585,9 +561,8 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
     runs: where engine runs are kept and reused. An engine that is missing becomes a warning."""
     warnings: list[str] = []
     corridor = corridor_of(runs, warnings, progress)
-    rigid, soft = rigid_numbers(corridor), soft_numbers(corridor)
-    gaps = corridor.gaps._asdict() | {"linearity": rigid["linearity"]}
-    words = Words(__name__, corridor=rigid | soft, gaps=gaps, names=ENGINE_NAMES)
+    rigid = rigid_numbers(corridor)
+    words = Words(__name__, corridor=rigid)
     pictures = {
         "fig_2_network": draw_network(corridor),
         "fig_2_final": draw_finals(corridor.finals, corridor.scene),
@@ -605,7 +580,7 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
             "displacement", Verdict.of(final.moved == len(final.displaced), final.moved > 0)
         ),
     ]
-    if powers := [front["power"] for front in soft["fronts"]]:
+    if powers := front_powers(corridor):
         # the interaction at a distance is there without a wave: what is right of it is the wave
         verdict = Verdict.PARTLY if min(powers) > 0.1 else Verdict.HOLDS
         claims.append(words.claim("shock_wave", verdict, powers=powers))

@@ -198,7 +198,7 @@ def build(progress: Progress | None = None) -> Section:
     # the free chain of unequal masses if all have the same left velocity
     same, _ = replace(shown[1].chain, left=np.full(SHOWN, SPEED)).answer()
     at_one_speed = float(same.reaction.max()), float(np.ptp(same.right_velocity[:, 0]))
-    chains = {"trials": trials, "others": others, "shown": shown, "change": change}
+    chains = {"shown": shown, "change": change}
     chains |= {"printed_miss": missed, "free_error": free_error, "at_one_speed": at_one_speed}
     words = Words(__name__, chains=chains)
     chosen, magnified = (

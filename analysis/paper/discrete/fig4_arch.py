@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from analysis.compare.comparison import Comparison
-from analysis.compare.statistics import exponent, relative_difference, statistics
+from analysis.compare.statistics import relative_difference, statistics
 from analysis.compare.study import Study
 from analysis.engines import EngineError
 from analysis.engines.run import EngineRun
@@ -36,25 +36,15 @@ EFFECTIVE_MASS = 37.5
 
 def maintained_forces(arch: Arch) -> dict[str, Any]:
     """Find what the equality W λ = C u⁻ (paper (2), (8)) asks of an arch, by its shortest solution
-    λ/τ: singular values of the dense M^(-1/2) Cᵀ, which do not square the condition as W does.
+    λ/τ: by the dense M^(-1/2) Cᵀ, which does not square the condition as W does.
 
-    pulling: how many contacts pull; strongest_N, total_N: the largest pull and the sum of all;
-    push_N: the largest push; spread: least over largest singular value, zeros left out; answer: the
-    percussions with `maintained=True`."""
+    pulling: how many contacts pull; strongest_N: the largest pull."""
     root = np.sqrt(np.repeat(arch.snapshot.mass, 2))
     matrix = arch.contacts.normal_matrix(len(arch.snapshot)).toarray().T / root[:, None]
-    wanted = root * arch.left_velocity.ravel()
-    reaction, _, rank, values = np.linalg.lstsq(matrix, wanted, rcond=1e-10)
+    reaction = np.linalg.lstsq(matrix, root * arch.left_velocity.ravel(), rcond=1e-10)[0]
     force = reaction / arch.window
-    pulls = np.minimum(force, 0.0)
-    return {
-        "pulling": int((force < -1e-9 * np.abs(force).max()).sum()),
-        "strongest_N": float(-pulls.min()),
-        "total_N": float(-pulls.sum()),
-        "push_N": float(force.max()),
-        "spread": float(values[rank - 1] / values[0]),
-        "answer": arch.under(ContactLaw(maintained=True)),
-    }
+    pulling = int((force < -1e-9 * np.abs(force).max()).sum())
+    return {"pulling": pulling, "strongest_N": float(-force.min(initial=0.0))}
 
 
 class Trial(NamedTuple):
@@ -72,8 +62,6 @@ class Trial(NamedTuple):
     upper: float
     forces: Floats  # (k,) N, n·p/τ
     reactions: Floats  # (k,) N, λ/τ
-    gains: bool  # whether the impact gains energy
-    energy_error: float  # of the balance of energy, over the energy before
     energy_share: float
 
 
@@ -88,9 +76,8 @@ def dissipation_trials(arch: Arch, dissipations: Sequence[float] = DISSIPATIONS)
         tried = replace(arch, answer=answer)
         most = tried.largest(tried.carried())
         forces = tried.normal_forces(), answer.reaction / arch.window
-        change = answer.energy_change
         acts = k, across, tried, most, *pressed_crowd.carried_interval(tried, most), *forces
-        trials.append(Trial(*acts, change > 0, answer.energy_error, change / before))
+        trials.append(Trial(*acts, answer.energy_change / before))
     return trials
 
 
@@ -393,7 +380,7 @@ def contact_forces(
         numbers = [statistics(comparison) for comparison in runs]
         worst = {
             name: max(n[f"{name}_relative_difference"] for n in numbers)
-            for name in ("determined", "contact", "disk_vector")
+            for name in ("determined", "contact")
         }
         fixed, contacts = (
             sum(n[name] for n in numbers) for name in ("determined_contacts", "rigid_contacts")
@@ -426,15 +413,14 @@ def dissipation_claim(words: Words, trials: Sequence[Trial]) -> Claim:
     change = changes(paper)
     moderate = max(value for k, value in change.items() if k <= EFFECTIVE_MASS)
     strong = max(change.values())
-    normal = changes([trial for trial in trials if not trial.across])[EFFECTIVE_MASS]
     without, at_pair = (
         next(t.forces for t in paper if t.dissipation == k) for k in (0.0, EFFECTIVE_MASS)
     )
     contact, mean = (abs(of(at_pair) / of(without) - 1) for of in (np.max, np.mean))
     shown = [(k, value) for k, value in change.items() if k in SHOWN]
     verdict = Verdict.of(moderate >= DIFFERENT, strong >= DIFFERENT)
-    sizes = {"moderate": moderate, "contact": contact, "mean": mean, "normal": normal}
-    return words.claim("dissipation", verdict, shown=shown, effective=EFFECTIVE_MASS, **sizes)
+    sizes = {"contact": contact, "mean": mean, "effective": EFFECTIVE_MASS}
+    return words.claim("dissipation", verdict, shown=shown, **sizes)
 
 
 def dissipation_table(words: Words, trials: Sequence[Trial]) -> Table:
@@ -514,14 +500,13 @@ def _section(
     arch = Arch.of(found.scene, found.comparisons[0].snapshot)
     trials, pull = dissipation_trials(arch), maintained_forces(arch)
     soft = [jam for jam in jams if jam.stiffness == pressed_crowd.STIFFNESSES[0]]
-    several = len(_by_people(samples)) > 1
     crowds = {
         HEAPS: grown,
         FLOWING: [s for s in samples if s["people"] == PEOPLE],
         BLOCKED: [sample_of(jam.arch, jam.seed) for jam in soft],
     }
     crowds = {kind: some for kind, some in crowds.items() if some}
-    words = Words(__name__, arch=arch, trials=trials, pull=pull, samples=samples, grown=grown)
+    words = Words(__name__, arch=arch, pull=pull, grown=grown)
     crowd = pressed_crowd.crowd_parts(arch, found, "fig_4_", "arch")
     pictures = [
         crowd.snapshot,
@@ -531,20 +516,16 @@ def _section(
     ]
     every = [crowd.maxima, dissipation_table(words, trials), crowd.by_engine]
     every += [seeds_table(words, kind, some) for kind, some in crowds.items()]
-    if several:
+    if len(_by_people(samples)) > 1:
         pictures.append(words.picture("fig_4_sizes", sizes(samples)))
         every.append(sizes_table(words, samples))
     stiffness = found.scene.contact.stiffness_N_per_m
     at_rest = {
         k: [jam.comparison for jam in jams if jam.stiffness == k] for k in pressed_crowd.STIFFNESSES
     }
-    section = words.section(
+    return words.section(
         "4",
-        largest=arch.normal_forces().max(),
-        opening=arch.opening(),
-        approach=(arch.approach(_as_printed(arch)), arch.approach(arch.answer.right_velocity)),
-        growth=lambda name: exponent(*(_numbers(samples, of) for of in ("people", name))),
-        several=several,
+        crowd=crowd,
         stopped=(len(soft), len(pressed_crowd.BLOCKED_SEEDS)),
         pictures=pictures,
         tables=every,
@@ -557,7 +538,6 @@ def _section(
         ],
         warnings=[*crowd.warnings, *warnings_of([*samples, *grown]), *_trial_warnings(trials)],
     )
-    return replace(section, words=[*crowd.items, *section.words])
 
 
 def _numbers(samples: Sequence[Sample], name: str) -> Floats:
@@ -568,12 +548,6 @@ def _by_people(samples: Sequence[Sample]) -> dict[int, list[Sample]]:
     """The arches of each number of people, fewest first."""
     sizes = sorted({s["people"] for s in samples})
     return {people: [s for s in samples if s["people"] == people] for people in sizes}
-
-
-def _as_printed(arch: Arch) -> Floats:
-    """The right velocities (n,2) m/s of (7) as printed: u⁺ = u⁻ + Cᵀλ with the λ that solve (8)."""
-    push = arch.answer.reaction[:, None] * arch.contacts.normal
-    return np.asarray(arch.left_velocity - arch.contacts.momentum_change(push, len(arch.snapshot)))
 
 
 def _trial_warnings(trials: Sequence[Trial]) -> list[str]:

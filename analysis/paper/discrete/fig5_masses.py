@@ -1,7 +1,6 @@
 """Figure 5: a crowd of unequal masses pressed to an exit."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,8 +8,6 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.stats import kruskal
 
-from analysis.compare.statistics import correlation, relative_difference
-from analysis.compare.study import Study
 from analysis.engines import EngineError
 from analysis.engines.run import EngineRun
 from analysis.pages.drawing import BLACK, BLUE, ORANGE, panels
@@ -102,9 +99,9 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
         ("the speed on the right", "m/s", uniformity(arch, speed)),
         ("the pressure", "N", uniformity(arch, arch.carried())),
     ]
-    section = words.section(
+    return words.section(
         "5",
-        **_with_other_masses(other, equal, unequal),
+        crowd=crowd,
         pictures=[crowd.snapshot, words.picture("fig_5_rings", rings(archs)), crowd.engines],
         tables=[crowd.maxima, crowd.by_engine, _rings_table(words, archs)],
         claims=[
@@ -113,25 +110,6 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
         ],
         warnings=crowd.warnings,
     )
-    return replace(section, words=[*crowd.items, *section.words])
-
-
-def _with_other_masses(arch: pressed_crowd.Arch, equal: Study, unequal: Study) -> dict[str, object]:
-    """Compare an arch with itself, each person having the mass of the same id in the other one."""
-    source, snapshot = unequal.scene.snapshot, arch.snapshot
-    order = np.argsort(source.ids)
-    mass = source.mass[order][np.searchsorted(source.ids[order], snapshot.ids)]
-    swapped = pressed_crowd.Arch.of(equal.scene, replace(snapshot, mass=mass))
-    inside = arch.inside()
-    before, after = arch.carried()[inside], swapped.carried()[inside]
-    return {
-        "mass": mass.mean(),
-        "change": relative_difference(before, after),
-        "correlation": correlation(before, after),
-        "before": before,
-        "after": after,
-        "status": str(swapped.answer.status),
-    }
 
 
 def _rings_table(words: Words, archs: Mapping[str, pressed_crowd.Arch]) -> Table:

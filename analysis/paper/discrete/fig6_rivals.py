@@ -50,8 +50,7 @@ def constant_in_a_chain(
     return words.claim(
         "constant_in_a_chain",
         verdict,
-        **{"law": LAW, "touching": touching, "rest": rest, "gap": 1e3 * equal.gap_at_rest},
-        section=np.ptp(equal.social_section) / LAW.strength,
+        **{"law": LAW, "touching": touching, "rest": rest},
         difference=relative_difference(equal.percussion, rest),
     )
 
@@ -62,20 +61,17 @@ def restrictive_mass(
     """Judge whether equal masses restrict the first-order model: it counts as holding where every
     difference is large, in part where one is noticeable; arches: of equal and of unequal masses."""
     chain = relative_difference(unequal.percussion, unequal.first_order)
-    first = np.abs(unequal.first_order / unequal.percussion - 1)
     crowds: list[dict[str, Any]] = []
     parts = [chain]
     for arch in arches[1:]:
         a, b = arch.by_law[forces.PERCUSSIONS], arch.by_law[forces.FIRST_ORDER]
-        contact, most, carried, resultant = forces.differences(a, b)
+        contact, _, carried, resultant = forces.differences(a, b)
         parts += [contact, carried, resultant]
-        each = {"contact": contact, "carried": carried, "resultant": resultant, "most": most}
-        crowds.append(each | {"name": arch.scene.name, "speed": arch.speed_difference})
+        each = {"contact": contact, "carried": carried, "resultant": resultant}
+        crowds.append(each | {"name": arch.scene.name})
     verdict = Verdict.of(max(parts) > NOTICEABLE, min(parts) > LARGE)
     limits = {"large": LARGE, "noticeable": NOTICEABLE}
-    return words.claim(
-        "restrictive_mass", verdict, chain=chain, first=first, crowds=crowds, **limits
-    )
+    return words.claim("restrictive_mass", verdict, chain=chain, crowds=crowds, **limits)
 
 
 def complete_congestion(words: Words, found: Sequence[forces.Congestion]) -> Claim:
@@ -98,7 +94,7 @@ def constant_without_overlap(
     thinner = 1 - float(apart.carried_apart.mean() / apart.carried.mean())
     constant = max(spread, apart.friction / LAW.strength) < ROUNDING
     beyond = 1 - apart.carried_by_touching.sum() / apart.carried.sum()
-    both = {"arch": arch, "apart": apart, "social": arch.by_law[forces.SOCIAL].contact}
+    both = {"arch": arch, "apart": apart}
     sizes = {"spread": spread, "beyond": beyond, "uneven": uneven, "thinner": thinner}
     verdict = Verdict.of(constant, max(uneven, thinner) < LARGE)
     return words.claim("constant_without_overlap", verdict, **both, **sizes)
@@ -113,12 +109,12 @@ def no_overlap(words: Words, evacuated: Sequence[forces.Evacuation]) -> Claim:
         mine = [one for one in evacuated if one.speed == speed]
         deepest = np.concatenate([one.deepest for one in mine])
         force = np.concatenate([one.forces for one in mine]).max(initial=0)
-        counts = {"speed": speed, "runs": len(mine), "touching": np.mean(deepest > 0)}
+        counts = {"speed": speed, "runs": len(mine)}
         sizes = {"median": np.median(deepest), "most": deepest.max(), "force": force}
         found.append(counts | sizes)
     clear = [each["median"] <= SEEN * forces.DIAMETER_M for each in found]
     verdict = Verdict.of(all(clear), any(clear))
-    return words.claim("no_overlap", verdict, found=found, law=LAW, diameter=forces.DIAMETER_M)
+    return words.claim("no_overlap", verdict, found=found)
 
 
 def unrealistic(words: Words, arch: forces.ArchForces) -> Claim:
@@ -140,16 +136,11 @@ def surface(words: Words, overlap: float, radii: tuple[float, float], ratio: flo
     return words.claim("surface", verdict, **sizes)
 
 
-def non_zero_apart(
-    words: Words, beyond: Mapping[str, forces.BeyondTouch], reach: float, jump: float
-) -> Claim:
-    """Judge whether (10) acts without a contact; `beyond` up to a gap of `reach` (m), `jump` the
-    ratio of the printed law's forces just beyond and at touch."""
+def non_zero_apart(words: Words, beyond: Mapping[str, float], reach: float) -> Claim:
+    """Judge whether (10) acts without a contact; `beyond` up to a gap of `reach` (m)."""
     printed, text = beyond[forces.PRINTED], beyond[forces.TEXT]
-    verdict = Verdict.of(printed.share > 0, text.share > 0)
-    return words.claim(
-        "non_zero_apart", verdict, printed=printed, text=text, reach=reach, jump=jump
-    )
+    verdict = Verdict.of(printed > 0, text > 0)
+    return words.claim("non_zero_apart", verdict, printed=printed, text=text, reach=reach)
 
 
 OF_A_PAIR = (
@@ -358,7 +349,7 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
         if stopped := [forces.congestion_of(crowd) for crowd in crowds if crowd.still]:
             tables.append(words.table("table_congestion", _congestion_rows(stopped)))
             judged.insert(2, complete_congestion(words, stopped))
-        judged += _crowd_claims(words, arches, jump, warnings)
+        judged += _crowd_claims(words, arches, warnings)
     evacuated = forces.evacuations(tell)
     pictures["fig_6_evacuation"] = draw_evacuations(evacuated)
     tables.append(words.table("table_evacuation", _evacuation_rows(evacuated)))
@@ -389,11 +380,11 @@ def _arches(
 
 
 def _crowd_claims(
-    words: Words, arches: Sequence[forces.ArchForces], jump: float, warnings: list[str]
+    words: Words, arches: Sequence[forces.ArchForces], warnings: list[str]
 ) -> list[Claim]:
     equal, unequal = arches
     beyond = forces.loehner_beyond_touch(unequal, LOEHNER_REACH_M)
-    found = [unrealistic(words, equal), non_zero_apart(words, beyond, LOEHNER_REACH_M, jump)]
+    found = [unrealistic(words, equal), non_zero_apart(words, beyond, LOEHNER_REACH_M)]
     try:
         return [constant_without_overlap(words, equal, forces.without_overlap(equal)), *found]
     except OverlapError as error:

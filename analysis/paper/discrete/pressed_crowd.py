@@ -21,6 +21,7 @@ from analysis.engines import PENALTY, EngineError
 from analysis.engines.run import EngineRun
 from analysis.pages import drawing
 from analysis.pages.names import engine_label
+from analysis.pages.numbers import interval as interval_of
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
 from analysis.paper.answers import unsolved
@@ -33,7 +34,6 @@ from analysis.support.parallel import Progress
 from nscd import ContactLaw, Contacts, Percussions, Snapshot, solve
 from nscd.arrays import Flags, Floats, Indices
 from nscd.indeterminacy.admissible import ProgramError
-from nscd.indeterminacy.determinacy import admissible_determinacy, determinacy
 from nscd.indeterminacy.intervals import IntervalStatus, interval, weights_of_disk
 
 log = logging.getLogger(__name__)
@@ -109,11 +109,6 @@ class Arch:
         x, y = (self.snapshot.position - self.door_middle).T
         out_x, out_y = self.drive.outward
         return np.asarray(np.degrees(np.arctan2(y * out_x - x * out_y, -(x * out_x + y * out_y))))
-
-    def approach(self, velocity: Floats) -> float:
-        """Give the speed (m/s) at which velocities (n,2) m/s bring two in contact together, at
-        most."""
-        return float(self.contacts.approach_velocity(velocity).max())
 
     def opening(self) -> int:
         """Count the contacts that open."""
@@ -308,7 +303,7 @@ def without_crowd(number: str, title: str, reason: str) -> Section:
 class CrowdParts(NamedTuple):
     """What the sections of one crowd share: words, pictures and tables."""
 
-    items: list[str]  # how dense it is, what its people carry, and what of it is determined
+    words: str  # how dense it is
     snapshot: Picture  # the crowd and its percussions
     engines: Picture  # the percussions against each engine
     maxima: Table  # the forces on the people inside, and where the largest are
@@ -322,7 +317,7 @@ def crowd_parts(arch: Arch, found: Study, prefix: str, name: str) -> CrowdParts:
     by_engine = [_engine_row(comparison) for comparison in comparisons]
     own = unsolved([("percussions of the snapshot", arch.answer)])
     return CrowdParts(
-        items=words.items("words", **_crowd_numbers(arch, found)),
+        words=words.text("words", **_crowd_numbers(arch, found)),
         snapshot=Picture(name=prefix + name, caption=words.text("snapshot"), figure=snapshot(arch)),
         engines=Picture(
             name=f"{prefix}engines", caption=words.text("engines"), figure=engines(comparisons)
@@ -334,28 +329,15 @@ def crowd_parts(arch: Arch, found: Study, prefix: str, name: str) -> CrowdParts:
 
 
 def _crowd_numbers(arch: Arch, found: Study) -> dict[str, Any]:
-    inside, distance = arch.inside(), arch.distance()
-    carried, resultant = arch.carried(), arch.resultants()
-    most, most_vector = arch.largest(carried), arch.largest(resultant)
-    lower, upper = carried_interval(arch, most)
-    drive = arch.snapshot.mass * np.hypot(*arch.left_velocity.T) / arch.window
+    inside = arch.inside()
     return {
         "inside": int(inside.sum()),
         "people": len(inside),
         "time": found.scene.analysis.time_s,
-        "density": (inside & (distance <= NEAR_M)).sum() / (0.5 * np.pi * NEAR_M**2),
+        "density": (inside & (arch.distance() <= NEAR_M)).sum() / (0.5 * np.pi * NEAR_M**2),
         "near": NEAR_M,
         "engine": engine_label(found.comparisons[0]),
         "unbalanced": found.comparisons[0].balance.unbalanced,
-        "drive": drive.mean(),
-        "vectors": (resultant[inside].mean(), resultant[most_vector], distance[most_vector]),
-        "sums": (carried[inside].mean(), carried[most], distance[most]),
-        "angle": arch.angle_degrees()[most],
-        "ends": (lower, upper),
-        "fixed": upper - lower < 1e-6 * upper,
-        "contacts": len(arch.contacts),
-        "known": determinacy(arch.contacts, len(arch.snapshot)),
-        "sure": int(admissible_determinacy(arch.contacts, arch.answer).determined.sum()),
     }
 
 
@@ -366,7 +348,10 @@ def _maxima_rows(arch: Arch) -> list[Sequence[Cell]]:
         most, inside = arch.largest(values), values[arch.inside()]
         sizes = inside.mean(), *np.quantile(inside, (0.5, 0.95)), values[most]
         place = arch.distance()[most], arch.angle_degrees()[most]
-        rows.append((name, *map(float, (*sizes, *place)), int(arch.snapshot.ids[most])))
+        # equilibrium fixes every vector sum
+        bounds = carried_interval(arch, most) if name == sums[0][0] else (values[most],) * 2
+        person = int(arch.snapshot.ids[most])
+        rows.append((name, *map(float, (*sizes, *place)), person, interval_of(bounds)))
     return rows
 
 

@@ -328,15 +328,9 @@ def without_overlap(arch: ArchForces) -> WithoutOverlap:
     )
 
 
-class BeyondTouch(NamedTuple):
-    """Löhner's law with all pairs up to some gap."""
-
-    share: float  # of the forces' sum that pairs give which do not touch
-    ratio: float  # the largest f_ij/f_ji
-
-
-def loehner_beyond_touch(arch: ArchForces, reach: float) -> Mapping[str, BeyondTouch]:
-    """Evaluate each reading of Löhner's law with all pairs up to `reach` (m) of gap."""
+def loehner_beyond_touch(arch: ArchForces, reach: float) -> Mapping[str, float]:
+    """Find the share of the forces' sum that pairs give which do not touch, up to `reach` (m) of
+    gap, by each reading of Löhner's law."""
     tolerance = arch.scene.analysis.contact_tolerance_m
     pairs = find_contacts(arch.snapshot, tolerance=reach)
     apart = pairs.gap > tolerance
@@ -344,8 +338,7 @@ def loehner_beyond_touch(arch: ArchForces, reach: float) -> Mapping[str, BeyondT
     for name, reading in READINGS.items():
         found = loehner_force(arch.snapshot, pairs, arch.drive, reading, tolerance=tolerance)
         both = np.stack([found.on_first, found.on_second])
-        share, ratio = both[:, apart].sum() / both.sum(), (both.max(0) / both.min(0)).max()
-        out[name] = BeyondTouch(float(share), float(ratio))
+        out[name] = float(both[:, apart].sum() / both.sum())
     return out
 
 
