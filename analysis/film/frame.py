@@ -246,6 +246,11 @@ class Reel:
         return [frame for frame in self.frames if frame.found is not None]
 
     @property
+    def strongest(self) -> Frame:
+        """Find the frame with the largest force in the first model."""
+        return max(self.shown, key=lambda frame: frame.size(self.models[0]).max(initial=0.0))
+
+    @property
     def unsolved(self) -> list[Frame]:
         """List the frames whose percussions are not solved."""
         if RIGID not in self.models:

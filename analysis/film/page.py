@@ -534,7 +534,7 @@ def force_notes(
 def _pictures(words: Words, reels: Sequence[Reel]) -> tuple[Picture, Picture]:
     """The frame that carries most, of the middle reel, and all numbers over time."""
     middle = reels[len(reels) // 2]
-    most = max(middle.shown, key=lambda frame: frame.size(middle.models[0]).max(initial=0.0))
+    most = middle.strongest
     still, drawn = draw_still(middle, most), draw_series(reels)
     limits = any(axes.texts for axes in drawn.axes)  # each has its number beside it
     return (

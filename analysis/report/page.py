@@ -126,7 +126,7 @@ def _screen(one: Reported, contacts: Section, limits: tuple[Path, ...]) -> dict[
     model, and what folds away below, with bars of every model."""
     words, scene, motion, still = Words(__name__), one.scene, one.moved, None
     if one.reel:
-        shown = one.reel.shown[-1]
+        shown = one.reel.strongest
         caption = words.text("still", time=shown.time)
         drawn = draw_still(one.reel, shown, limits)
         still = Picture(name=f"{scene.name}-forces", caption=caption, figure=drawn)

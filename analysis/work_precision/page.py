@@ -119,7 +119,7 @@ def _compared(words: Words, chart: Chart) -> Section:
     medium = (
         [words.text("no_continuum", no_continuum=measured.no_continuum)]
         if measured.no_continuum
-        else [words.text("continuum", mesh_sides=sides), words.text("continuum_error")]
+        else [words.text("continuum", mesh_sides=sides)]
     )
     numerical = words.text("numerical", origin=measured.rigid.origin)
     time = words.text("time", starts=starts)

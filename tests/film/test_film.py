@@ -150,7 +150,7 @@ def with_walls(frame, ends):
 def test_what_equilibrium_fixes_is_said_of_this_film_alone(reels):
     fixed = _headlines(words_of(reels), reels).caption
     assert left_open(reels) == (0, 0.0, 0)
-    assert "fix these numbers in all 4 frames of all radii." in fixed
+    assert "fixes these numbers in all 4 frames." in fixed
     assert "Radii are up to 0.02 m apart" in fixed
     one, two = (
         [with_walls(frame, ends) for frame in reels[0].frames]
@@ -159,7 +159,7 @@ def test_what_equilibrium_fixes_is_said_of_this_film_alone(reels):
     wide = [replace(reels[0], frames=one), replace(reels[1], frames=[two[0], one[1]])]
     assert left_open(wide) == (3, 1.5, 1)
     said = _headlines(words_of(wide), wide).caption
-    assert "do not fix all of these numbers in 3 of 4 frames of all radii: the bounds" in said
+    assert "does not fix all of these numbers in 3 of 4 frames: the bounds" in said
     assert "up to 150 % of its mean apart" in said
     assert "In up to 1 frame the bounds" in said
 
@@ -205,7 +205,7 @@ def test_runs_of_one_engine_are_kept_apart(tmp_path):
     assert [one["engine"] for one in unpacked(reels)["reels"]] == titles
     assert len({path.parent for path in export(reels, "vtk", tmp_path)}) == 3
     said = " ".join(_what(words_of(reels), reels, ""))
-    assert f"as {' and '.join(titles)} wrote them" in said
+    assert f"by {' and '.join(titles)}." in said
     assert "different crowds, of 2, 2, 4 people" in said
     with pytest.raises(ValueError, match=r"\.\./soft/run: is given twice"):
         film_runs([soft, few / ".." / ".." / "soft" / "run"])

@@ -101,6 +101,8 @@ def check_page(address, largest):
         page.wait_for_function("document.querySelector('.now').textContent.includes('frame')")
         drawn = page.locator(".glance .mark").count() > 0
         assert ("Red: limits" in page.locator(".glance").inner_text()) == drawn
+        most = max((key for key in largest if key[0] == "lammps"), key=largest.get)
+        assert f"frame {most[1]}:" in page.locator(".now").inner_text()
         page.locator(".canvas").focus()
         page.keyboard.press("End")
         said = page.locator(".now").inner_text()

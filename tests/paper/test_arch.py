@@ -164,7 +164,7 @@ def test_percussions_as_contact_forces(monkeypatch, fixed, every, verdict):
     monkeypatch.setattr(fig4_arch, "statistics", lambda run: statistics(run.contact))
     claim = fig4_arch.contact_forces(WORDS, "made up", {1e7: [run(every)], 1e6: [run(0.5)] * 2})
     assert claim.verdict == verdict
-    assert "at 4 of 18 contacts" in claim.reason
+    assert "at the 4 of 18 contacts" in claim.reason
 
 
 def test_heaps_touch_without_overlap_and_open():

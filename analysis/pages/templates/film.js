@@ -30,8 +30,12 @@ document.querySelectorAll(".film").forEach(async (root) => {
   shown.forEach((one, i) => views.add(new Option(one.title, i)));
   const middle = shown.findIndex((one) => one.number === (film.reels[0].engine ? 0 : film.reels.length >> 1));
   views.value = middle;
+  const view = () => shown[views.value];
   slider.max = film.reels[0].frames.length - 1;
-  if (root.dataset.at === "end") slider.value = slider.max;
+  // opens where a contact carries most
+  const strongest = (frame) => (frame.f ? frame.f[view().place] : []).reduce((most, force) => Math.max(most, force), -1);
+  const peaks = view().reel.frames.map(strongest);
+  slider.value = peaks.indexOf(Math.max(...peaks));
 
   let chosen = -1;  // a person's place among the ids of the reel
   let timer = 0, box;
@@ -61,7 +65,6 @@ document.querySelectorAll(".film").forEach(async (root) => {
       .forEach((force) => { scales[unit] = Math.max(scales[unit] || reel.step, force * reel.step); })));
   }
 
-  const view = () => shown[views.value];
   const frameOf = () => view().reel.frames[slider.value];
   // what a contact carries in this view: null where the model has no such contact
   function carried(frame, i) {
