@@ -11,6 +11,7 @@ README = ROOT / "README.md"
 RESULTS = sorted((ROOT / "docs/results").glob("*.md"))
 LARGEST = 760  # words of a page of results, its tables and commands included
 LARGEST_README = 600
+LARGEST_TEMPLATES = 8_260  # words of the templates of pages, Jinja included
 LARGEST_ALL = 12_000  # words of prose
 
 
@@ -30,6 +31,14 @@ def test_length_of_all():
     texts = [page.read_text(encoding="utf-8") for page in (README, *ROOT.glob("docs/**/*.md"))]
     words = sum(len(re.findall(r"\w+", block)) for text in texts for block in prose(text))
     assert 8_000 < words <= LARGEST_ALL
+
+
+def test_length_of_the_templates():
+    """Of the Markdown of pages; what stands in HTML is a few words."""
+    texts = [page.read_text(encoding="utf-8") for page in ROOT.glob("analysis/**/*.md")]
+    named = [re.sub(r"(?m)^## .*\n", "\n", text) for text in texts]
+    words = sum(len(re.findall(r"\w+", block)) for text in named for block in prose(text))
+    assert 5_000 < words <= LARGEST_TEMPLATES
 
 
 @pytest.mark.parametrize("page", RESULTS, ids=lambda page: page.stem)

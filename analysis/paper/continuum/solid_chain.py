@@ -212,6 +212,7 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
     words = Words(
         __name__,
         **{"found": found, "error": max(trial.error for trial in found.trials)},
+        **{"table": found.table_1, "h": found.table_1.chain.medium.length},
         **{"length": LENGTH, "density": DENSITY, "volume": VOLUME, "speed": SPEED},
         **{"threshold": THRESHOLD, "densities": DENSITIES, "at": FROM_WALL_M},
         printed=sum(trial.printed for trial in found.trials),
