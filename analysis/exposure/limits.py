@@ -6,7 +6,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError, model_validator
 
@@ -19,7 +19,7 @@ Words = Annotated[str, Field(min_length=1, pattern=r"^[^\x00-\x1f]*[^\x00-\x1f\s
 
 
 class LimitError(ValueError):
-    """A file of limits that cannot be used; the message names the file, the limit and the key."""
+    """A file of limits or sensors that cannot be used; the message names file, entry and key."""
 
 
 class Quantity(NamedTuple):
@@ -127,7 +127,7 @@ def known_limits(files: Sequence[Path] = ()) -> list[Limit]:
     Raises LimitError naming the file, the limit and the key."""
     every: dict[str, Limit] = {}
     for path in (Path(__file__).with_name("limits.toml"), *files):
-        for one in _read_limits(path):
+        for one in read_entries(path, _File, "limit").limit:
             same = every.setdefault(one.name, one).quantity
             if one.quantity != same:
                 raise LimitError(f"{path}: limit {one.name!r} replaces one of the quantity {same}")
@@ -135,30 +135,35 @@ def known_limits(files: Sequence[Path] = ()) -> list[Limit]:
     return list(every.values())
 
 
-def _read_limits(path: Path) -> tuple[Limit, ...]:
-    """The limits of a file, whose names must differ."""
+AnyFile = TypeVar("AnyFile", bound=BaseModel)
+
+
+def read_entries(path: Path, kind: type[AnyFile], key: str) -> AnyFile:
+    """Read a TOML file of entries, a list of tables whose names must differ.
+
+    Raises LimitError naming the file, the entry and the key."""
     content: dict[str, object] = {}
     try:
         content = tomllib.loads(read_text(path))
-        found = _File.model_validate(content).limit
+        found = kind.model_validate(content)
     except UnreadableError as error:
         raise LimitError(str(error)) from None
     except ValidationError as error:
-        raise LimitError(f"{path}: {_first_problem(error, content)}") from None
+        raise LimitError(f"{path}: {_first_problem(error, content, key)}") from None
     except (ValueError, RecursionError) as error:
         raise LimitError(f"{path}: {error}") from None
-    names = [one.name for one in found]
+    names = [one.name for one in getattr(found, key)]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice:
-        raise LimitError(f"{path}: two limits are called {twice}")
+        raise LimitError(f"{path}: two {key.removesuffix('s')}s are called {twice}")
     return found
 
 
-def _first_problem(error: ValidationError, content: Mapping[str, object]) -> str:
-    """The first thing that is wrong, with the name of the limit where it has one."""
+def _first_problem(error: ValidationError, content: Mapping[str, object], key: str) -> str:
+    """The first thing that is wrong, with the name of the entry where it has one."""
     first = error.errors()[0]
     place = list(first["loc"])
-    rows = content.get("limit")
+    rows = content.get(key)
     if len(place) > 1 and isinstance(place[1], int) and isinstance(rows, list):
         row = rows[place[1]]
         name = row.get("name") if isinstance(row, dict) else None

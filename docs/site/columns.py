@@ -9,7 +9,7 @@ sys.path[:0] = [str(ROOT)]
 
 from analysis.compare import comparison  # noqa: E402
 from analysis.exchange import fclib  # noqa: E402
-from analysis.exposure import loads  # noqa: E402
+from analysis.exposure import loads, sensors  # noqa: E402
 from analysis.film import summary  # noqa: E402
 from analysis.motion import pairwise  # noqa: E402
 from analysis.paper import page as paper  # noqa: E402
@@ -23,7 +23,7 @@ from benchmarks.problems import score  # noqa: E402
 TABLES = {
     "solve": table.COLUMNS, "fclib": fclib.BARE, "compare": comparison.CONTACTS,
     "film": summary.HEAD, "numbers": summary.NUMBERS, "exposure": loads.LOADS,
-    "limits": loads.LIMITS_HEAD, "windows": pairwise.WINDOWS,
+    "limits": loads.LIMITS_HEAD, "sensors": sensors.SENSORS, "windows": pairwise.WINDOWS,
     "window_contacts": pairwise.WINDOW_CONTACTS, "points": point.POINTS,
     "whole_runs": whole_runs.COLUMNS, "cells": stability.CELL_COLUMNS,
     "boundaries": stability.BOUNDARY_COLUMNS, "push": push.CASES, "score": score.COLUMNS,
@@ -72,6 +72,12 @@ One row per window and person, wall, or crowd. Forces are impulses over the wind
 One row per limit and person, wall, or crowd.
 
 {limits}
+
+## `sensors.csv` of `percussions exposure RUN --sensors FILE`
+
+One row per reading, sensor and part ([sensors](results/exposure.md#sensors)).
+
+{sensors}
 
 ## `windows.csv` and `window_contacts.csv` of two runs
 
