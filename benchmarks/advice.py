@@ -166,7 +166,7 @@ def test(runs: Path, processes: int | None, names: Sequence[str]) -> None:
 def chosen(cases: Makers, names: Sequence[str]) -> Makers:
     """Those of these names, or all."""
     if unknown := set(names) - set(cases):
-        sys.exit(f"scenes: {', '.join(unknown)}; there are: {', '.join(cases)}")
+        sys.exit(f"scenes: {', '.join(unknown)}. There are: {', '.join(cases)}")
     return {name: make for name, make in cases.items() if not names or name in names}
 
 

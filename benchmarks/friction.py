@@ -136,7 +136,7 @@ def main() -> None:
         out=Path("out/benchmark/friction.csv"),
     )  # fmt: skip
     if unknown := set(given.families) - set(FAMILIES):
-        sys.exit(f"families: {', '.join(unknown)}; there are: {', '.join(FAMILIES)}")
+        sys.exit(f"families: {', '.join(unknown)}. There are: {', '.join(FAMILIES)}")
     solvers = {"solve": own} | ({"Gauss–Seidel": plain} if given.plain else {})
     solvers |= {f"Siconos {name}": partial(siconos, solver=name) for name in given.siconos}
     print(describe(), file=sys.stderr)

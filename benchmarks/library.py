@@ -81,7 +81,7 @@ def written(given: argparse.Namespace) -> None:
     names = {problem.name: problem for problem in PROBLEMS}
     for name in given.only or ():
         if name not in names:
-            raise ValueError(f"only: {name}; there are: {', '.join(names)}")
+            raise ValueError(f"only: {name}. There are: {', '.join(names)}")
     chosen = [problem for name, problem in names.items() if not given.only or name in given.only]
     with contextlib.ExitStack() as stack:
         alone = given.jobs == 1 or len(chosen) == 1

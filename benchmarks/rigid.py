@@ -71,7 +71,7 @@ def main() -> None:
         __doc__, scenes=SCENES, share=1.0, friction=0.0, models=usual, out=Path
     )  # share: of the simulated time
     if unknown := set(given.models) - set(titles):
-        sys.exit(f"models: {', '.join(unknown)}; there are: {', '.join(titles)}")
+        sys.exit(f"models: {', '.join(unknown)}. There are: {', '.join(titles)}")
     print(describe(), end="\n\n")
     print(
         head(

@@ -120,8 +120,8 @@ class _Beside:
                     "here: rename this one"
                 )
             warnings.warn(
-                f"{other}: `import {name}` gives the package of crowd-percussions from now on; "
-                "rename this one",
+                f"{other}: `import {name}` gives the package of crowd-percussions from now on. "
+                "Rename this one",
                 stacklevel=3,
             )
         sys.meta_path.insert(0, cls)
@@ -137,7 +137,7 @@ def __getattr__(name: str) -> Any:
     elif name in _HOMES:
         found = getattr(__import__(_HOMES[name], fromlist=[name]), name)
     else:
-        raise AttributeError(f"crowd_percussions has no {name!r}; dir(crowd_percussions) lists all")
+        raise AttributeError(f"crowd_percussions has no {name!r}. See dir(crowd_percussions)")
     globals()[name] = found
     return found
 

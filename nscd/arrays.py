@@ -36,7 +36,7 @@ def read_only(
         row = int(np.argwhere(np.abs(array) > largest)[0][0])
         worst = float(np.abs(array[row]).max())
         raise ValueError(
-            f"{name}: {worst:g} in row {row}; at most {largest:g} can be computed with"
+            f"{name}: {worst:g} in row {row}. At most {largest:g} can be computed with"
         )
     array.flags.writeable = False
     return array
@@ -56,7 +56,7 @@ def whole_numbers(value: ArrayLike, shape: tuple[int, ...], name: str) -> Indice
     return array
 
 
-def number(value: Any, name: str, need: str = "a finite number") -> float:
+def number(value: Any, name: str, need: str = "A finite number") -> float:
     """Take a finite float of at most 10¹⁰⁰.
 
     Raises ValueError naming the field, and what is needed, for all else."""
@@ -64,21 +64,21 @@ def number(value: Any, name: str, need: str = "a finite number") -> float:
         value = value[()]
     real = type(value) is float or isinstance(value, Real)  # the second takes 0.5 µs
     if not real or not -LARGEST <= value <= LARGEST:
-        raise ValueError(f"{name}: {shown(value)}; {need} is needed")
+        raise ValueError(f"{name}: {shown(value)}. {need} is needed")
     return float(value)
 
 
 def count(value: Any, name: str) -> int:
     """Take a whole number of at least 1; raise ValueError naming the field for all else."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-        raise ValueError(f"{name}: {shown(value)}; 1 or more are needed")
+        raise ValueError(f"{name}: {shown(value)}. 1 or more are needed")
     return int(value)
 
 
 def flag(value: Any, name: str) -> bool:
     """Take True or False; raise ValueError naming the field for all else."""
     if not isinstance(value, bool | np.bool_):
-        raise ValueError(f"{name}: {shown(value)}; True or False is needed")
+        raise ValueError(f"{name}: {shown(value)}. True or False is needed")
     return bool(value)
 
 

@@ -102,7 +102,7 @@ class Snapshot:
             put(self, name, _positive(getattr(self, name), n, name))
         spin = np.zeros(n) if self.spin is _NO_SPIN else self.spin
         put(self, "spin", read_only(spin, (n,), "spin"))
-        put(self, "time", number(self.time, "time", "a finite number of seconds"))
+        put(self, "time", number(self.time, "time", "A finite number of seconds"))
         if self.drive is not None:
             put(self, "drive", read_only(self.drive, (n, 2), "drive"))
         ids = whole_numbers(np.arange(1, n + 1) if self.ids is _NO_IDS else self.ids, (n,), "ids")
@@ -194,10 +194,10 @@ def _positive(value: Floats, n: int, name: str) -> Floats:
     values = read_only(value, (n,), name)
     if n and not values.min() >= 1 / LARGEST:
         row = int(np.argmin(values))
-        why = f"a disk needs a positive {name}"
+        why = f"A disk needs a positive {name}"
         if values[row] > 0:
-            why = f"at least {1 / LARGEST:g} can be computed with"
-        raise ValueError(f"{name}: {values[row]:g} in row {row}; {why}")
+            why = f"At least {1 / LARGEST:g} can be computed with"
+        raise ValueError(f"{name}: {values[row]:g} in row {row}. {why}")
     return values
 
 

@@ -191,8 +191,8 @@ def find_contacts(snapshot: Snapshot, walls: Walls | None = None, *, tolerance: 
     instance(snapshot, Snapshot, "snapshot")
     if walls is not None:
         instance(walls, Walls, "walls")
-    if number(tolerance, "tolerance", "a length ≥ 0 m") < 0:
-        raise ValueError(f"tolerance: {tolerance} m; a length ≥ 0 is needed")
+    if number(tolerance, "tolerance", "A length ≥ 0 m") < 0:
+        raise ValueError(f"tolerance: {tolerance} m. A length ≥ 0 is needed")
     tolerance += _rounding(snapshot, walls)
     pairs, first, second, vector, distance, gap = _core.touching(
         snapshot.position, snapshot.radius, connected(walls or NO_WALLS), tolerance
@@ -207,8 +207,8 @@ def find_contacts(snapshot: Snapshot, walls: Walls | None = None, *, tolerance: 
         row = int(at[0])
         other = f"disk {snapshot.ids[second[row]]}" if row < pairs else f"wall {second[row] + 1}"
         raise ValueError(
-            f"position: disk {snapshot.ids[first[row]]} and {other} coincide; "
-            "their contact has no normal"
+            f"position: disk {snapshot.ids[first[row]]} and {other} coincide. "
+            "Their contact has no normal"
         )
     normal = vector / distance[:, None]
     found = Contacts(
@@ -279,7 +279,7 @@ def _rounding(snapshot: Snapshot, walls: Walls | None) -> float:
     smallest = float(snapshot.radius.min(initial=np.inf))
     if largest > FARTHEST * smallest:
         raise ValueError(
-            f"{whose}: coordinates up to {largest:g} m; beyond {FARTHEST:g} of the smallest "
+            f"{whose}: coordinates up to {largest:g} m. Beyond {FARTHEST:g} of the smallest "
             f"radius, {smallest:g} m, gaps are lost in rounding"
         )
     return 4 * float(np.finfo(float).eps) * largest

@@ -37,7 +37,7 @@ class ContactLaw:
 
     >>> ContactLaw(restitution=1.5)
     Traceback (most recent call last):
-    ValueError: restitution: 1.5; 0 ≤ e < 1 is needed"""
+    ValueError: restitution: 1.5. 0 ≤ e < 1 is needed"""
 
     dissipation: float = 0.0
     restitution: float | None = None
@@ -47,15 +47,15 @@ class ContactLaw:
     maintained: bool = False
 
     def __post_init__(self) -> None:
-        need = "a finite number ≥ 0"
+        need = "A finite number ≥ 0"
         for name in ("dissipation", "tangential_dissipation", "friction", "wall_friction"):
             value, may_be_none = getattr(self, name), name not in ("dissipation", "friction")
             if not (value is None and may_be_none) and number(value, name, need) < 0:
-                raise ValueError(f"{name}: {value}; {need} is needed")
+                raise ValueError(f"{name}: {value}. {need} is needed")
         if self.restitution is not None:
             need = "0 ≤ e < 1"
             if not 0 <= number(self.restitution, "restitution", need) < 1:
-                raise ValueError(f"restitution: {self.restitution}; {need} is needed")
+                raise ValueError(f"restitution: {self.restitution}. {need} is needed")
             if self.dissipation:
                 raise ValueError("restitution: give either dissipation or restitution")
         flag(self.maintained, "maintained")

@@ -75,7 +75,7 @@ class FrictionPart:
         counts = ", ".join(
             f"{int((self.state == state).sum())} {state.name.lower()}" for state in ContactState
         )
-        return f"<FrictionPart: {counts}; natural map {self.natural_map:.1e}>"
+        return f"<FrictionPart: {counts}, natural map {self.natural_map:.1e}>"
 
     def columns(self) -> dict[str, list[Any]]:
         """Name the columns that friction adds to a table, each a list of k."""
@@ -144,9 +144,9 @@ class Percussions:
         That is the relaxation time τ where u⁻ is the desired velocity, the time step where it is
         the velocity that the drive makes without contacts. Raises ValueError for a window that is
         not positive."""
-        need = "a time > 0 s"
+        need = "A time > 0 s"
         if not number(window, "window", need) > 0:
-            raise ValueError(f"window: {window}; {need} is needed")
+            raise ValueError(f"window: {window}. {need} is needed")
         return replace(self, window=float(window))
 
     @property
@@ -156,7 +156,7 @@ class Percussions:
         Raises ValueError where no window is known: an impact has percussions and no forces."""
         if self.window is None:
             raise ValueError(
-                "force: an impact has percussions (N·s); answer.over(seconds) has forces"
+                "force: an impact has percussions (N·s). Read forces of answer.over(seconds)"
             )
         force: Floats = self.impulse / self.window
         return force

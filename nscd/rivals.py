@@ -88,9 +88,9 @@ class SocialForceLaw:
         for name in ("strength", "decay", "body_stiffness", "sliding_friction"):
             value = getattr(self, name)
             if not (np.isfinite(value) and value >= 0):
-                raise ValueError(f"{name}: {value}; a finite number ≥ 0 is needed")
+                raise ValueError(f"{name}: {value}. A finite number ≥ 0 is needed")
         if self.decay == 0:
-            raise ValueError("decay: 0 m; a length > 0 is needed")
+            raise ValueError("decay: 0 m. A length > 0 is needed")
 
     def repulsion(self, gap: Floats) -> Floats:
         """Compute A exp(−g/B) in N of gaps in m: acts at any distance."""
@@ -107,7 +107,7 @@ class SocialForceLaw:
         disks. Raises ValueError unless 0 < left_out ≤ A."""
         if not 0 < left_out <= self.strength:
             raise ValueError(
-                f"left_out: {left_out} N; more than 0 and at most {self.strength:g} N is needed"
+                f"left_out: {left_out} N. More than 0 and at most {self.strength:g} N is needed"
             )
         return self.decay * float(np.log(self.strength / left_out))
 
@@ -243,11 +243,11 @@ def loehner_force(
     limit = np.asarray(maximum_force, dtype=np.float64)
     limit = read_only(np.full(n, limit) if limit.ndim == 0 else limit, (n,), "maximum_force")
     if (limit < 0).any():
-        raise ValueError(f"maximum_force: {limit.min():g} N; a force ≥ 0 is needed")
+        raise ValueError(f"maximum_force: {limit.min():g} N. A force ≥ 0 is needed")
     if not (np.isfinite(tolerance) and tolerance >= 0):
-        raise ValueError(f"tolerance: {tolerance} m; a length ≥ 0 is needed")
+        raise ValueError(f"tolerance: {tolerance} m. A length ≥ 0 is needed")
     if reading not in list(LoehnerReading):
-        raise ValueError(f"reading: unknown {reading!r}; there are: {', '.join(LoehnerReading)}")
+        raise ValueError(f"reading: unknown {reading!r}. There are: {', '.join(LoehnerReading)}")
     touching = pairs.gap <= tolerance
     stronger = touching if reading == LoehnerReading.TEXT else ~touching
     case = np.where(stronger, 2.0, 1.0)

@@ -139,7 +139,7 @@ def solve(
     if "{" in why:
         why = why.format(n=disks)
     if shared > 1:
-        why += f"; {shared} threads"
+        why += f", {shared} threads"
     _to_disks(snapshot, found)
     change = found["energy_change"]
     part = None
@@ -239,11 +239,11 @@ def _check(
 ) -> None:
     instance(snapshot, Snapshot, "snapshot")
     instance(contacts, Contacts, "contacts")
-    need = "between 1e-14 (rounding) and 1"
+    need = "Between 1e-14 (rounding) and 1"
     if not 1e-14 <= number(tolerance, "tolerance", need) < 1:
-        raise ValueError(f"tolerance: {tolerance}; {need} is needed")
+        raise ValueError(f"tolerance: {tolerance}. {need} is needed")
     if not isinstance(solver, str) or solver not in SOLVERS:
-        raise ValueError(f"solver: unknown {shown(solver)}; there are: {', '.join(SOLVERS)}")
+        raise ValueError(f"solver: unknown {shown(solver)}. There are: {', '.join(SOLVERS)}")
     if law.frictional and solver != "auto":
         raise ValueError(f"solver: {solver} is for contacts without friction")
 

@@ -39,9 +39,9 @@ class Kernel:
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.width) and self.width > 0):
-            raise ValueError(f"width: {self.width} m; a kernel needs a positive width")
+            raise ValueError(f"width: {self.width} m. A kernel needs a positive width")
         if not (np.isfinite(self.cutoff) and self.cutoff >= 1):
-            raise ValueError(f"cutoff: {self.cutoff} widths; at least 1 is needed")
+            raise ValueError(f"cutoff: {self.cutoff} widths. At least 1 is needed")
 
     @property
     def reach(self) -> float:

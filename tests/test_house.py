@@ -2,6 +2,7 @@
 
 import ast
 import graphlib
+import re
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -124,6 +125,32 @@ def test_functions_are_short_and_take_few_parameters():
                 if (count := parameters_of(node)) > PARAMETERS and COMMANDS not in path.parents:
                     large.append(f"{name}: {count} parameters")
     assert not large
+
+
+def said(path):
+    """The texts of a file, X for a value; without docstrings, but for those of commands."""
+    inner = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Expr) and COMMANDS not in path.parents:
+            inner.add(id(node.value))
+        elif isinstance(node, ast.JoinedStr):
+            inner.update(map(id, node.values))
+            yield "".join(
+                getattr(each, "value", "") if each.__class__ is ast.Constant else "X"
+                for each in node.values
+            )
+        elif (
+            isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in inner
+        ):
+            yield node.value
+
+
+def test_messages_are_short_sentences_without_semicolons():
+    texts = [one for path in sources(*PACKAGES, "yade_scripts") for one in said(path)]
+    plain = [one for one in texts if " | " not in one]  # no table of columns
+    assert [one for one in plain if re.search(r"\w\W?; ", one)] == []
+    split = (re.split(r"(?<=[.?!])\s+|\n\n", one) for one in plain)
+    assert [one for each in split for one in each if len(one.split()) > 25] == []
 
 
 def test_the_whole_is_no_larger():

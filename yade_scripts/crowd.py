@@ -87,13 +87,14 @@ def main(words):
     out.mkdir(parents=True, exist_ok=True)
     print(
         f"contact: {scene['contact']['law']}, stiffness {penalty.stiffness:g} N/m, "
-        f"of walls {penalty.wall_stiffness:g} N/m, friction {penalty.friction:g}\n"
+        f"of walls {penalty.wall_stiffness:g} N/m, friction {penalty.friction:g}",
         f"damping ratio {penalty.damping_ratio:.15g}, dashpots {penalty.damping:.15g} N s/m "
-        f"between disks, {penalty.wall_damping:.15g} N s/m at walls (hooke)\n"
+        f"between disks, {penalty.wall_damping:.15g} N s/m at walls (hooke)",
         f"restitution: asked {scene['contact']['restitution']:g}, obtained "
-        f"{penalty.restitution[0]:.15g} to {penalty.restitution[1]:.15g} over the masses\n"
-        f"time step: {penalty.time_step:.15g} s, safe up to {penalty.safe_time_step:.15g} s; "
-        f"{penalty.steps} steps, a frame every {penalty.frame_interval}"
+        f"{penalty.restitution[0]:.15g} to {penalty.restitution[1]:.15g} over the masses",
+        f"time step: {penalty.time_step:.15g} s, safe up to {penalty.safe_time_step:.15g} s, "
+        f"{penalty.steps} steps, a frame every {penalty.frame_interval}",
+        sep="\n",
     )
     if penalty.time_step > 1.000001 * penalty.safe_time_step:
         print("WARNING: the time step is longer than the safe one")

@@ -59,7 +59,7 @@ def read_scene(path, given):
     for name, text in given.items():
         if name not in NUMBERS:
             raise SceneFileError(
-                f"{name}={text}: unknown; there are: {', '.join([*NUMBERS, 'out'])}"
+                f"{name}={text}: unknown. There are: {', '.join([*NUMBERS, 'out'])}"
             )
         table, key = NUMBERS[name]
         try:
@@ -68,14 +68,14 @@ def read_scene(path, given):
             raise SceneFileError(f"{name}={text}: not a number") from None
     contact = scene["contact"]
     if contact["law"] not in LAWS:
-        raise SceneFileError(f"{path}: contact.law: {contact['law']}; there are {', '.join(LAWS)}")
+        raise SceneFileError(f"{path}: contact.law: {contact['law']}. There are {', '.join(LAWS)}")
     if "arm_reach_m" in contact:
         raise SceneFileError(
             f"{path}: contact.arm_reach_m: YADE cannot push before bodies touch: use lammps or rigid"
         )
     if contact["law"] != "hooke" and contact.get("friction", 0.0):
         raise SceneFileError(
-            f"{path}: contact.friction: {contact['friction']:g}; YADE runs {contact['law']} without "
+            f"{path}: contact.friction: {contact['friction']:g}. YADE runs {contact['law']} without "
             "friction here" + ("" if contact["law"] == "body" else ", LAMMPS runs both")
         )
     if contact["law"] in ("body", "body_hertz"):

@@ -65,13 +65,13 @@ def advise_bodies(
     Raises ValueError for a quantity, a body or a scene that has no answer."""
     known = known_bodies()
     if body not in known:
-        raise ValueError(f"body: unknown {body!r}; there are: {', '.join(known)}")
+        raise ValueError(f"body: unknown {body!r}. There are: {', '.join(known)}")
     if quantity not in OF_BODIES:
         raise ValueError(
-            f"quantity: {quantity} is not known of soft bodies; there are: {', '.join(OF_BODIES)}"
+            f"quantity: {quantity} is not known of soft bodies. There are: {', '.join(OF_BODIES)}"
         )
     if scene.drive is None:
-        raise ValueError(f"body: {scene.name} is an impact; s is of a crowd that is driven")
+        raise ValueError(f"body: {scene.name} is an impact, and s is of a crowd that is driven")
     hardest, softest = softness_of(scene, known[body])
     found = rigid_over_soft(softest, hardest)
     rigid = None if found is None else found[OF_BODIES[quantity]]
@@ -122,7 +122,7 @@ def body_lines(advice: BodyAdvice) -> Iterator[str]:
     stiffness = interval([end / 1000 for end in (body.low_N_per_m, body.high_N_per_m)])
     softest = advice.softness[1]
     yield (
-        f"{advice.scene.name}: {advice.quantity} of bodies of {stiffness} kN/m ({body.words}; "
+        f"{advice.scene.name}: {advice.quantity} of bodies of {stiffness} kN/m ({body.words}, "
         f"{body.source}), within {percent(advice.asked, 2)}"
     )
     yield f"s = N F/(k r) = {interval(advice.softness, 2)}: {judged(softest)}"
@@ -137,7 +137,7 @@ def body_lines(advice: BodyAdvice) -> Iterator[str]:
     if advice.engine:
         yield f"advised: {advice.command} (about {seconds(advice.cpu_seconds)} CPU)"
     elif softest > valid_to(advice.quantity):
-        yield "advised: nothing; fewer people, a smaller push or larger radii make it a crowd"
+        yield "advised: nothing. Fewer people, a smaller push or larger radii make it a crowd"
     else:
         yield "advised: nothing: no method asked about answers for bodies so soft"
 

@@ -52,10 +52,10 @@ class Question:
     def check(self, scene: Scene) -> None:
         """Raise ValueError for a quantity that is unknown, or that the scene cannot have."""
         if self.quantity not in LOADS:
-            raise ValueError(f"quantity: unknown {self.quantity!r}; there are: {', '.join(LOADS)}")
+            raise ValueError(f"quantity: unknown {self.quantity!r}. There are: {', '.join(LOADS)}")
         if self.quantity == "displacement" and scene.drive is None:
             raise ValueError(
-                f"quantity: displacement is for driven crowds; {scene.name} is an impact, "
+                f"quantity: displacement is for driven crowds, and {scene.name} is an impact, "
                 "which takes no time"
             )
         if self.quantity == "wall-load":
@@ -79,7 +79,7 @@ def asked_error(text: str) -> float:
         share = float("nan")
     if not 0 < share < 1:
         raise ValueError(
-            f"error: {text!r}; a share above 0 and below 1 is needed, such as 5% or 0.05"
+            f"error: {text!r}. A share above 0 and below 1 is needed, such as 5% or 0.05"
         )
     return share
 

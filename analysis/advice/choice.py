@@ -319,8 +319,8 @@ def _check_points(scene: Scene, points: Sequence[Point]) -> None:
     if not any(p.scene == scene.name and p.stiffness_N_per_m == base for p in points):
         others = ", ".join(sorted({p.scene for p in points}))
         raise ValueError(
-            f"chart: no points of scene {scene.name} with its stiffness of {base:g} N/m; "
-            f"it is of: {others}"
+            f"chart: no points of scene {scene.name} with its stiffness of {base:g} N/m. "
+            f"It is of: {others}"
         )
 
 
@@ -363,7 +363,7 @@ def headline(advice: Advice) -> str:
     if best is None:
         return f"nothing is known of {quantity} in {advice.scene.name}: {_nothing_like(advice)}"
     return (
-        f"nothing reaches {percent(advice.question.error, 2)} in {quantity}; the best, "
+        f"nothing reaches {percent(advice.question.error, 2)} in {quantity}. The best, "
         f"{setting(best)}, promises {percent(best.promised_error, 2)}"
     )
 
@@ -393,7 +393,7 @@ def report(advice: Advice, left: Sequence[str]) -> list[str]:
 def _question(advice: Advice) -> Iterator[str]:
     scene, question = advice.scene, advice.question
     disks, quantity = len(scene.snapshot), question.quantity
-    yield f"{scene.name}: {disks} disks; {quantity}, {LOADS[quantity]},"
+    yield f"{scene.name}: {disks} disks, {quantity} ({LOADS[quantity]})"
     against = "the rigid model (numerical and model error)"
     if question.against == "model":
         law = scene.contact.law
@@ -472,7 +472,7 @@ def methods_here(asked: Sequence[str] | None = None) -> tuple[str, ...]:
     known = (RIGID, *LAWS)
     for name in asked:
         if name not in known:
-            raise ValueError(f"method: unknown {name!r}; there are: {', '.join(known)}")
+            raise ValueError(f"method: unknown {name!r}. There are: {', '.join(known)}")
     return tuple(dict.fromkeys(asked))
 
 
@@ -488,11 +488,11 @@ def scene_within(
         find_engine(engine_name)
         if engine_name not in LAWS:
             raise ValueError(
-                f"error: it is for {' and '.join(LAWS)}; {engine_name} has no stiffness"
+                f"error: it is for {' and '.join(LAWS)}, and {engine_name} has no stiffness"
             )
     engines = [engine_name] if engine_name else soft_engines()
     if not engines:
-        raise EngineError("no engine: nothing can run the scene; see: percussions doctor")
+        raise EngineError("no engine: nothing can run the scene. See: percussions doctor")
     question = Question(error=asked_error(error), methods=tuple(engines), whole_run=True)
     advice = advise(scene, question, library=stored_library())
     words = headline(advice)
@@ -502,7 +502,7 @@ def scene_within(
         window = Window(scene=scene).duration(scene.contact.stiffness_N_per_m)
         # in a run people collide: the force at an instant is no mean over a window
         words += (
-            f"; the error is that of mean forces over {window:g} s of a crowd pressed "
+            f". The error is that of mean forces over {window:g} s of a crowd pressed "
             "together, not of an instant"
         )
     return advised_scene(scene, advice.choice), advice.choice.method, words

@@ -237,7 +237,7 @@ def library_of(text: str) -> Library:
         or tuple(content["run"]) != RUN
         or tuple(content["errors"]) != ERRORS
     ):
-        raise ValueError(f"{FILE}: format {content.get('format')}; {FORMAT} is needed")
+        raise ValueError(f"{FILE}: format {content.get('format')} where {FORMAT} is needed")
     return Library(
         entries=tuple(_entry(scene) for scene in content["scenes"]),
         rates={(load, what): rate for load, what, rate in content["rates"]},

@@ -157,15 +157,15 @@ def motion_lines(advice: MotionAdvice) -> list[str]:
         lines.append(f"advised: {advice.choice.words}")
     else:
         best = min(advice.found, key=lambda one: one.error, default=None)
-        reaches = f"; the best, {best.words}" if best else ": no method asked about was measured"
+        reaches = f". The best, {best.words}" if best else ": no method asked about was measured"
         lines.append(f"nothing that was measured reaches {percent(advice.asked, 2)}{reaches}")
     lines += ["", "measured, from cheap to dear (an error at most: the end of a 90 % interval):"]
     lines += [f"{'→' if one == advice.choice else ' '} {one.words}" for one in advice.found]
     first = advice.measured[0]
     reference = next((point.setting.title for point in advice.measured if point.reference), "")
     lines.append(
-        f"errors from {reference}, on runs of {first.scene} over {first.duration_s:g} s; "
-        f"measured on {first.machine}, {first.date}"
+        f"errors from {reference}, on runs of {first.scene} over {first.duration_s:g} s. "
+        f"Measured on {first.machine}, {first.date}"
     )
     return lines
 

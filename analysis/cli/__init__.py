@@ -15,7 +15,7 @@ LEAST_MEMORY = 1 << 30  # bytes of address space
 
 
 def main() -> None:
-    """Run the command; whatever goes wrong is one line, and an exit status other than 0."""
+    """Run the command. Whatever goes wrong is one line, and an exit status other than 0."""
     # while Python itself ends there is nothing left to interrupt
     atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
     # a character that the terminal's encoding lacks
@@ -35,13 +35,13 @@ def main() -> None:
             raise KeyboardInterrupt
         sys.exit(status if isinstance(status, int) else 0)
     except _EndedBy as end:
-        _say(f"ended by {signal.Signals(end.number).name}; earlier results are untouched")
+        _say(f"ended by {signal.Signals(end.number).name}. Earlier results are untouched")
         raise
     except SystemExit:
         raise
     except KeyboardInterrupt:
         with _undisturbed():
-            _say("interrupted; earlier results are untouched")
+            _say("interrupted. Earlier results are untouched")
         sys.exit(INTERRUPTED)
     except BaseException as error:
         if "--traceback" in sys.argv:
@@ -56,7 +56,7 @@ def _refuse_little_memory() -> None:
     most, _ = resource.getrlimit(resource.RLIMIT_AS)
     if most != resource.RLIM_INFINITY and most < LEAST_MEMORY:
         _say(
-            f"memory is limited to {most >> 20} MB of address space (ulimit -v); at least "
+            f"memory is limited to {most >> 20} MB of address space (ulimit -v). At least "
             f"{LEAST_MEMORY >> 20} MB are needed"
         )
         sys.exit(OUT_OF_MEMORY)
@@ -67,7 +67,7 @@ def _refuse_empty(words: list[str]) -> None:
     for before, word in zip(["", *words], words, strict=False):
         name = word if word.startswith("--") else before if before.startswith("--") else "argument"
         if not word or (word.startswith("--") and word.endswith("=")):
-            raise ValueError(f"{name.rstrip('=')}: empty; a value is needed")
+            raise ValueError(f"{name.rstrip('=')}: empty. A value is needed")
 
 
 @contextlib.contextmanager
@@ -87,18 +87,18 @@ class _EndedBy(SystemExit):
 
 
 def _ended_by(number: int, _: FrameType | None) -> None:
-    """End as after Ctrl-C: engines and workers are stopped, nothing half written stays; then it is
-    said, behind the last line of progress."""
+    """End as after Ctrl-C: engines and workers are stopped, nothing half written stays. It is said behind
+    the last line of progress."""
     raise _EndedBy(number)
 
 
 def _status_of(error: BaseException) -> int:
-    """Say what went wrong, in a line; return the exit status."""
+    """Say what went wrong, in a line, and return the exit status."""
     if hasattr(error, "format_message"):  # words on the command line that typer does not take
         _say(re.sub(r"^Invalid value for '([^']+)': ", r"\1: ", error.format_message()))
         return 2
     if type(error).__name__ == "Abort":
-        _say("interrupted; earlier results are untouched")
+        _say("interrupted. Earlier results are untouched")
         return INTERRUPTED
     from analysis.support.extras import missing_extra
 
@@ -115,7 +115,7 @@ def _status_of(error: BaseException) -> int:
         _say(missing)
         return 1
     if isinstance(error, MemoryError):
-        _say("out of memory; fewer disks, frames or workers need less")
+        _say("out of memory. Fewer disks, frames or workers need less")
         return OUT_OF_MEMORY
     # not before: what is wrong may be that this cannot be imported
     from analysis.engines.record import EngineError
@@ -124,7 +124,7 @@ def _status_of(error: BaseException) -> int:
         _say(str(error))
         return 1
     _say(
-        f"a mistake in crowd-percussions, {type(error).__name__}: {error}; nothing was changed. "
+        f"a mistake in crowd-percussions, {type(error).__name__}: {error}. Nothing was changed. "
         "The same command with --traceback says where"
     )
     return INTERNAL

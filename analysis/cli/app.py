@@ -175,8 +175,8 @@ def say_runs(runs: Iterable[EngineRun], what: str = "") -> None:
 
 
 def write_picture(path: Path, draw: Callable[[], Figure]) -> None:
-    """Write a picture as PNG and say where; where the part that draws is not installed, say which
-    it is and leave the picture out."""
+    """Write a picture as PNG and say where. Without the part that draws, say which it is and leave
+    the picture out."""
     try:
         from analysis.pages.html import saved
 

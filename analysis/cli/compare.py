@@ -92,7 +92,7 @@ def _by_windows(first: Path, other: Path, window: float | None, last: float | No
         rows.append([f"{measure.title} ({measure.unit})", *means, *row])
     head = ["mean over windows", *compared.titles, "second above first", "its autocorrelation"]
     show([*head, "independent windows"], rows, title=title)
-    print("one pair of runs: no verdict; replicates have one: percussions report SCENE --seeds 5")
+    print("one pair of runs: no verdict. Replicates have one: percussions report SCENE --seeds 5")
     show(*_window_rows(compared), title="window by window, second against first")
     print(*paths, sep="\n")
 
@@ -126,7 +126,7 @@ def _law_words(law: ContactLaw) -> str:
 
 
 def _by_snapshot(runs: Sequence[Path], time: float | None, rigid_law: ContactLaw | None) -> bool:
-    """Each run with the percussions of its snapshot; whether all were solved."""
+    """Each run with the percussions of its snapshot. Returns whether all were solved."""
     from analysis.compare.comparison import compare_run, write_contacts
     from analysis.compare.statistics import statistics
     from analysis.compare.study import remarks

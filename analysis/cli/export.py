@@ -46,7 +46,7 @@ def export(
             raise ValueError(f"--fclib: {fclib}: it would replace what it is made of")
         found, origin = _of_dump(dump, frame, taken)
     elif target.is_dir():
-        raise ValueError(f"{dump}: no such file; {target} is no folder of a run")
+        raise ValueError(f"{dump}: no such file, so {target} is no folder of a run")
     else:
         named = drop_none(frame=frame, room=taken.room) | taken.of_dump()
         if named:
@@ -76,7 +76,7 @@ def _of_dump(
     trajectory = open_bodies(dump, **taken.of_dump()).trajectory
     number, count = -1 if frame is None else frame, len(trajectory)
     if not -count <= number < count:
-        raise ValueError(f"--frame: {number}; {dump} has {count}, from 0")
+        raise ValueError(f"--frame: {number} where {dump} has {count}, from 0")
     ts = trajectory[number % count]
     snapshot = snapshot_of(ts, dump, needs_velocity=setting.moves)
     step = str(int(ts.data["step"]))
@@ -98,7 +98,7 @@ def _of_scene(target: Path, taken: Taken) -> tuple[SnapshotPercussions, dict[str
     setting = dataclasses.replace(Setting.of(scene), **taken.setting())
     if scene.analysis.kind == "impact" and scene.contact.restitution:
         said = f"contact.restitution: {scene.contact.restitution:g}"
-        warn(f"{target}: {said}; FCLIB has inelastic contacts, and those are written")
+        warn(f"{target}: {said}. FCLIB has inelastic contacts, and those are written")
     found = percussions_of(setting, scene.snapshot, tolerance=taken.tolerance)
     origin = {"source": scene.title, "scene": scene.name, "scene_sha256": scene.digest()}
     return found, origin

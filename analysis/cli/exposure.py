@@ -33,8 +33,8 @@ def exposure(
     written = [write_sensors(run, sensors)] if sensors else []
     written += write_exposure(found, known, run)
     title = (
-        f"{found.scene.title}: forces are impulses over windows of {found.duration[0]:g} s; "
-        f"the run lasts {found.time[-1]:g} s"
+        f"{found.scene.title}: forces are impulses over windows of {found.duration[0]:g} s. "
+        f"The run lasts {found.time[-1]:g} s"
     )
     show(HEAD, exposure_rows(found, known), numbers_from=len(HEAD), title=title)
     print(*written, sep="\n")

@@ -78,7 +78,7 @@ def film(
         make = partial(exports.film_runs, target, chosen)
     elif len(target) > 1:
         odd = target[folders.index(False)]
-        raise ValueError(f"{odd}: no folder of a run; a film is of runs, or of one trajectory file")
+        raise ValueError(f"{odd}: no folder of a run. Give folders of runs, or one trajectory file")
     elif room is None:
         raise ValueError("--room: a trajectory needs a TOML file with walls and drive")
     else:

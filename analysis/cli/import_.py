@@ -60,7 +60,7 @@ def import_(
     Example: percussions import scenes/gate_excerpt.txt --frame 405 --room scenes/rooms/gate.toml
     --name mine"""
     if file.suffix.lower() == ".xml":
-        refuse_beside(context, OF_HEADS, "only of a trajectory; LEMONS' files say it themselves")
+        refuse_beside(context, OF_HEADS, "only of a trajectory. Files of LEMONS say it")
         _import_lemons(file, room, name, one_disk, out)
         return
     if people is not None:
@@ -94,7 +94,7 @@ def import_(
 
 def _check_place(scene: Path, room: Path) -> None:
     if scene.exists() and scene.samefile(room):
-        raise ValueError(f"{scene}: the scene would replace its room; give --name or --out")
+        raise ValueError(f"{scene}: the scene would replace its room. Give --name or --out")
 
 
 def _import_lemons(file: Path, room: Path, name: str | None, one_disk: bool, out: Path) -> None:

@@ -47,7 +47,7 @@ def new(
     name: Name of the scene, with or without .toml.
     people: How many people.
     door: Width in m of a door in the middle of a room's side, or its ends: x,y,x,y in m. Several
-        times for several, each with its share of the crowd behind a colon: 0,1,0,2:0.3
+        times for several, each with its share of the crowd behind a colon (0,1,0,2:0.3).
     room: LENGTHxWIDTH in m: −LENGTH < x < 0, |y| < WIDTH/2. Its door is at x = 0.
     geometry: Floor in m instead of a room: WKT, GeoJSON, an SQLite trajectory of JuPedSim or a
         Vadere scenario, which has its own doors.
@@ -73,7 +73,7 @@ def new(
         raise ValueError("room: either --room or --geometry is needed")
     name = name.removesuffix(".toml")
     if (out / f"{name}.toml").exists():
-        raise ValueError(f"{out / name}.toml: exists already; give another name or --out")
+        raise ValueError(f"{out / name}.toml: exists already. Give another name or --out")
     if people_from is not None:
         sizes = ("radius", "radius_spread", "mass")
         refuse_beside(context, sizes, "--people-from has radii and masses of its own")
@@ -117,7 +117,7 @@ def _doors_of_room(
             raise ValueError("stream: at most one --door is needed, the width of both")
         gap = _lengths("door", doors[0], ",", 1)[0] if doors else None
         if gap is not None and not 0 < gap <= size[1]:
-            raise ValueError(f"door: {gap:g} m; more than 0 and at most the side of {size[1]:g} m")
+            raise ValueError(f"door: {gap:g} m. It needs 0 to the side of {size[1]:g} m")
         return list(opposing(*size, gap))
     if not doors:
         raise ValueError("door: its width or its ends are needed (--door)")
@@ -131,10 +131,10 @@ def _floor(geometry: Path, doors: list[str], stream: bool) -> tuple[Polygon, lis
     from analysis.scene.floors import read_floor
 
     if stream:
-        raise ValueError("stream: of a --room; give the doors of a floor by --door")
+        raise ValueError("stream: only of a --room. Give the doors of a floor by --door")
     floor = read_floor(geometry)
     if not doors and not floor.doors:
-        raise ValueError(f"door: {geometry} has none; its ends are needed: --door x,y,x,y")
+        raise ValueError(f"door: {geometry} has none. Its ends are needed: --door x,y,x,y")
     return floor.polygon, [_doorway(text) for text in doors] or list(floor.doors)
 
 
@@ -156,5 +156,5 @@ def _lengths(key: str, text: str, between: str, wanted: int) -> Any:
         numbers = ()
     if len(numbers) != wanted or not all(map(math.isfinite, numbers)):
         form = between.join(["m"] * wanted)
-        raise ValueError(f"{key}: {text!r}; numbers as {form} are needed")
+        raise ValueError(f"{key}: {text!r}. Numbers as {form} are needed")
     return numbers

@@ -70,13 +70,13 @@ def _path(text: str) -> Path:
     """Read a path: an option in its place is one whose own value was left out."""
     if str(text).startswith("--"):
         raise typer.BadParameter(
-            f"{text}: a path is needed; write ./{text} for a file of that name"
+            f"{text}: a path is needed. Write ./{text} for a file of that name"
         )
     return Path(text)
 
 
 def _input_file(text: str) -> Path:
-    """Read the path of a file to be read; from any folder `scenes/…` are the product's own."""
+    """Read the path of a file to be read. From any folder `scenes/…` are the product's own."""
     return or_shipped(_path(text))
 
 
@@ -116,8 +116,8 @@ def _reader(hint: Any) -> Any:
 
 
 def _options_of(function: Any) -> dict[str, inspect.Parameter]:
-    """The parameters of a command, or the fields of a dataclass, as typer takes them: options if they
-    can only be given by name, else arguments."""
+    """The parameters of a command, or the fields of a dataclass, as typer takes them. Those that can
+    only be given by name are options, others are arguments."""
     plain, hints = get_type_hints(function), get_type_hints(function, include_extras=True)
     parameters = inspect.signature(function).parameters
     said, _ = _words_of(function)
@@ -148,8 +148,8 @@ def _words_of(function: Callable[..., Any]) -> tuple[dict[str, str], str]:
 
 
 def with_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Make a function a command: its parameters, and the fields of those that are dataclasses, are
-    options with the help that the docstrings of both have, or that all commands share."""
+    """Make a function a command. Its parameters, and the fields of those that are dataclasses, are
+    options. Their help is in the docstrings of both, or is shared by all commands."""
     hints = get_type_hints(command)
     shared: dict[str, Any] = {
         name: hint for name, hint in hints.items() if dataclasses.is_dataclass(hint)

@@ -44,7 +44,7 @@ def report(
     from analysis.exposure.limits import limits_of_people
     from analysis.motion.study import study_motion
     from analysis.report.page import Reported, write_report
-    from analysis.report.runs import film_of, motion_of, runs_of, snapshot_runs
+    from analysis.report.runs import films_of, motion_of, runs_of, snapshot_runs
     from analysis.report.sheet import write_sheets
     from analysis.scene.scene import read_scene
 
@@ -63,7 +63,9 @@ def report(
             scene = one.with_run(impulses=True) if models else one
             made = study(scene, soft, ks, where, bars, rigid_law)
             motion = study_motion(one, models, last, bars, own) if models else None
-            reported.append(Reported(study=made, motion=motion, reel=film_of(made, where, bars)))
+            reported.append(
+                Reported(study=made, motion=motion, reels=films_of(made, models, where, bars))
+            )
         page = write_report(reported, out, command_line(), own)
         for path in write_sheets(reported, out, command_line()) if sheet else ():
             print(path)
@@ -80,7 +82,7 @@ def report(
 
 
 def _with_springs(names: Sequence[str]) -> list[str]:
-    """The engines with springs among those named; there must be one."""
+    """The engines with springs among those named. There must be one."""
     from analysis.engines import PENALTY, engine
 
     for name in names:
@@ -89,7 +91,7 @@ def _with_springs(names: Sequence[str]) -> list[str]:
     soft = [name for name in every if name in names]
     if not soft:
         raise ValueError(
-            "engine: a report compares the rigid model with one that has springs; name one of "
+            "engine: a report compares the rigid model with one that has springs. Name one of "
             + ", ".join(every)
         )
     return soft

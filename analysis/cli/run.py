@@ -43,8 +43,8 @@ def run(
     chosen = read_scene(scene)
     if error is not None and (stiffness, law, time_step) != (None, None, None):
         raise ValueError(
-            "error: it chooses law, stiffness and time step; "
-            "leave out --law, --stiffness, --time-step"
+            "error: it chooses law, stiffness and time step. "
+            "Leave out --law, --stiffness, --time-step"
         )
     for warning in chosen.check(scene):
         warn(warning)

@@ -74,7 +74,7 @@ def solve(
         threads=threads,
     )
     if part_frames and not is_parquet(out):
-        raise ValueError(f"--part-frames: {out}: parts are Parquet; end --out in .parquet")
+        raise ValueError(f"--part-frames: {out}: parts are Parquet. End --out in .parquet")
     with contextlib.ExitStack() as stack:
         executor = stack.enter_context(executor_for(job, workers, scheduler))
         bars = stack.enter_context(progress())
@@ -94,15 +94,15 @@ def solve(
 def _solve_problem(
     problem: Path, out: Path, tolerance: float, openness: Openness, others: list[str]
 ) -> None:
-    """Solve an FCLIB problem; `others` are options that it has no use for."""
+    """Solve an FCLIB problem. `others` are options that it has no use for."""
     from analysis.exchange.fclib import solve_file
     from analysis.percussions.table import is_parquet
 
     if others:
         name = others[0].replace("_", "-")
-        raise ValueError(f"--{name}: {problem} has its own; this option is for dumps")
+        raise ValueError(f"--{name}: {problem} has its own. This option is for dumps")
     if is_parquet(out):
-        raise ValueError(f"--out: {out}: Parquet is for dumps; of a problem the table is CSV")
+        raise ValueError(f"--out: {out}: Parquet is for dumps. The table of a problem is CSV")
     found = solve_file(problem, out, tolerance, openness)
     rows = [["contacts", str(found.contacts)], ["residual", f"{found.residual:.1e}"]]
     if found.difference is not None:

@@ -150,7 +150,7 @@ def frame_of(steps: tuple[int, ...], time_step: float, time: float | None, defau
     Raises DumpError for an instant that is not within the run."""
     times = np.array(steps) * time_step
     if time is not None and not times[0] <= time <= times[-1] * (1 + SAME):
-        raise DumpError(f"time: {time:g} s; the run is from {times[0]:g} to {times[-1]:g} s")
+        raise DumpError(f"time: {time:g} s. The run is from {times[0]:g} to {times[-1]:g} s")
     return int(np.argmin(np.abs(times - (default if time is None else time))))
 
 
@@ -258,7 +258,7 @@ def compare_run(
     record, scene = run.record, run.scene
     impact = scene.analysis.kind == "impact"
     if impact and time is not None:
-        raise DumpError(f"time: {time:g} s; an impact is compared over its whole run")
+        raise DumpError(f"time: {time:g} s. An impact is compared over its whole run")
     default = 0.0 if impact else scene.analysis.time_s
     number = frame_of(run.index.steps, record.time_step_s, time, default)
     ts = run.universe.trajectory[number]
@@ -271,7 +271,7 @@ def compare_run(
         engine = run.contacts(number, snapshot)
         balance = _driven_balance(snapshot, ts.data, engine, np.array(scene.acceleration()))
     if not len(found.contacts) and not len(engine):
-        raise DumpError(f"{folder}: no contact at all at {snapshot.time:g} s; nothing to compare")
+        raise DumpError(f"{folder}: no contact at all at {snapshot.time:g} s. Nothing to compare")
     known = determinacy(found.contacts, len(snapshot), snapshot)
     return Comparison(
         scene=scene,
@@ -363,7 +363,7 @@ def _impulses(run: OpenRun, found: SnapshotPercussions) -> tuple[EngineContacts,
     if not whole.error <= LARGEST_CLOSURE_ERROR:
         raise DumpError(
             f"{index.path}: the impulses ∫f dt miss the momentum that disks gain by "
-            f"{whole.error:.0%}, so they are not compared; about {whole.frames_needed} frames "
+            f"{whole.error:.0%}, so they are not compared. About {whole.frames_needed} frames "
             "(run.frames) would make it 1 %"
         )
     return whole.contacts, Balance(

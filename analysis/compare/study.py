@@ -37,7 +37,7 @@ def remarks(comparison: Comparison) -> list[str]:
         (
             record.engine == RIGID,
             "a rigid contact has no force at an instant: the engine's forces are means since the "
-            "frame before, not like with like; compare two runs by windows",
+            "frame before, not like with like. Compare two runs by windows",
         ),
         (
             contact.friction != law.friction,
@@ -52,7 +52,7 @@ def remarks(comparison: Comparison) -> list[str]:
         (
             not impact and deep > DEEP,
             "this snapshot is too soft to compare contact by contact: one overlap in twenty is "
-            f"above {deep:.2g} of the mean radius (at most {DEEP:g}); compare windows instead: "
+            f"above {deep:.2g} of the mean radius (at most {DEEP:g}). Compare windows instead: "
             "percussions compare RUN RIGID_RUN --window 0.1",
         ),
         (
@@ -62,12 +62,12 @@ def remarks(comparison: Comparison) -> list[str]:
         ),
         (
             impact and max(abs(asked - least), abs(asked - most)) > ALIKE,
-            f"restitution {asked:g} was asked; the engine's contacts have "
+            f"restitution {asked:g} was asked. The engine's contacts have "
             f"{least:.3g} to {most:.3g}, since one dashpot serves all masses",
         ),
         (
             impact and math.isfinite(error) and error > FRAMES_NEEDED_FROM,
-            f"the impulses ∫f dt miss the momentum that disks gain by up to {error:.1%}; about "
+            f"the impulses ∫f dt miss the momentum that disks gain by up to {error:.1%}. About "
             f"{comparison.balance.frames_needed} frames (run.frames) would make it "
             f"{FRAMES_NEEDED_FROM:.0%}",
         ),
@@ -135,7 +135,7 @@ def study(
             continue
         except DumpError as error:
             failures.append(
-                f"{name}, k = {stiffness:.3g} N/m: {error}; remove {folder} to run it again"
+                f"{name}, k = {stiffness:.3g} N/m: {error}. Remove {folder} to run it again"
             )
             continue
         softest = stiffness == min(stiffnesses)

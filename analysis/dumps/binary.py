@@ -28,7 +28,7 @@ REVISION, ORDER = 2, 1
 HEAD = struct.Struct("<qqi6i6di")
 # Names of columns have a few hundred bytes, and nobody has as many processors.
 LONGEST_NAMES, MOST_PROCESSES = 1 << 16, 1 << 20
-HOW = "write it as text, or with LAMMPS of 2020 or newer and `dump custom`"
+HOW = "Write it as text, or with LAMMPS of 2020 or newer and `dump custom`"
 
 
 def is_binary(start: bytes) -> bool:
@@ -54,7 +54,7 @@ class BinaryFrames(Frames):
         if start != BEGIN[: len(start)] or (len(start) < len(BEGIN) and self._step < 0):
             if self._step < 0:
                 raise DumpError(
-                    f"{self.path}: not a LAMMPS dump of atoms with named columns; {HOW}"
+                    f"{self.path}: not a LAMMPS dump of atoms with named columns. {HOW}"
                 )
             raise DumpError(f"{self.path}: damaged behind step {self._step}: no frame follows")
         if len(start) < len(BEGIN):
@@ -62,7 +62,7 @@ class BinaryFrames(Frames):
         order, revision = self._take("<ii")
         if (order, revision) != (ORDER, REVISION):
             what = f"revision {revision}" if order == ORDER else "another order of bytes"
-            raise DumpError(f"{self.path}: a binary dump of {what}; {HOW}")
+            raise DumpError(f"{self.path}: a binary dump of {what}. {HOW}")
         step, rows, triclinic, *rest = self._take(HEAD.format)
         where = f"{self.path}, step {step}"
         boundaries, (x0, x1, y0, y1, *z), width = rest[:6], rest[6:12], rest[12]

@@ -54,7 +54,7 @@ class BodyColumns:
         ]
         if missing:
             raise DumpError(
-                f"{index.path}: missing columns: {', '.join(missing)}; it has: "
+                f"{index.path}: missing columns: {', '.join(missing)}. It has: "
                 f"{' '.join(index.columns)}"
             )
         return cls(index, place, scaled, unit)
@@ -96,7 +96,7 @@ class BodyColumns:
             self.index.refuse(
                 numbers,
                 mine & (data["z"] == z.max()),
-                f"z from {z.min():g} to {z.max():g}: disks in three dimensions; only crowds in "
+                f"z from {z.min():g} to {z.max():g}: disks in three dimensions. Only crowds in "
                 "one plane are read here",
             )
 
@@ -126,7 +126,7 @@ def state_of(data: Mapping[str, Any], path: str | Path, needs_velocity: bool) ->
     """Name the arrays of a `Snapshot` of columns; velocities and spins are 0 and drives None where
     there are none. Raises DumpError for missing columns."""
     if needs_velocity and "vx" not in data:
-        raise DumpError(f"{path}: missing columns: vx, vy; the velocities at this instant count")
+        raise DumpError(f"{path}: missing columns: vx, vy. Velocities now are needed")
     none = np.zeros(len(data["id"]))
     return {
         "ids": data["id"].astype(np.int64),

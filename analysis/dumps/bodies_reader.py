@@ -46,7 +46,7 @@ class BodiesReader(ReaderBase):  # type: ignore[misc]
         middle = float(np.median(self.ts.data["radius"])) if len(self.ts.data["radius"]) else 0.0
         if unit is None and middle > LARGEST_PERSON:
             raise DumpError(
-                f"{self.filename}: radius: {middle:g} m in the middle, which is no person; say the "
+                f"{self.filename}: radius: {middle:g} m in the middle, which is no person. Say the "
                 "unit of its lengths: m, cm or mm (--unit)"
             )
 

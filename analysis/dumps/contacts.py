@@ -63,7 +63,7 @@ def index_contacts(path: Path) -> DumpIndex:
     missing = [name for name in CONTACT_COLUMNS if name not in index.columns]
     if missing:
         raise DumpError(
-            f"{path}: missing columns: {', '.join(missing)}; it has: {' '.join(index.columns)}"
+            f"{path}: missing columns: {', '.join(missing)}. It has: {' '.join(index.columns)}"
         )
     return index
 

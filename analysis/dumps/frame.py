@@ -52,19 +52,19 @@ class Frames:
         """Refuse steps that do not grow."""
         if not before < step <= LARGEST_STEP:
             raise DumpError(
-                f"{where}: step {step} follows step {before}; frames must be in order, each once"
+                f"{where}: step {step} follows step {before}. Frames must be in order, each once"
             )
 
     def check_units(self, where: str, units: str) -> None:
         """Refuse units that are not si."""
         if units != "si":
-            raise DumpError(f"{where}: units {units[:40]}; only si is read here")
+            raise DumpError(f"{where}: units {units[:40]}. Only si is read here")
 
     def check_box(self, where: str, triclinic: bool, flags: Sequence[str]) -> None:
         """Refuse a box that is not along x and y, or periodic there: contacts across its boundary
         would be missed."""
         if triclinic:
-            raise DumpError(f"{where}: a triclinic box; only boxes along x and y are read here")
+            raise DumpError(f"{where}: a triclinic box. Only boxes along x and y are read here")
         for axis, flag in zip("xy", flags, strict=False):
             if "p" in flag:
                 raise DumpError(

@@ -249,6 +249,6 @@ def _check_times(path: Path, frames: tuple[Frame, ...]) -> None:
     if late.any():
         before, after = frames[late.argmax()], frames[late.argmax() + 1]
         raise DumpError(
-            f"{path}, step {after.step}: its time, {after.time:.6g} s, follows {before.time:.6g} s; "
-            "times must grow; without them (`dump_modify ID time no`) frames go by their steps"
+            f"{path}, step {after.step}: its time, {after.time:.6g} s, follows {before.time:.6g} s. "
+            "Times must grow. Without them (`dump_modify ID time no`) frames go by their steps"
         )

@@ -50,10 +50,10 @@ def open_bodies(
         time_step = _recorded_time_step(path)
     elif not 0 < time_step <= LARGEST:
         raise DumpError(
-            f"time_step: {time_step} s; a finite time above 0, at most {LARGEST:g}, is needed"
+            f"time_step: {time_step} s. A finite time above 0, at most {LARGEST:g}, is needed"
         )
     if unit not in (None, *UNITS):
-        raise DumpError(f"unit: {unit!r}; there are: {', '.join(UNITS)}")
+        raise DumpError(f"unit: {unit!r}. There are: {', '.join(UNITS)}")
     if (path.parent / RECORD).exists():
         unit = unit or "m"
     index = index_dump(path)
@@ -73,9 +73,9 @@ def _recorded_time_step(dump: Path) -> float:
     except UnreadableError as error:
         raise DumpError(str(error)) from None
     except (ValueError, KeyError, TypeError, RecursionError):
-        raise DumpError(f"{record}: time_step_s: missing; not the record of a run") from None
+        raise DumpError(f"{record}: time_step_s: missing. Not the record of a run") from None
     if isinstance(step, bool) or not isinstance(step, int | float) or not 0 < step < math.inf:
-        raise DumpError(f"{record}: time_step_s: {step!r}; a finite time above 0 s is needed")
+        raise DumpError(f"{record}: time_step_s: {step!r}. A finite time above 0 s is needed")
     return float(step)
 
 

@@ -15,7 +15,7 @@ from analysis.support.frames import IMPULSE_COLUMNS
 from nscd import Snapshot
 from nscd.arrays import Flags, Floats, Indices
 
-HOW = "run the scene again with --impulses"
+HOW = "Run the scene again with --impulses"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -64,7 +64,7 @@ class RunWindows:
         or they do not fit each other."""
         path = folder / "impulses.dump"
         if not path.exists():
-            raise DumpError(f"{path}: no such file; {HOW}")
+            raise DumpError(f"{path}: no such file. {HOW}")
         self._index: DumpIndex = index_dump(path, "ENTRIES")
         if self._index.columns != IMPULSE_COLUMNS:
             raise DumpError(f"{path}: columns {' '.join(self._index.columns)}")
@@ -72,7 +72,7 @@ class RunWindows:
         if self._bodies.steps != self._index.steps:
             raise DumpError(f"{path}: its steps are not those of bodies.dump beside it")
         if len(self._index.steps) < 2:
-            raise DumpError(f"{path}: one frame only; a window is between two")
+            raise DumpError(f"{path}: one frame only. A window is between two")
         self.times: Floats = np.array(self._index.steps) * time_step_s
 
     def between_frames(self) -> Iterator[Window]:

@@ -28,7 +28,7 @@ def engine(name: str) -> Engine:
         if name == known.NAME:
             return known
     raise EngineError(
-        f"unknown engine {name!r}; there are: {', '.join(known.NAME for known in ENGINES)}"
+        f"unknown engine {name!r}. There are: {', '.join(known.NAME for known in ENGINES)}"
     )
 
 
@@ -39,12 +39,12 @@ def installed(name: str) -> str:
     path = chosen.find()
     if path is None:
         raise EngineError(
-            f"{chosen.TITLE} (the command {chosen.COMMAND}) is not found; "
-            f"install it with: {chosen.INSTALL}"
+            f"{chosen.TITLE} (the command {chosen.COMMAND}) is not found. "
+            f"Install it with: {chosen.INSTALL}"
         )
     known = _version(name, path)
     if known is None:
-        raise EngineError(f"{why_not(chosen)}; reinstall it with: {chosen.INSTALL}")
+        raise EngineError(f"{why_not(chosen)}. Reinstall it with: {chosen.INSTALL}")
     return known
 
 

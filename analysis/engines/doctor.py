@@ -51,9 +51,9 @@ def made_with() -> list[Finding]:
 
 
 def _engines() -> list[Finding]:
-    without = f"runs are made with LAMMPS only; on Debian: sudo {YADE.INSTALL}"
+    without = f"Runs are made with LAMMPS only. On Debian: sudo {YADE.INSTALL}"
     return [
-        _engine(LAMMPS, f"its soft runs need it: {LAMMPS.INSTALL}", "engines"),
+        _engine(LAMMPS, f"Its soft runs need it: {LAMMPS.INSTALL}", "engines"),
         _engine(YADE, without),
     ]
 
@@ -74,7 +74,7 @@ def _python() -> Finding:
 def _engine(known: Engine, advice: str, extra: str = "") -> Finding:
     path, version = known.find(), known.version()
     if path is not None and version is None:
-        advice = f"{why_not(known)}; {advice}"
+        advice = f"{why_not(known)}. {advice}"
     return _finding(known.TITLE, version, path, advice=advice, extra=extra)
 
 
@@ -96,10 +96,10 @@ def _library(extra: Extra, library: str) -> Finding:
 
 def _browser() -> Finding:
     advice = (
-        "only a test needs it; on Debian: sudo apt-get install --no-install-recommends chromium"
+        "Only a test needs it. On Debian: sudo apt-get install --no-install-recommends chromium"
     )
     found = next((path for path in map(shutil.which, BROWSERS) if path), None)
     version = version_said(found, "--version", r"^\S+ (.+)")
     if found is not None:
-        advice = f"{found} does not start; {advice}"
+        advice = f"{found} does not start. {advice}"
     return _finding("Chromium", version, Path(found) if found else None, advice=advice)

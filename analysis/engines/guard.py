@@ -31,19 +31,19 @@ MOMENTUM_SHARE = 1e-9  # of √(2 M E)
 STOPPED_STATUS = 3
 # as an engine says it (s)
 TIME = r"(\d{1,12}(?:\.\d{0,12})?(?:e[+-]\d\d)?)"
-_SHORTER = "give a smaller time step (run.time_step_s), or none: then it follows from the stiffness"
+_SHORTER = "Give a smaller time step (run.time_step_s), or none: then it follows from the stiffness"
 # What helps, by the kind of what was found; where nothing is known to help, nothing is advised.
 ADVICE = {
     "finite": _SHORTER,
     "lost": _SHORTER,
-    "unsolved": "give a shorter time step (run.rigid_step_s) or a larger tolerance "
+    "unsolved": "Give a shorter time step (run.rigid_step_s) or a larger tolerance "
     "(run.rigid_tolerance)",
     "speed": _SHORTER,
     "energy": _SHORTER,
     "momentum": _SHORTER,
-    "overlap": "give a stiffer contact (contact.stiffness_N_per_m), or a smaller time step where "
+    "overlap": "Give a stiffer contact (contact.stiffness_N_per_m), or a smaller time step where "
     "it is longer than the safe one",
-    "wall": "give stiffer walls (contact.wall_stiffness_N_per_m): they hold up to stiffness times "
+    "wall": "Give stiffer walls (contact.wall_stiffness_N_per_m): they hold up to stiffness times "
     "radius",
 }
 _SAID = re.compile(
@@ -66,7 +66,7 @@ class RunStoppedError(EngineError):
     ) -> None:
         time_s = record.stopped_at_s
         where = "" if time_s is None else f", {when} = {time_s:.6g} s (step {step})"
-        words = f"{said}; {advice}" if advice else said
+        words = f"{said}. {advice}" if advice else said
         super().__init__(f"{record.engine}, {record.scene}{where}: {words}")
         self.record = record
 

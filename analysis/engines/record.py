@@ -146,7 +146,7 @@ class RunRecord:
         its folder is not as it left it."""
         path = folder / FILE
         if self.exit_state != FINISHED:
-            raise EngineError(f"{path}: exit_state: {self.exit_state}; the run has not finished")
+            raise EngineError(f"{path}: exit_state: {self.exit_state}. The run has not finished")
         found = {
             path: (self.record_digest, self._digest()),
             folder / "scene.toml": (self.scene_digest, scene.digest()),
@@ -156,7 +156,7 @@ class RunRecord:
         for file, (recorded, digest) in found.items():
             if recorded != digest:
                 raise EngineError(
-                    f"{file}: not as the run left it, by its digest in {FILE}; run it again"
+                    f"{file}: not as the run left it, by its digest in {FILE}. Run it again"
                 )
 
     def _digest(self) -> str:
@@ -179,7 +179,7 @@ class RunRecord:
         try:
             record = _READER.validate_json(read_text(path), strict=True)
         except UnreadableError as error:
-            raise EngineError(f"{error}; the folder holds no run") from None
+            raise EngineError(f"{error}. The folder holds no run") from None
         except ValidationError as error:
             raise EngineError(f"{path}: not the record of a run: {first_problem(error)}") from None
         if record.exit_state in (STOPPED, FAILED) and not even_stopped:
@@ -204,11 +204,11 @@ def _digest_of(path: Path) -> str:
     try:
         # a pipe would be waited for
         if path.exists() and not path.is_file():
-            raise EngineError(f"{path}: not a regular file; the folder holds no whole run")
+            raise EngineError(f"{path}: not a regular file. The folder holds no whole run")
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
-        raise EngineError(f"{path}: {error.strerror}; the folder holds no whole run") from None
+        raise EngineError(f"{path}: {error.strerror}. The folder holds no whole run") from None
 
 
 _READER = TypeAdapter(RunRecord)

@@ -116,7 +116,7 @@ class Rigid(Engine):
         if step * _fastest(scene) > LARGEST_SHARE * smallest:
             raise EngineError(
                 f"{scene.name}: run.rigid_step_s: in {step:g} s a disk at {_fastest(scene):g} m/s "
-                f"goes farther than its radius, {smallest:g} m, and could cross a wall; give a step "
+                f"goes farther than its radius, {smallest:g} m, and could cross a wall. Give a step "
                 f"of at most {LARGEST_SHARE * smallest / _fastest(scene):.3g} s"
             )
 

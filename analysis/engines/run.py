@@ -136,7 +136,7 @@ def check_contacts(path: Path, energies: Floats, record: RunRecord, scene: Scene
             most_now = most + stored if drive else most
             if energy > most_now + margin + ENERGY_SHARE * abs(fallen):
                 what = "kinetic energy" if drive else "kinetic energy with that of the overlaps"
-                grown = f"{what} {energy:.4g} J; there can be {most_now:.4g} J"
+                grown = f"{what} {energy:.4g} J where at most {most_now:.4g} J can be"
                 raise garbage(record, grown, step, "energy")
             if keeps_all and not late:
                 most = min(most, energy)
@@ -182,7 +182,7 @@ def locked(folder: Path) -> Iterator[None]:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            log.warning("%s: another process runs into this folder; waiting for it", folder)
+            log.warning("%s: another process runs into this folder. Waiting for it", folder)
             fcntl.flock(file, fcntl.LOCK_EX)
         # who had it before has taken the file away
         if path.exists() and os.path.samestat(os.fstat(file.fileno()), path.stat()):
@@ -336,7 +336,7 @@ def check_before(scene: Scene, engine_name: str, folder: Path) -> None:
     if timing.steps > MOST_STEPS or timing.steps * disks > MOST_DISK_STEPS:
         raise EngineError(
             f"{scene.name}: {timing.steps:.3g} steps of {timing.time_step:.3g} s for {disks} "
-            f"disks would not end within a month; at most {MOST_STEPS:.3g} steps and "
+            f"disks would not end within a month. At most {MOST_STEPS:.3g} steps and "
             f"{MOST_DISK_STEPS:.0g} disks times steps are run. A softer contact, a longer time "
             "step or a shorter duration needs fewer"
         )
@@ -362,7 +362,7 @@ def _simulate(
     chosen = engine(engine_name)
     on_ranks = getattr(chosen, "on_ranks", None)
     if ranks > 1 and on_ranks is None:
-        raise EngineError(f"{scene.name}: ranks: {ranks}; {engine_name} runs on one core")
+        raise EngineError(f"{scene.name}: ranks: {ranks}, but {engine_name} runs on one core")
     timing = chosen.timing(scene)
     if timing.time_step > 1.000001 * timing.safe_time_step:
         log.warning(

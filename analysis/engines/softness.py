@@ -122,9 +122,9 @@ def softness_warning(scene: Scene) -> str | None:
         return None
     return (
         f"the total push over stiffness times radius is {s:.2g} "
-        f"(contact.stiffness_N_per_m = {scene.contact.stiffness_N_per_m:.3g}): {judged(s)} (below "
-        f"{VALID:g} valid, to {WITH_CARE:g} with care, to {NO_CROWD:g} not valid for forces, above "
-        "not a crowd)"
+        f"(contact.stiffness_N_per_m = {scene.contact.stiffness_N_per_m:.3g}): {judged(s)}. "
+        f"Below {VALID:g} it is valid, to {WITH_CARE:g} with care, to {NO_CROWD:g} not valid for "
+        "forces, above not a crowd"
     )
 
 

@@ -26,7 +26,7 @@ class Yade(Engine):
             )
         if contact.friction and self.NAME not in contact.kind.friction:
             raise EngineError(
-                f"{scene.name}: contact.friction: {contact.friction:g}; YADE runs {contact.law} "
+                f"{scene.name}: contact.friction: {contact.friction:g}. YADE runs {contact.law} "
                 "without friction here, LAMMPS runs both"
             )
 

@@ -136,7 +136,7 @@ def read_crowd(group: Group, friction: Floats) -> CrowdProblem:
     missing or wrong."""
     said = group.content.attributes.get("version")
     if said != VERSION:
-        raise group.refuse("version", f"{said}; version {VERSION} is read")
+        raise group.refuse("version", f"{said}. Version {VERSION} is read")
     bodies, touching = group.group("bodies"), group.group("contacts")
     n, k = bodies.length("id"), len(friction)
     arrays: dict[str, Any] = {
@@ -152,7 +152,7 @@ def read_crowd(group: Group, friction: Floats) -> CrowdProblem:
     ids, time = bodies.wholes("id", (n,)), float(group.numbers("time", (1,), "s")[0])
     window = float(group.numbers("dt", (1,), "s")[0]) if "dt" in group else None
     if window is not None and not window > 0:
-        raise group.refuse("dt", f"{window:g} s; a time above 0 is needed")
+        raise group.refuse("dt", f"{window:g} s. A time above 0 is needed")
     walls = group.group("walls")
     w = walls.length("start")
     starts, stops = (walls.numbers(name, (w, 2), "m") for name in ("start", "end"))
@@ -211,7 +211,7 @@ def _coefficients(group: Group, contacts: Contacts, friction: Floats) -> dict[st
     for name, kind in (("friction", False), ("wall_friction", True)):
         values = np.unique(friction[contacts.is_wall == kind])
         if len(values) > 1:
-            raise group.refuse("contacts", "several μ; one with people and one with walls is read")
+            raise group.refuse("contacts", "several μ. One with people and one with walls is read")
         if len(values):
             found[name] = float(values[0])
     return found

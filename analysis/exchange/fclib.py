@@ -38,7 +38,7 @@ from nscd.percussions import Status
 
 # Contacts of lines and disks; FCLIB has 3 too.
 SPACE = 2
-MATH = "W is positive semi-definite; /truth says which reactions are determined"
+MATH = "W is positive semi-definite. /truth says which reactions are determined"
 # The matrices of a file are symmetric, and those that its crowd gives, up to rounding.
 SAME = 1e-9
 
@@ -62,10 +62,10 @@ def write_problem(
     answer whose contacts dissipate, MissingExtraError without h5py."""
     k = len(found.contacts)
     if not k:
-        raise ValueError(f"{path}: no contact; FCLIB has no problem without one")
+        raise ValueError(f"{path}: no contact. FCLIB has no problem without one")
     reaction, along = found.answer.reaction, (found.answer.impulse * found.contacts.normal).sum(1)
     if np.abs(along - reaction).max() > SAME * np.abs(along).max():
-        raise ValueError(f"{path}: contacts with restitution; FCLIB has inelastic ones")
+        raise ValueError(f"{path}: contacts with restitution. FCLIB has inelastic ones")
     friction = found.answer.friction
     problem = GlobalProblem.of(
         found.answer.snapshot,
@@ -101,7 +101,7 @@ def read_problem(path: Path) -> CrowdProblem | LocalProblem:
         raise file.refuse("fclib_global", "missing, and /fclib_local too: no FCLIB problem")
     group = file.group(kind)
     if (space := group.whole("spacedim")) != SPACE:
-        raise group.refuse("spacedim", f"{space}; problems in the plane (2) are solved here")
+        raise group.refuse("spacedim", f"{space}. Problems in the plane (2) are solved here")
     for name in ("G", "V", "R"):
         if name in group:
             raise group.refuse(name, "equality constraints are not solved here")
@@ -126,7 +126,7 @@ def read_velocities(path: Path) -> Floats | None:
     group = file.group("solution")
     found = group.numbers("u", (group.length("u"),))
     if len(found) % SPACE:
-        raise group.refuse("u", f"{len(found)} numbers; two for each contact")
+        raise group.refuse("u", f"{len(found)} numbers, not two for each contact")
     return found.reshape(-1, SPACE)
 
 
@@ -149,7 +149,7 @@ def read_answer(path: Path, contacts: int) -> tuple[Floats, float | None]:
         return reaction, None
     said = group.content.attributes["seconds"]
     if type(said) not in (int, float) or not 0 < said < math.inf:
-        raise ExchangeError(f"{path}: /solution, seconds: {said!r}; a number above 0 s is needed")
+        raise ExchangeError(f"{path}: /solution, seconds: {said!r}. A number above 0 s is needed")
     return reaction, float(said)
 
 
@@ -201,7 +201,7 @@ def _global(group: Group) -> GlobalProblem:
     transfer = group.matrix("H", rows=size)
     columns = transfer.shape[1]
     if columns % SPACE or not columns:
-        raise group.refuse("H/n", f"{columns}; two columns for each of one or more contacts")
+        raise group.refuse("H/n", f"{columns}. Two columns for each contact are needed")
     vectors = group.group("vectors")
     return GlobalProblem(
         mass=mass,
@@ -217,7 +217,7 @@ def _local(group: Group) -> LocalProblem:
     _check_square(group, "W", delassus)
     rows = delassus.shape[0]
     if rows % SPACE or not rows:
-        raise group.refuse("W/m", f"{rows}; two rows for each of one or more contacts")
+        raise group.refuse("W/m", f"{rows}. Two rows for each contact are needed")
     vectors = group.group("vectors")
     free = vectors.numbers("q", (rows,))
     return LocalProblem(delassus=delassus, free=free, friction=_friction(vectors, rows // SPACE))
@@ -234,7 +234,7 @@ def _check_square(group: Group, name: str, matrix: Any) -> None:
 def _friction(vectors: Group, contacts: int) -> Floats:
     friction = vectors.numbers("mu", (contacts,))
     if friction.min() < 0:
-        raise vectors.refuse("mu", f"{friction.min():g}; coefficients of at least 0 are needed")
+        raise vectors.refuse("mu", f"{friction.min():g}. Coefficients of at least 0 are needed")
     return friction
 
 
@@ -247,7 +247,7 @@ def _check_same(group: Group, problem: GlobalProblem, crowd: CrowdProblem) -> No
         if one.shape != two.shape:
             raise group.refuse(place, f"shape {one.shape} where /crowd gives {two.shape}")
         if abs(one - two).max() > SAME * abs(two).max():
-            raise group.refuse(place, "not what /crowd gives; delete /crowd to solve it as it is")
+            raise group.refuse(place, "not what /crowd gives. Delete /crowd to solve it as it is")
 
 
 # Of a problem whose bodies are not known, in the units of its file.

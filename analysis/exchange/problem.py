@@ -67,7 +67,7 @@ class GlobalProblem:
             try:
                 factor = splu(csc_array(self.mass))
             except RuntimeError:
-                raise ValueError("M: singular; a mass matrix has an inverse") from None
+                raise ValueError("M: singular. A mass matrix has an inverse") from None
             carried = csc_array(factor.solve(self.transfer.toarray()))
             free = factor.solve(self.momentum)
         return LocalProblem(
@@ -248,7 +248,7 @@ class Group:
             raise self.refuse(key, "one whole number is needed")
         value = int(np.ravel(found[()])[0])
         if value < least:
-            raise self.refuse(key, f"{value}; at least {least} is needed")
+            raise self.refuse(key, f"{value}. At least {least} is needed")
         return value
 
     def wholes(self, key: str, shape: tuple[int, ...]) -> Any:
@@ -275,7 +275,7 @@ class Group:
             place = int(np.argmin(sound))
             raise self.refuse(
                 key,
-                f"entry {place + 1}: {values.flat[place]:g}; numbers up to {LARGEST:g} are needed",
+                f"entry {place + 1}: {values.flat[place]:g}. Numbers up to {LARGEST:g} are needed",
             )
         return values
 

@@ -79,15 +79,14 @@ class Limit(BaseModel):
     quoted_by: Words | None = None
     duration_s: Number | None = None
     duration_most_s: Number | None = None
-    depth_m: Number | None = None  # m, of the crowd before a barrier
 
     @model_validator(mode="after")
     def _fits(self) -> Limit:
         if self.quantity not in QUANTITIES:
-            raise ValueError(f"quantity {self.quantity!r}; there are: {', '.join(QUANTITIES)}")
+            raise ValueError(f"quantity {self.quantity!r}. There are: {', '.join(QUANTITIES)}")
         unit = QUANTITIES[self.quantity].unit
         if self.unit != unit:
-            raise ValueError(f"unit {self.unit!r}; {self.quantity} is in {unit}")
+            raise ValueError(f"unit {self.unit!r}, but {self.quantity} is in {unit}")
         if (self.quoted_by is None) == (self.read == "second-hand"):
             raise ValueError("quoted_by is needed where read = 'second-hand', and only there")
         if self.duration_most_s is not None and not self.duration_s:

@@ -206,7 +206,7 @@ def film_runs(
     whole = [folder.resolve() for folder in folders]
     for number, folder in enumerate(whole):
         if folder in whole[:number]:
-            raise ValueError(f"{folders[number]}: is given twice; a film shows a run once")
+            raise ValueError(f"{folders[number]}: is given twice. A film shows a run once")
     reels = [_reel(folder, frames, progress, executor) for folder in folders]
     reels = [
         replace(reel, title=title) for reel, title in zip(reels, _titles(reels, whole), strict=True)
@@ -250,7 +250,7 @@ def _reel(
         tasks.append(Task(call=frame_of, arguments=arguments, work=1.0))
     made = do_all(tasks, executor, f"film of {folder}", progress)
     if not any(len(frame.determined) for frame in made):
-        raise DumpError(f"{folder}: no contact in any of its frames; there is nothing to see")
+        raise DumpError(f"{folder}: no contact in any of its frames. There is nothing to see")
     name = engine_name(run.record.engine)
     return Reel(title=name, engine=run.record.engine, scene=run.scene, frames=made)
 
@@ -282,12 +282,12 @@ def film_heads(
     numbers = (frames or Frames()).of(first, last, recording.file)
     if len(numbers) > max(MOST_FRAMES, len(recording.data)):
         raise ValueError(
-            f"--frames: {len(numbers)}; {recording.file} has only {len(recording.data)} rows"
+            f"--frames: {len(numbers)}, but {recording.file} has only {len(recording.data)} rows"
         )
     shift = max(0, 1 - int(recording.data.id.min()))
     parts, _ = read_room(room, (float(np.mean(radii)), mass), whole=False)
     if parts.drive is None:
-        raise SceneError(f"{room}: drive: is missing; who walks where presses these people?")
+        raise SceneError(f"{room}: drive: is missing. Who walks where presses these people?")
     stills = {number: _still(recording, number, shift) for number in numbers}
     reels: list[Reel] = []
     label, every = f"film of {recording.file.name}", sorted(set(radii))

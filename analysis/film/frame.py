@@ -46,13 +46,13 @@ class Frames:
         Raises ValueError for anything else."""
         found = FORM.fullmatch(text)
         if not found or not text:
-            raise ValueError(f"--frames: {text}; first:last:step is needed, such as 150:250:5")
+            raise ValueError(f"--frames: {text}. Write first:last:step, such as 150:250:5")
         first = int(found["first"]) if found["first"] else None
         last = int(found["last"]) if found["last"] else None
         step = int(found["step"] or 1)
         frames = cls(first=first, last=last if found["range"] else first, step=step)
         if step < 1 or (frames.first or 0) > (frames.last or 10**9):
-            raise ValueError(f"--frames: {text}; from first to last, with a step of at least 1")
+            raise ValueError(f"--frames: {text}. Write first to last, with a step of at least 1")
         return frames
 
     def of(self, first: int, last: int, file: Path) -> range:
@@ -63,7 +63,7 @@ class Frames:
         end = last if self.last is None else self.last
         if not first <= start <= end <= last:
             asked = f"{start} to {max(start, end)}"
-            raise ValueError(f"--frames: {asked}; {file} has frames {first} to {last}")
+            raise ValueError(f"--frames: {asked}, but {file} has frames {first} to {last}")
         step = self.step or max(1, round((end - start) / (USUAL - 1)))
         return range(start, end + 1, step)
 

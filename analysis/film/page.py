@@ -548,7 +548,7 @@ def _limits(words: Words, reels: Sequence[Reel]) -> Table:
     rows: list[list[Cell]] = [
         [
             f"{significant(limit.number, 4)} {limit.unit}",
-            f"{limit.what}; {limit.population}",
+            f"{limit.what} ({limit.population})",
             QUANTITIES[limit.quantity].title,
             *(
                 interval_text(headline(*one, above_key(limit)), partial(decimals, places=0))

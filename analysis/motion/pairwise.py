@@ -138,7 +138,7 @@ def compare_windows(
     DumpError for different crowds and for frames that are at different instants."""
     if shortest_s < SHORTEST_S * (1 - SAME):
         raise DumpError(
-            f"window: {shortest_s:g} s; below {SHORTEST_S:g} s forces depend on the time step more "
+            f"window: {shortest_s:g} s. Below {SHORTEST_S:g} s forces depend on the time step more "
             "than on the crowd"
         )
     folders = (first, second)

@@ -84,10 +84,10 @@ class Chart:
 
     @property
     def ticks(self) -> list[tuple[float, str]]:
-        """The ends of the axis, in words."""
-        return [
-            (end, two(end) if self.most is None else decimals(end, 0)) for end in (0.0, self.top)
-        ]
+        """The ends of the axis, and the only bar's mean where it is apart from them, in words."""
+        apart = [bar.mean for bar in self.bars if 0.08 < bar.mean / self.top < 0.82]
+        at = [0.0, *(apart if len(self.bars) == 1 else ()), self.top]
+        return [(each, decimals(each, 0) if each == self.most else two(each)) for each in at]
 
 
 def chart(

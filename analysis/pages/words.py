@@ -136,7 +136,7 @@ class Words:
 
     def _filled(self, name: str, values: dict[str, Any]) -> str:
         if name not in self.blocks:
-            raise ValueError(f"{self.place}: no block {name}; it has {', '.join(self.blocks)}")
+            raise ValueError(f"{self.place}: no block {name}. It has {', '.join(self.blocks)}")
         try:
             return _SLOTS.from_string(self.blocks[name]).render(self.values | values)
         except (jinja2.TemplateError, ValueError) as error:

@@ -165,7 +165,7 @@ def build(
     wanted = list(known if figures is None else figures)
     for figure in wanted:
         if figure not in known:
-            raise ValueError(f"figure: {figure}; this part of the paper has {', '.join(known)}")
+            raise ValueError(f"figure: {figure}. This part of the paper has {', '.join(known)}")
     parts = [part for part in parts if part.number in wanted]
     needed = {part.number: part.engine_runs(runs) for part in parts if part.engine_runs}
     costs = run_ahead([run for chosen in needed.values() for run in chosen], progress)

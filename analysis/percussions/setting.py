@@ -57,18 +57,18 @@ class Setting:
     def __post_init__(self) -> None:
         self.law  # noqa: B018  (refuses what is no coefficient)
         if self.wall_friction is not None and not (self.walls is not None and len(self.walls)):
-            raise ValueError(f"wall_friction: {self.wall_friction:g}; there are no walls")
+            raise ValueError(f"wall_friction: {self.wall_friction:g}. There are no walls")
         if not 0 <= self.contact_tolerance < math.inf:
             raise ValueError(
-                f"contact_tolerance: {self.contact_tolerance} m; a finite length ≥ 0 is needed"
+                f"contact_tolerance: {self.contact_tolerance} m. A finite length ≥ 0 is needed"
             )
         if not self.largest_overlap >= 0:
-            raise ValueError(f"largest_overlap: {self.largest_overlap}; a share ≥ 0 is needed")
+            raise ValueError(f"largest_overlap: {self.largest_overlap}. A share ≥ 0 is needed")
         if self.window is not None and not 0 < self.window < math.inf:
-            raise ValueError(f"window: {self.window} s; a finite time above 0 is needed")
+            raise ValueError(f"window: {self.window} s. A finite time above 0 is needed")
         if self.left_velocity not in (None, *get_args(LeftVelocity)):
             kinds = ", ".join(get_args(LeftVelocity))
-            raise ValueError(f"left_velocity: {self.left_velocity!r}; there are: {kinds}")
+            raise ValueError(f"left_velocity: {self.left_velocity!r}. There are: {kinds}")
 
     def __repr__(self) -> str:
         walls = 0 if self.walls is None else len(self.walls)
@@ -123,7 +123,7 @@ class Setting:
         smallest = float(snapshot.radius.min(initial=math.inf))
         if self.contact_tolerance > smallest:
             raise ValueError(
-                f"contact_tolerance: {self.contact_tolerance:g} m; the smallest radius is "
+                f"contact_tolerance: {self.contact_tolerance:g} m. The smallest radius is "
                 f"{smallest:g} m"
             )
         found = find_contacts(snapshot, self.walls, tolerance=self.contact_tolerance)
@@ -215,7 +215,7 @@ def law_of(scene: Scene) -> ContactLaw:
         return ContactLaw(friction=scene.contact.friction)
     if restitution == 1:
         raise ValueError(
-            f"scene {scene.name}: contact.restitution: 1; the rigid model needs a restitution "
+            f"scene {scene.name}: contact.restitution: 1. The rigid model needs a restitution "
             "below 1"
         )
     return ContactLaw(restitution=restitution, friction=scene.contact.friction)

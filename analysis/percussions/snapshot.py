@@ -61,7 +61,7 @@ class SnapshotPercussions:
 
         Raises ValueError for an impact, which has impulses and no forces."""
         if self.window is None:
-            raise ValueError("force: an impact has impulses (N·s), no forces; read answer.impulse")
+            raise ValueError("force: an impact has impulses (N·s), no forces. Read answer.impulse")
         return self.pressing
 
     @property

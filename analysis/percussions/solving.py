@@ -285,7 +285,7 @@ def solve_dump(
             whole.join(said)
             if progress:
                 progress(f"percussions of {dump.path}", whole.frames / frames)
-        _refuse_none(dump, whole, "; nothing was written")
+        _refuse_none(dump, whole, ". Nothing was written")
     return whole
 
 
@@ -365,7 +365,7 @@ def solve_in_chunks(
         for start in range(0, count, frames)
     ]
     if others := set(folder.glob("*.parquet")) - {part.path for part in chunks}:
-        raise ValueError(f"--out: {min(others)}: no part of this dump; remove it")
+        raise ValueError(f"--out: {min(others)}: no part of this dump. Remove it")
     found = {part: summary for part in chunks if (summary := part.summary()) is not None}
     todo = [part for part in chunks if part not in found]
     tasks = [Task(call=part.solve, arguments=(dump,), work=len(part.numbers)) for part in todo]
@@ -433,7 +433,7 @@ class _Chunk:
         said = about.get(SUMMARY, b"").decode("utf-8", "replace")
         if about.get(SEAL, b"") != self._seal(said).encode():
             raise ValueError(
-                f"--out: {self.path}: no part of this dump and these settings; remove it"
+                f"--out: {self.path}: no part of this dump and these settings. Remove it"
             )
         found = SolvedDump(**json.loads(said))
         return found if rows == found.contacts else None
@@ -447,7 +447,7 @@ def _claim(folder: Path, dump: DumpToSolve, frames: int, count: int) -> str:
     if not place.exists():
         if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
             raise ValueError(
-                f"--out: {folder}: it is there, and no folder of parts; give another name"
+                f"--out: {folder}: it is there, and no folder of parts. Give another name"
             )
         write_json(place, job)
         return json.dumps(job)
@@ -455,7 +455,7 @@ def _claim(folder: Path, dump: DumpToSolve, frames: int, count: int) -> str:
         known = json.loads(read_text(place))
         other = [name for name in job if known.get(name) != job[name]]
     except (ValueError, AttributeError):
-        raise ValueError(f"{place}: not what is written there; give another --out") from None
+        raise ValueError(f"{place}: not what is written there. Give another --out") from None
     if other:
         raise ValueError(
             f"--out: {folder}: its parts are of another {other[0]} ({_short(known.get(other[0]))} "

@@ -29,7 +29,7 @@ def csv_lines(columns: Iterable[Column]) -> bytes:
     given = [_plain(column) for column in columns]
     lengths = {len(column) for column in given}
     if len(lengths) > 1:
-        raise ValueError(f"columns of {sorted(lengths)} rows; one length is needed")
+        raise ValueError(f"columns of {sorted(lengths)} rows. One length is needed")
     return _core.table(given, csv=True)
 
 

@@ -80,7 +80,7 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
         **parts: Any,
     ) -> None:
         if setting is not None and parts:
-            raise ValueError(f"setting: it is given; {', '.join(parts)} cannot be given beside it")
+            raise ValueError(f"setting: it is given, so {', '.join(parts)} cannot be")
         super().__init__(universe.trajectory, verbose=verbose)
         self.results: Results
         if isinstance(setting, Scene):

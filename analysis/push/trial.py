@@ -68,7 +68,7 @@ def read_table(file: Path) -> pd.DataFrame:
     missing = [name for name in NEEDED if name not in table.columns]
     if missing:
         raise TrialError(
-            f"{file}: no column {', '.join(missing)}; needed are {', '.join(NEEDED)}, there are "
+            f"{file}: no column {', '.join(missing)}. Needed are {', '.join(NEEDED)}, there are "
             f"{', '.join(map(str, table.columns))[:200]}"
         )
     for name in NEEDED:
@@ -220,13 +220,13 @@ def read_trial(file: Path, wall_m: float | None = None) -> Trial:
     chosen = slice(begin, int(np.searchsorted(time, start + WINDOW_S, side="right")) + 1)
     if time[-1] - start < LEAST_S:
         raise TrialError(
-            f"{file}: only {time[-1] - start:.2g} s follow the push; at least {LEAST_S:g} s are "
+            f"{file}: only {time[-1] - start:.2g} s follow the push. At least {LEAST_S:g} s are "
             "needed"
         )
     moving = [ids[n] for n, v in enumerate(speed_of(time, along)[begin]) if v > ONSET_M_PER_S]
     if not begin and moving:
         named = ", ".join(f"person {one:g}" for one in moving)
-        notes.append(f"moving in the first frame already: {named}; the push began before the file")
+        notes.append(f"moving in the first frame already: {named}. The push began before the file")
     groups = _groups(table, ids, notes)
     mass = _masses(file, table, ids, groups, notes)
     shift = along[begin, 0]
@@ -269,7 +269,7 @@ def _ordered(file: Path, table: pd.DataFrame) -> list[float]:
     """The ids from the first of the row to the last; rising where no order is given."""
     ids = sorted(table.id.unique().tolist())
     if len(ids) < 2:
-        raise TrialError(f"{file}: {len(ids)} person; a row has at least two")
+        raise TrialError(f"{file}: {len(ids)} person. A row has at least two")
     if ORDER not in table or NAME not in table or not table[ORDER].notna().any():
         return ids
     names = {str(of_person(table, one, NAME)).strip(): one for one in ids}
@@ -312,7 +312,7 @@ def _heads(
     last = min(rows.time.iloc[-1] for rows in seen)
     frames = np.unique(table.time[(table.time >= first) & (table.time <= last)])
     if len(frames) < 3:
-        raise TrialError(f"{file}: {len(frames)} frames have everybody; at least 3 are needed")
+        raise TrialError(f"{file}: {len(frames)} frames have everybody. At least 3 are needed")
     step = float(np.median(np.concatenate([np.diff(rows.time) for rows in seen])))
     if last - first > MOST_UNEVEN * step * len(frames):
         raise TrialError(
@@ -330,7 +330,7 @@ def _heads(
             place = int(apart.argmax())
             raise TrialError(
                 f"{file}: person {one:g} is missing from {there[place]:g} to "
-                f"{there[place + 1]:g} s; up to {LONGEST_GAP_S:g} s are interpolated"
+                f"{there[place + 1]:g} s. Up to {LONGEST_GAP_S:g} s are interpolated"
             )
         if missing := int(np.maximum(np.rint(apart / step) - 1, 0).sum()):
             notes.append(f"person {one:g}: {missing} of {len(time)} frames were interpolated")
@@ -344,7 +344,7 @@ def _heads(
     fastest = np.hypot(*np.gradient(heads, time, axis=0).T).max()
     if fastest > FASTEST_M_PER_S:
         raise TrialError(
-            f"{file}: a head moves at {fastest:.3g} m/s; x and y in m and time in s are needed"
+            f"{file}: a head moves at {fastest:.3g} m/s. Is x and y in m, and time in s?"
         )
     return time, heads
 
@@ -402,7 +402,7 @@ def _masses(
             notes.append(f"person {one:g}: no {MASS}: {value:.3g} kg, the mean of ANSUR II")
         elif not LEAST_KG <= value <= MOST_KG:
             raise TrialError(
-                f"{file}: person {one:g}: {MASS}: {str(said)[:40]}; {LEAST_KG:g} to {MOST_KG:g} "
+                f"{file}: person {one:g}: {MASS}: {str(said)[:40]} where {LEAST_KG:g} to {MOST_KG:g} "
                 "kg are needed"
             )
         found.append(float(value))

@@ -9,6 +9,7 @@ from typing import Any
 
 from analysis.compare.comparison import write_contacts
 from analysis.compare.study import Study
+from analysis.engines.rigid import NAME as RIGID
 from analysis.engines.softness import VALID, softest
 from analysis.exposure.limits import (
     QUANTITIES,
@@ -37,12 +38,12 @@ class Reported:
     """Hold what a report has of one scene.
 
     motion: None of a scene that does not move, or without replicates
-    reel: the film of its first run with springs; None where that failed
+    reels: the films of its first run of the first model and of that with springs
     """
 
     study: Study
     motion: MotionStudy | None = None
-    reel: Reel | None = None
+    reels: Sequence[Reel] = ()
 
     @property
     def scene(self) -> Scene:
@@ -125,10 +126,10 @@ def _screen(one: Reported, contacts: Section, limits: tuple[Path, ...]) -> dict[
     """A scene as report.html takes it: its first screen, with the film as text and bars of the first
     model, and what folds away below, with bars of every model."""
     words, scene, motion, still = Words(__name__), one.scene, one.moved, None
-    if one.reel:
-        shown = one.reel.strongest
-        caption = words.text("still", time=shown.time)
-        drawn = draw_still(one.reel, shown, limits)
+    for reel in one.reels[:1]:
+        shown = reel.strongest
+        caption = words.text("still", time=shown.time, rigid=reel.engine == RIGID)
+        drawn = draw_still(reel, shown, limits)
         still = Picture(name=f"{scene.name}-forces", caption=caption, figure=drawn)
     bars = charts(motion) if motion else []
     without = [words.text("once") if scene.drive else "", *contacts.words[:1]]
@@ -137,7 +138,7 @@ def _screen(one: Reported, contacts: Section, limits: tuple[Path, ...]) -> dict[
         "number": f"{scene.name}-at-a-glance",
         "title": scene.title,
         "lead": lead(scene),
-        "film": packed([one.reel], limits) if one.reel else "",
+        "film": packed(one.reels, limits) if one.reels else "",
         "still": still,
         "charts": bars,
         "notes": notes(motion, bars) if motion else without,
@@ -206,7 +207,7 @@ def limits_table(motions: Sequence[MotionStudy], files: tuple[Path, ...] = ()) -
         [
             f"{significant(limit.number, 4)} {limit.unit}",
             QUANTITIES[limit.quantity].title.removesuffix(" of a person"),
-            f"{limit.what}{limit.lasting}; {limit.population}",
+            f"{limit.what}{limit.lasting} ({limit.population})",
             *(
                 interval_cell(one.interval(above_key(limit)), whole) if limit in people else NONE
                 for one in first

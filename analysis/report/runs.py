@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from itertools import product
 from pathlib import Path
 
@@ -135,17 +136,19 @@ def runs_of(
 FRAMES = 20
 
 
-def film_of(made: Study, out: Path, progress: Progress | None = None) -> Reel | None:
-    """Film the first run of a study; None where nothing ran or no contact was made."""
+def films_of(
+    made: Study, models: Sequence[Model], out: Path, progress: Progress | None = None
+) -> list[Reel]:
+    """Film the first run of the first model, which the bars are of, and of a study; nothing where
+    one did not end well or no contact was made."""
     if not made.comparisons:
-        return None
+        return []
     one = made.comparisons[0]
     step = max(1, one.scene.run.frames // FRAMES)
-    folder = run_folder(
-        out, one.scene.model_copy(update={"name": made.scene.name}), one.record.engine
-    )
-    try:
-        (reel,) = film_runs([folder], Frames(step=step), progress)
-    except (EngineError, DumpError):
-        return None
-    return reel
+    scene = one.scene.model_copy(update={"name": made.scene.name})
+    folders = [model.runs[0].folder for model in models[:1]]
+    folders.append(run_folder(out, scene, one.record.engine))
+    for chosen in (list(dict.fromkeys(folders)), folders[1:]):
+        with suppress(EngineError, DumpError, ValueError):  # frames at other times, too
+            return film_runs(chosen, Frames(step=step), progress)
+    return []

@@ -48,7 +48,7 @@ def bodies_of(people: str, count: int, seed: int) -> tuple[Floats, Floats]:
 
     Raises ValueError for an unknown survey."""
     if people not in PEOPLE:
-        raise ValueError(f"{people!r}; there are: {', '.join(PEOPLE)}")
+        raise ValueError(f"{people!r}. There are: {', '.join(PEOPLE)}")
     random = np.random.default_rng([seed, 3])
     groups = PEOPLE[people]
     deviation = random.normal(size=count)
@@ -74,7 +74,7 @@ class Varied:
         """Draw radius (n,) m and mass (n,) kg of so many people; the given ones are means. Raises
         ValueError for an unknown survey and for a share that is not from 0 to below 1."""
         if not 0 <= self.radius_share < 1:
-            raise ValueError(f"radius spread: {self.radius_share:g}; from 0 to below 1 is needed")
+            raise ValueError(f"radius spread: {self.radius_share:g}. From 0 to below 1 is needed")
         if self.people is not None:
             return bodies_of(self.people, count, self.seed)
         share = np.random.default_rng([self.seed, 4]).uniform(-1, 1, count)

@@ -52,7 +52,7 @@ def _opened(
     for way in ways:
         ends = np.asarray(way.ends, dtype=float)
         if not np.isfinite(ends).all() or not np.ptp(ends, axis=0).any():
-            raise SceneError(f"door: {way.ends}; two points are needed")
+            raise SceneError(f"door: {way.ends}. Two points are needed")
         side = next((one for one in outer if _on(one, ends)), None)
         if side is None:
             raise SceneError(f"door: {way.ends} m is not on one side of the room's outline")
@@ -133,7 +133,7 @@ def read_floor(file: Path) -> Floor:
     except SceneError as error:
         raise SceneError(f"{file}: {error}") from None
     except NotImplementedError:
-        raise SceneError(f"{file}: area: curves are not read; straight sides are needed") from None
+        raise SceneError(f"{file}: area: curves are not read. Straight sides are needed") from None
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
         raise SceneError(f"{file}: topography: {type(error).__name__}: {error}") from None
 
@@ -163,7 +163,7 @@ def polygon_of(area: Any) -> shapely.Polygon:
     x0, y0, x1, y1 = shape.bounds
     if not LEAST_SIDE_M <= max(x1 - x0, y1 - y0) <= MOST_SIDE_M:
         raise SceneError(
-            f"area: {x1 - x0:.4g} m by {y1 - y0:.4g} m; coordinates in m (not in degrees, cm or mm) "
+            f"area: {x1 - x0:.4g} m by {y1 - y0:.4g} m. Coordinates in m (not in degrees, cm or mm) "
             f"of a floor from {LEAST_SIDE_M:g} to {MOST_SIDE_M:g} m long are needed"
         )
     return shapely.force_2d(shape.simplify(0.0))
@@ -177,7 +177,7 @@ def _of_jupedsim(file: Path) -> Floor:
     areas = found["geometry"].texts("wkt")
     said = dict(zip(found["metadata"].texts("key"), found["metadata"].texts("value"), strict=True))
     if (version := said.get("version")) not in ("1", "2"):
-        raise SceneError(f"{file}: metadata: version {version}; 1 or 2 is read")
+        raise SceneError(f"{file}: metadata: version {version}. 1 or 2 is read")
     try:
         return Floor(polygon=polygon_of(_of_wkt(areas[:1] if version == "1" else areas)))
     except NotImplementedError:
@@ -222,7 +222,7 @@ def _of_vadere(topography: dict[str, Any]) -> Floor:
 def _target(source: dict[str, Any], targets: dict[int, shapely.Geometry]) -> int:
     ids = [int(one) for one in source.get("targetIds", ())]
     if len(ids) != 1 or ids[0] not in targets:
-        raise SceneError(f"source {source.get('id')}: targetIds: {ids}; one target is needed")
+        raise SceneError(f"source {source.get('id')}: targetIds: {ids}. One target is needed")
     return ids[0]
 
 
@@ -252,7 +252,7 @@ def _shape(kind: str, one: dict[str, Any]) -> shapely.Geometry:
         middle = shapely.Point(float(shape["center"]["x"]), float(shape["center"]["y"]))
         found = middle.buffer(float(shape["radius"]), quad_segs=CORNERS // 4)
     else:
-        raise SceneError(f"{kind} {one.get('id')}: shape {form!r}; RECTANGLE, POLYGON or CIRCLE")
+        raise SceneError(f"{kind} {one.get('id')}: shape {form!r}, not RECTANGLE, POLYGON, CIRCLE")
     if not found.is_valid or found.is_empty:
         raise SceneError(f"{kind} {one.get('id')}: {shapely.is_valid_reason(found)}")
     return found
@@ -273,7 +273,7 @@ def _door(floor: shapely.Polygon, target: shapely.Geometry, number: int) -> Any:
     ]
     if not sides:
         raise SceneError(
-            f"target {number}: it does not lie at the outline of the floor of the sources; a door does"
+            f"target {number}: it does not lie at the outline of the floor of the sources, as a door does"
         )
     start, end = max(sides, key=lambda side: side.length).coords
     return tuple(start), tuple(end)

@@ -27,7 +27,7 @@ def write_data(path: Path, snapshot: Snapshot, title: str) -> None:
     low, high = snapshot.position.min(0) - MARGIN_M, snapshot.position.max(0) + MARGIN_M
     half = 2.0 * snapshot.radius.max()
     lines = [
-        f"{' '.join(title.split())} (SI units; density is that of the sphere, as read_data takes "
+        f"{' '.join(title.split())} (SI units, density is that of the sphere, as read_data takes "
         "it)",
         "",
         f"{len(snapshot)} atoms",
@@ -122,9 +122,9 @@ def _snapshot(path: Path, atoms: Floats, motion: Floats) -> Snapshot:
     if not np.array_equal(motion[:, 0], atoms[:, 0]):
         raise ValueError(f"{path}: Velocities: the ids differ from those of Atoms")
     if np.ptp(atoms[:, 6]) > 0:
-        raise ValueError(f"{path}: Atoms: z differs between disks; a crowd is in one plane")
+        raise ValueError(f"{path}: Atoms: z differs between disks. A crowd is in one plane")
     if motion[:, 3:6].any():
-        raise ValueError(f"{path}: Velocities: v_z, ω_x or ω_y is not 0; a crowd is in one plane")
+        raise ValueError(f"{path}: Velocities: v_z, ω_x or ω_y is not 0. A crowd is in one plane")
     radius = 0.5 * atoms[:, 2]
     try:
         return Snapshot(

@@ -24,10 +24,10 @@ def heap(n: int, seed: int, mean_radius: float, half_door: float) -> tuple[Float
     and just rigid (twice as many contacts as disks). Radii are uniform in mean_radius·[0.837,
     1.163]. Raises ValueError for n < 1 or lengths that are not positive."""
     if n < 1:
-        raise ValueError(f"n: {n}; a heap has at least one disk")
+        raise ValueError(f"n: {n}. A heap has at least one disk")
     for name, length in (("mean_radius", mean_radius), ("half_door", half_door)):
         if not (np.isfinite(length) and length > 0):
-            raise ValueError(f"{name}: {length} m; a positive length is needed")
+            raise ValueError(f"{name}: {length} m. A positive length is needed")
     radius = np.random.default_rng(seed).uniform(LEAST, MOST, n)
     # the first disk rests on the middle of the door
     position = np.zeros((n, 2))
@@ -64,7 +64,7 @@ def press(
     force. A crowd at rest carries its own pressure: it is jammed. Raises ValueError for a softness
     outside (0, 0.1]."""
     if not 0 < softness <= 0.1:
-        raise ValueError(f"softness: {softness}; a share of a radius in (0, 0.1] is needed")
+        raise ValueError(f"softness: {softness}. A share of a radius in (0, 0.1] is needed")
     mean = float(radius.mean())
     size = radius / mean
     # the crowd's width in radii, and the share of the area that disks cover, give the pressure that

@@ -68,7 +68,7 @@ class Inside:
         for x0, y0, x1, y1 in self.blocks:
             if not (x0 != x1 and y0 != y1):
                 raise SceneError(
-                    f"block: {x0:g},{y0:g},{x1:g},{y1:g}; two opposite corners are needed"
+                    f"block: {x0:g},{y0:g},{x1:g},{y1:g}. Two opposite corners are needed"
                 )
             holes.append(shapely.box(min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1)))
         return floor.difference(shapely.union_all(holes)) if holes else floor
@@ -97,10 +97,10 @@ def room(
     (20, ['wall_1', 'wall_2', 'wall_3', 'wall_4', 'wall_5'])
     """
     if not (length > 0 and width > 0):
-        raise SceneError(f"room: {length:g} m by {width:g} m; positive lengths are needed")
+        raise SceneError(f"room: {length:g} m by {width:g} m. Positive lengths are needed")
     if isinstance(door, int | float):
         if not 0 < door <= width:
-            raise SceneError(f"door: {door:g} m; more than 0 and at most the side of {width:g} m")
+            raise SceneError(f"door: {door:g} m. It needs 0 to the side of {width:g} m")
         door = [Doorway(ends=((0.0, -0.5 * door), (0.0, 0.5 * door)))]
     box = shapely.box(-length, -0.5 * width, 0.0, 0.5 * width)
     return from_geometry(name, box, door, crowd, duration, inside)
@@ -179,7 +179,7 @@ def _check(crowd: Crowd, duration: float) -> None:
         ("duration", duration, MOST_S),
     ):
         if not 0 < number <= most:
-            raise SceneError(f"{name}: {number:g}; above 0 and at most {most:g} is needed")
+            raise SceneError(f"{name}: {number:g}. Above 0 and at most {most:g} is needed")
 
 
 def _crowd(
@@ -193,7 +193,7 @@ def _crowd(
     if (cover := cover_of(radius, floor)) > MOST_COVER or floor.buffer(-radius.max()).is_empty:
         raise SceneError(
             f"people: {len(radius)} of mean radius {radius.mean():.3g} m would cover {cover:.0%} of "
-            f"the floor; at most {MOST_COVER:.0%} can be placed"
+            f"the floor. At most {MOST_COVER:.0%} can be placed"
         )
     if barriers and not floor.covers(shapely.MultiLineString(list(barriers))):
         raise SceneError("barrier: a part of it is not on the floor")
@@ -213,7 +213,7 @@ def _notes(
     radius, mass = snapshot.radius, snapshot.mass
     where = "before a door" if len(ways) == 1 else f"before {len(ways)} doors"
     notes = f"""{crowd.people} people of radius {radius.mean():.3f} ± {radius.std():.3f} m and mass
-{mass.mean():.1f} ± {mass.std():.1f} kg, who push with {crowd.push:g} N, wait at random places
+{mass.mean():.1f} ± {mass.std():.1f} kg, push with {crowd.push:g} N. They wait at random places
 {where} (seed {crowd.varied.seed}). Disks cover {cover_of(radius, floor):.0%} of the floor."""
     if len(ways) > 1:
         counts = np.bincount(going, minlength=len(ways))

@@ -148,7 +148,7 @@ class Scene(Room):
         is not for such scenes."""
         if self.contact.friction:
             raise ValueError(
-                f"scene {self.name}: contact.friction: {self.contact.friction:g}; "
+                f"scene {self.name}: contact.friction: {self.contact.friction:g}, but "
                 f"{what} for frictionless contacts"
             )
         for name, found in (
@@ -276,7 +276,7 @@ def _path_of(name_or_path: str | Path) -> Path:
     path = shipped("scenes") / f"{name_or_path}.toml"
     if not path.exists():
         raise SceneError(
-            f"unknown scene {str(name_or_path)!r}; there are: {', '.join(scene_names())}, or a "
+            f"unknown scene {str(name_or_path)!r}. There are: {', '.join(scene_names())}, or a "
             ".toml file"
         )
     return path

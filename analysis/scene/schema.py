@@ -69,7 +69,7 @@ class Schema(BaseModel):
     def _underflows_nowhere(cls, value: Any) -> Any:
         for part in value if isinstance(value, tuple) else (value,):
             if isinstance(part, float) and 0 < abs(part) < SMALLEST:
-                raise ValueError(f"{part:g} is nearer to 0 than {SMALLEST:g}; write 0")
+                raise ValueError(f"{part:g} is nearer to 0 than {SMALLEST:g}. Write 0")
         return value
 
 
@@ -153,7 +153,7 @@ class ContactModel(Schema):
         """Refuse friction that a law has not; put the stiffness of a body where the law has it."""
         law = LAWS.get(str(given.get("law"))) if isinstance(given, dict) else None
         if law is not None and not law.friction and given.get("friction"):
-            raise ValueError(f"friction: law = {given['law']} has none; law = {AS_HERTZ} has it")
+            raise ValueError(f"friction: law = {given['law']} has none. Take law = {AS_HERTZ}")
         if law is None or not law.own_stiffness:
             return given
         for key in ("stiffness_N_per_m", "wall_stiffness_N_per_m"):
@@ -250,13 +250,13 @@ class Reconciliation(Schema):
             )
         return (
             f"Heads are not bodies. {self.file}, frame {self.frame}, has the heads of {heads} "
-            f"people; {self.left_out} outside the walls were left out. As disks "
-            f"of radius {self.radius_m:.4g} m{spread} round the heads, the other {self.people} had "
-            f"overlaps: {self.overlaps_before} with each other, by up to {overlap:.1f} cm "
-            f"({mean:.1f} cm in the mean), and {self.wall_overlaps_before} with walls. They were moved until none "
-            "overlap, together as little as possible (least sum of squares, a local minimum): "
-            f"{moved:.1f} cm in the mean, {most:.1f} cm at most, {share:.0f} % of the people more "
-            f"than 1 cm. {density}Contacts afterwards: "
+            f"people. {self.left_out} outside the walls were left out. The other {self.people} became "
+            f"disks of radius {self.radius_m:.4g} m{spread} round the heads. These overlapped each other "
+            f"{self.overlaps_before} times, by up to {overlap:.1f} cm (mean {mean:.1f} cm), and walls "
+            f"{self.wall_overlaps_before} times. They were moved until none overlap, together as "
+            "little as possible (least sum of squares, a local "
+            f"minimum). They moved by {moved:.1f} cm in the mean and {most:.1f} cm at most, "
+            f"{share:.0f} % of the people by more than 1 cm. {density}Contacts afterwards: "
             f"{self.contacts_after} between people, {self.wall_contacts_after} with walls. Who "
             "touches whom is an outcome of the stated radius and of this rule, not an "
             "observation, and so are the forces computed from it."
@@ -382,7 +382,7 @@ class Goal(Schema, Exit):
     def _in_order(self) -> Goal:
         self._check_door()
         if self.people[0] > self.people[1]:
-            raise ValueError(f"people: {self.people[0]} to {self.people[1]}; the first comes first")
+            raise ValueError(f"people: {self.people[0]} to {self.people[1]}. The first comes first")
         return self
 
     def of(self, ids: Indices) -> Flags:

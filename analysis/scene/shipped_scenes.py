@@ -48,11 +48,11 @@ def _chain(name: str, disks: int, seed: int, *, wall: bool = False, unequal: boo
     masses = "unequal masses (50-100 kg)" if unequal else "masses of 75 kg"
     place = "against a wall" if wall else "free"
     if wall:
-        notes = f"""{n} aligned touching disks, {masses}, move at 2 m/s into a wall and stop:
-percussion between i and i+1 = sum of m_j u_j over j ≤ i. (The paper's "constrained" formulas
+        notes = f"""{n} aligned touching disks, {masses}, move at 2 m/s into a wall and stop.
+Percussion between i and i+1 = sum of m_j u_j over j ≤ i. (The paper's "constrained" formulas
 hold for the free chain.)"""
     else:
-        notes = f"""{n} aligned touching disks, {masses}, free; left velocities fall from 2 to 0
+        notes = f"""{n} aligned touching disks, {masses}, free. Left velocities fall from 2 to 0
 m/s along the chain, so that every contact closes. Closed form (5), (6): common velocity U = Σ m
 u / Σ m, percussions λ(i,i+1) = λ(i-1,i) - m_i (U - u_i)."""
     end = 0.5 * (n - 1) + 0.25
@@ -139,8 +139,8 @@ def _driven(
 
 def _arch(disks: int, seed: int) -> Scene:
     n = disks or 594
-    notes = f"""{n} pedestrians of 75 kg in a square room, desired speed 2 m/s toward the
-nearest point of a 1 m exit, relaxation time 0.5 s. Frictionless, as in the paper: disks of
+    notes = f"""{n} pedestrians of 75 kg in a square room. Desired speed 2 m/s toward the
+nearest point of a 1 m exit, relaxation time 0.5 s. Frictionless, as in the paper. Disks of
 radius 0.17 m ± 10 % (dense packing: 9 per m²) flow out through 1 m and can stop for seconds
 (docs/results/rigid.md). Analysed at the instant when the crowd is pressed to the exit."""
     snapshot, title = crowd_before_a_door(n, seed, 0.17), f"{n} people pressed to a 1 m exit"
@@ -237,7 +237,7 @@ def make(name: str, disks: int | None = None, seed: int = 1) -> Scene:
     Raises SceneError for an unknown name, a number of disks that the
     scene cannot have, or a negative seed."""
     if name not in MAKERS:
-        raise SceneError(f"unknown scene {name!r} to make; there are: {', '.join(MAKERS)}")
+        raise SceneError(f"unknown scene {name!r} to make. There are: {', '.join(MAKERS)}")
     if disks is not None and (name in OF_FIXED_SIZE or disks < 2):
         raise SceneError(
             f"--disks {disks}: {name} "

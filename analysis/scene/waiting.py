@@ -61,14 +61,14 @@ def counts_of(doors: Sequence[Doorway], people: int) -> list[int]:
     door that nobody goes to."""
     shares = np.array([door.share for door in doors], dtype=float)
     if not (np.isfinite(shares).all() and (shares > 0).all()):
-        raise SceneError(f"door: shares {shares.tolist()}; numbers above 0 are needed")
+        raise SceneError(f"door: shares {shares.tolist()}. Numbers above 0 are needed")
     exact = people * shares / shares.sum()
     counts = np.floor(exact).astype(int)
     counts[np.argsort(counts - exact, kind="stable")[: people - counts.sum()]] += 1
     if not counts.all():
         number = int(np.argmin(counts)) + 1
         raise SceneError(
-            f"door: nobody of {people} goes to door {number}; a larger share is needed"
+            f"door: nobody of {people} goes to door {number}. A larger share is needed"
         )
     return [int(count) for count in counts]
 

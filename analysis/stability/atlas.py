@@ -26,7 +26,7 @@ def choose(names: Sequence[str] | None, quick: bool) -> list[Case]:
     name."""
     for name in names or ():
         if name not in ORDER:
-            raise ValueError(f"case: unknown {name!r}; there are: {', '.join(ORDER)}")
+            raise ValueError(f"case: unknown {name!r}. There are: {', '.join(ORDER)}")
     chosen = [CASES[name] for name in ORDER if not names or name in names]
     return [case.quick() for case in chosen] if quick else chosen
 

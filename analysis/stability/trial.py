@@ -276,7 +276,7 @@ def undriven_cell(frames: Frames) -> Cell:
     more than GAIN."""
     gained = f"{frames.gain:.3g} times the energy of the start"
     when = frames.time[frames.energy > (1 + GAIN) * frames.energy[:1]]
-    gains = f"{gained}; beyond {1 + GAIN:g} from t = {when[0]:.3g} s" if len(when) else ""
+    gains = f"{gained}, beyond {1 + GAIN:g} from t = {when[0]:.3g} s" if len(when) else ""
     well = f"energy at most {frames.gain:.4g} of the start's"
     return engine_cell(frames, well, (frames.gain > 1 + GAIN, Outcome.ENERGY_GAIN, gains))
 

@@ -77,12 +77,12 @@ def missing_extra(error: ImportError) -> str | None:
     found.
 
     >>> print(missing_extra(ModuleNotFoundError(name="pedpy")))
-    PedPy is not installed; measured crowds and data frames need it: pip install "crowd-percussions[real]"
+    PedPy is not installed. Install it for measured crowds and data frames: pip install "crowd-percussions[real]"
     """
     if isinstance(error, MissingExtraError):
         return str(error)
     for part in EXTRAS:
         for library, name in part.libraries.items():
             if error.name in (library, library.partition(".")[0]):
-                return f"{name} is not installed; {part.what} need it: {install(part.extra)}"
+                return f"{name} is not installed. Install it for {part.what}: {install(part.extra)}"
     return None

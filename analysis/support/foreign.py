@@ -132,7 +132,7 @@ class _Reader:
             atexit.register(self.end)
             assert process.stdout is not None
             if process.stdout.readline() != b"ready\n":
-                raise ValueError("no process can be started to read it; is there memory left?")
+                raise ValueError("no process can be started to read it. Is there memory left?")
         return self._of[os.getpid()]
 
     def end(self) -> None:

@@ -46,7 +46,7 @@ def parts_of_sqlite(path: str, most: int, names: list[str]) -> Iterator[tuple[st
         if found is None:
             continue
         if found[0] != "table" or "VIRTUAL" in str(found[1]).upper().split()[:2]:
-            raise RefusedError(f"{name} is a {found[0]} that computes its rows; a table is needed")
+            raise RefusedError(f"{name} is a {found[0]} that computes its rows. A table is needed")
         hidden = {row[1]: row[6] for row in base.execute(f"PRAGMA table_xinfo({name})")}
         columns = TABLES[name]
         for column in columns:

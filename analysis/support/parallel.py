@@ -37,7 +37,7 @@ def workers(processes: int | None = None, scheduler: str | None = None) -> Itera
     Raises ValueError for a number below 1, where nothing answers at the address and where
     processes can share no memory, MissingExtraError where `distributed` is not installed."""
     if processes is not None and processes < 1:
-        raise ValueError(f"jobs: {processes}; a number ≥ 1 is needed")
+        raise ValueError(f"jobs: {processes}. A number ≥ 1 is needed")
     if scheduler is not None:
         dask = load("distributed")
         try:
@@ -58,7 +58,7 @@ def workers(processes: int | None = None, scheduler: str | None = None) -> Itera
     except OSError as error:  # as in a container without /dev/shm
         why = error.strerror or error
         raise ValueError(
-            f"jobs: no processes can share work here: {why}; is /dev/shm there, and writable?"
+            f"jobs: no processes can share work here: {why}. Is /dev/shm there, and writable?"
         ) from None
     try:
         yield pool

@@ -107,10 +107,10 @@ def next_line(file: Lines, path: Path, number: int) -> bytes:
     except DAMAGED as error:
         raise UnreadableError(f"{path}, line {number}: damaged: {error}") from None
     if b"\0" in line:
-        raise UnreadableError(f"{path}, line {number}: binary; a text file is needed")
+        raise UnreadableError(f"{path}, line {number}: binary. A text file is needed")
     if len(line) == LONGEST_LINE and not line.endswith(b"\n"):
         raise UnreadableError(
-            f"{path}, line {number}: longer than {LONGEST_LINE} characters; a text file is needed"
+            f"{path}, line {number}: longer than {LONGEST_LINE} characters. A text file is needed"
         )
     return line
 
@@ -124,7 +124,7 @@ def read_text(path: Path, most: int = LARGEST_TEXT) -> str:
         except DAMAGED as error:
             raise UnreadableError(f"{path}: damaged: {error}") from None
     if len(content) > most:
-        raise UnreadableError(f"{path}: more than {most >> 20} MB; a text of some kB is expected")
+        raise UnreadableError(f"{path}: more than {most >> 20} MB. A text of some kB is expected")
     try:
         return content.decode("utf-8-sig")  # editors of Windows begin with a mark
     except UnicodeDecodeError as error:

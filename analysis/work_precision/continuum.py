@@ -75,7 +75,7 @@ def crowd_room(scene: Scene) -> Room:
         if part.geom_type == "Polygon" and shapely.contains_xy(part, disks.position).any()
     ]
     if len(parts) != 1:
-        raise ValueError(f"the crowd is in {len(parts)} pieces; one is needed")
+        raise ValueError(f"the crowd is in {len(parts)} pieces. One is needed")
     region = shapely.Polygon(parts[0].exterior).intersection(hall)
     if region.geom_type != "Polygon" or not shapely.contains_xy(region, disks.position).all():
         raise ValueError("the crowd is not in one piece")

@@ -162,7 +162,7 @@ def points_of_text(text: str, origin: str, kind: type[P]) -> list[P]:
     try:
         content = json.loads(text)
         if content["format"] != kind.EDITION:
-            raise ValueError(f"format: {content['format']}; {kind.EDITION} is needed")
+            raise ValueError(f"format: {content['format']} where {kind.EDITION} is needed")
         return TypeAdapter(list[kind]).validate_python(content["points"])  # type: ignore[valid-type]
     except (KeyError, TypeError, ValueError) as error:
         reason = first_problem(error) if isinstance(error, ValidationError) else error
@@ -173,7 +173,7 @@ def read_points(path: Path) -> list[Point]:
     """Read the points of a `points.json`. Raises ValueError naming the file for one that is
     missing, broken or of another format."""
     if not path.exists():
-        raise ValueError(f"{path}: no such file; make it with: percussions chart SCENE")
+        raise ValueError(f"{path}: no such file. Make it with: percussions chart SCENE")
     return points_of_text(path.read_text(encoding="utf-8"), str(path), Point)
 
 

@@ -54,8 +54,8 @@ class SoftModel:
     def __init__(self, scene: Scene, reach: float) -> None:
         if scene.contact.friction:
             raise ValueError(
-                f"contact.friction: {scene.contact.friction:g}; "
-                "charts and advice are for frictionless contacts"
+                f"contact.friction: {scene.contact.friction:g}. "
+                "Charts and advice are for frictionless contacts"
             )
         self._disks, walls = scene.snapshot, scene.wall_segments()
         pairs = find_contacts(scene.snapshot, tolerance=reach)
@@ -461,7 +461,7 @@ def _pressed(scene: Scene, folder: Path, progress: Progress | None) -> Floats:
     present = next(iter(soft_engines()), None)
     if present is None:
         raise EngineError(
-            "no engine: the crowd cannot be pressed together; see: percussions doctor"
+            "no engine: the crowd cannot be pressed together. See: percussions doctor"
         )
     file, key = folder / "start.npz", f"{scene.digest()} {installed(present)}"
     if found := kept(file, key):

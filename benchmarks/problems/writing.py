@@ -190,7 +190,7 @@ def read_manifest(folder: Path) -> list[dict[str, Any]]:
         why = f"{place}: {first['msg']}" if place else first["msg"]
         raise ExchangeError(f"{manifest}: no manifest of a library: {why}") from None
     if content.version != VERSION:
-        raise ExchangeError(f"{manifest}: version {content.version}; version {VERSION} is read")
+        raise ExchangeError(f"{manifest}: version {content.version}. Version {VERSION} is read")
     names = [entry.name for entry in content.problems]
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise ExchangeError(f"{manifest}: two problems are called {twice[0]}")

@@ -43,7 +43,7 @@ class Bounded(NamedTuple):
         """What to say of a set that did not come to rest; empty if it did."""
         if self.settled:
             return ""
-        return f"; the active set did not settle in {self.iterations} iterations"
+        return f". The active set did not settle in {self.iterations} iterations"
 
 
 def bounded_minimum(

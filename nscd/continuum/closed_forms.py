@@ -20,7 +20,7 @@ def chain_mesh(length: float, cells: int) -> MeshLine:
     Raises ValueError for a length that is not positive or fewer than one cell."""
     positive(length=length)
     if cells < 1:
-        raise ValueError(f"cells: {cells}; at least 1 is needed")
+        raise ValueError(f"cells: {cells}. At least 1 is needed")
     mesh = MeshLine(np.linspace(0.0, length, cells + 1))
     return mesh.with_boundaries({"wall": lambda x: x[0] == length, "free": lambda x: x[0] == 0.0})
 
@@ -122,13 +122,13 @@ class HalfAnnulus:
     def __post_init__(self) -> None:
         if not 0 < self.inner < self.outer < np.inf:
             radii = f"{self.inner:g}, {self.outer:g} m"
-            raise ValueError(f"inner, outer: {radii}; 0 < inner < outer is needed")
+            raise ValueError(f"inner, outer: {radii}. 0 < inner < outer is needed")
         if np.ndim(self.medium.density):
             raise ValueError("density: the closed form needs one number")
         if self.medium.k_s > 0:
             raise ValueError("surface_dissipation: the closed form needs none")
         if self.radial(np.linspace(self.inner, self.outer, 100)).max() >= 0:
-            raise ValueError("speed, push: the crowd leaves the wall; it must be pressed")
+            raise ValueError("speed, push: the crowd leaves the wall. It must be pressed")
 
     @cached_property
     def _coefficients(self) -> Floats:
@@ -189,7 +189,7 @@ class HalfAnnulus:
         curved: whether triangles are quadratic (isoparametric). Raises ValueError for fewer than
             one cell."""
         if cells < 1:
-            raise ValueError(f"cells: {cells}; at least 1 is needed")
+            raise ValueError(f"cells: {cells}. At least 1 is needed")
         r = np.linspace(self.inner, self.outer, cells + 1)
         angle = np.linspace(0.5 * np.pi, 1.5 * np.pi, 2 * cells + 1)
         flat = MeshTri.init_tensor(r, angle).with_boundaries(

@@ -15,7 +15,7 @@ def positive(**values: float) -> None:
     """Refuse, by its name, a value that is not a positive number: ValueError."""
     for name, value in values.items():
         if not (np.isfinite(value) and value > 0):
-            raise ValueError(f"{name}: {value:g}; a positive number is needed")
+            raise ValueError(f"{name}: {value:g}. A positive number is needed")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,12 +80,12 @@ class Medium:
         values = read_only(rho, (-1,) if np.ndim(rho) else (), "density")
         if values.size == 0 or values.min() <= 0:
             least = "none" if values.size == 0 else f"{values.min():g}"
-            raise ValueError(f"density: {least}; a crowd needs a positive density everywhere")
+            raise ValueError(f"density: {least}. A crowd needs a positive density everywhere")
         object.__setattr__(self, "density", values if values.ndim else float(values))
         positive(volume_dissipation=self.volume_dissipation, mass_per_person=self.unit_mass)
         k_s = self.surface_dissipation
         if not (np.isfinite(k_s) and k_s >= 0):
-            raise ValueError(f"surface_dissipation: {k_s:g}; it cannot be negative")
+            raise ValueError(f"surface_dissipation: {k_s:g}. It cannot be negative")
 
     @property
     def unit_mass(self) -> float:

@@ -47,7 +47,7 @@ def mesh_of(
     ):
         if not (0 < value <= most and np.isfinite(value)):
             up_to = " and up to 1" if most == 1.0 else ""
-            raise ValueError(f"{name}: {value:g}; a number above 0{up_to} is needed")
+            raise ValueError(f"{name}: {value:g}. A number above 0{up_to} is needed")
     triangles = room.area / (math.sqrt(3) / 4 * size**2)
     sides = _sides(room, size, grading, radius) if triangles <= MOST_TRIANGLES else None
     if sides is None:
@@ -58,7 +58,7 @@ def mesh_of(
     for x, y, side in sides.tolist():
         wanted.RestrictH(x, y, 0.0, side)
     failed = (
-        f"room: the mesh generator failed with triangles of {size:g} m; are two of the "
+        f"room: the mesh generator failed with triangles of {size:g} m. Are two of the "
         "room's edges almost one?"
     )
     try:

@@ -59,7 +59,7 @@ class Room:
             raise ValueError(f"border: {len(border)} kinds for {len(outline)} edges")
         for edge, kind in enumerate(border):
             if kind not in KINDS:
-                raise ValueError(f"border: edge {edge} is {kind!r}; wall, exit or free is needed")
+                raise ValueError(f"border: edge {edge} is {kind!r}. Wall, exit or free is needed")
         if not ccw:
             # edge i ran from vertex i; seen the other way round it starts at vertex i+1
             outline, border = outline[::-1], border[-2::-1] + border[-1:]
@@ -142,7 +142,7 @@ def room_of_outline(
         length = float(np.hypot(*(vertices[(edge + 1) % len(vertices)] - vertices[edge])))
         span, wide = f"from {start:g} to {end:g} m", f"{end - start:g} m wide"
         if not start < end:
-            raise ValueError(f"{name} runs {span}; it needs a width")
+            raise ValueError(f"{name} runs {span}. It needs a width")
         if end - start > length * (1 + ROUNDING):
             raise ValueError(f"{name} is {wide}, its wall only {length:g} m long")
         if start < -ROUNDING * length or end > length * (1 + ROUNDING):
@@ -194,11 +194,11 @@ def room_of_walls(walls: Walls, *, exits: ArrayLike = (), free: ArrayLike = ()) 
     loose = [*shapely.get_parts(cuts), *shapely.get_parts(dangles)]
     if len(faces) == 0 or loose:
         x, y = _loose_end(lines)
-        add = "add a wall, an exit or a free border there"
-        raise ValueError(f"walls: the room is not closed at ({x:g}, {y:g}) m; {add}")
+        add = "Add a wall, an exit or a free border there"
+        raise ValueError(f"walls: the room is not closed at ({x:g}, {y:g}) m. {add}")
     largest = max(faces, key=lambda face: shapely.Polygon(face.exterior).area)
     if len(faces) != 1 + len(largest.interiors):
-        raise ValueError(f"walls: they enclose {len(faces)} rooms; one is needed")
+        raise ValueError(f"walls: they enclose {len(faces)} rooms. One is needed")
 
     def kinds_of(loop: Floats) -> tuple[Border, ...]:
         middle = shapely.points(0.5 * (loop + np.roll(loop, -1, axis=0)))
@@ -235,7 +235,7 @@ def _loop(value: ArrayLike, name: str, what: str) -> tuple[Floats, bool]:
     loop = _open(value, name)
     if len(loop) < 3:
         few = f"{len(loop)} vertices do not close a {what}"
-        raise ValueError(f"{name}: {few}; at least 3 are needed")
+        raise ValueError(f"{name}: {few}. At least 3 are needed")
     ring, least = shapely.LinearRing(loop), (ROUNDING * np.ptp(loop, axis=0).max()) ** 2
     if not ring.is_simple or shapely.Polygon(ring).area <= least:
         raise ValueError(f"{name}: the edges touch or cross each other, or enclose no area")

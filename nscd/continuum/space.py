@@ -56,7 +56,7 @@ class Space:
 
     def __post_init__(self) -> None:
         if self.order not in (1, 2):
-            raise ValueError(f"order: {self.order}; 1 (P1) or 2 (P2) is needed")
+            raise ValueError(f"order: {self.order}. 1 (P1) or 2 (P2) is needed")
         walls = (self.mesh.boundaries or {}).get("wall")
         if walls is None or len(walls) == 0:
             raise ValueError("mesh: no facet is named wall to press the crowd to")

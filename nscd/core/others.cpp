@@ -40,7 +40,7 @@ std::string cell_of(nb::handle cell) {
         const char* word = PyUnicode_AsUTF8AndSize(cell.ptr(), &size);
         if (!word) throw nb::python_error();
         out.assign(word, std::size_t(size));
-        need(out.find('\0') == out.npos, "a text with a null character; CSV has none");
+        need(out.find('\0') == out.npos, "a text with a null character, which CSV cannot hold");
         if (out.find_first_of(",\"\r\n") == out.npos) return out;
         for (std::size_t at = 0; (at = out.find('"', at)) != out.npos; at += 2) out.insert(at, 1, '"');
         return '"' + out + '"';
@@ -66,7 +66,7 @@ nb::bytes table(const nb::typed<nb::list, nb::any>& columns, bool csv) {
         }
         const std::size_t size = std::visit([](const auto& cells) { return cells.size(); }, given.back());
         if (given.size() == 1) rows = size;
-        need(size == rows, "columns of different lengths; one length is needed");
+        need(size == rows, "columns of different lengths where one is needed");
     }
     std::string out;
     {

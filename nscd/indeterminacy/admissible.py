@@ -75,7 +75,7 @@ class Admissible:
         Raises ValueError if contacts and answer do not belong together, the answer has failed or
         has friction, or reactions pull (those of maintained contacts have no such set)."""
         if answer.friction is not None:
-            raise ValueError("answer: it has friction; its set is Admissible.with_friction")
+            raise ValueError("answer: it has friction. Its set is Admissible.with_friction")
         largest = _largest(contacts, answer)
         closed = np.flatnonzero(_closed(contacts, answer, opening_speed(answer, opening)))
         wide, along = answer.snapshot.wide, np.zeros(len(closed))
@@ -168,12 +168,12 @@ def _largest(contacts: Contacts, answer: Percussions) -> float:
         raise ValueError(f"answer: {there}")
     contacts.check_disks(len(answer.right_velocity))
     if answer.status == "failed":
-        raise ValueError(f"answer: failed ({answer.reason}); it has no intervals")
+        raise ValueError(f"answer: failed ({answer.reason}). It has no intervals")
     largest = float(reaction.max(initial=0.0))
     if reaction.min(initial=0.0) < -NOTHING * largest:
         worst = int(np.argmin(reaction))
         pulls = f"the reaction of contact {worst} pulls ({reaction[worst]:g} N·s)"
-        raise ValueError(f"answer: {pulls}; intervals are those of percussions that push")
+        raise ValueError(f"answer: {pulls}. Intervals are those of percussions that push")
     return largest
 
 

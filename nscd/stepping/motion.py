@@ -37,10 +37,10 @@ class Push:
     def __post_init__(self) -> None:
         tau = self.relaxation_time
         if self.desired is not None and not (np.isfinite(tau) and tau > 0):
-            raise ValueError(f"relaxation_time: {tau} s; a time > 0 is needed")
+            raise ValueError(f"relaxation_time: {tau} s. A time > 0 is needed")
         if not np.isfinite(self.acceleration).all():
             raise ValueError(
-                f"acceleration: {self.acceleration} m/s²; two finite numbers are needed"
+                f"acceleration: {self.acceleration} m/s². Two finite numbers are needed"
             )
 
 
@@ -203,13 +203,13 @@ class Motion:
         tolerance: float = 1e-8,
     ) -> None:
         if not (np.isfinite(step) and step > 0):
-            raise ValueError(f"step: {step} s; a time > 0 is needed")
+            raise ValueError(f"step: {step} s. A time > 0 is needed")
         if not 0 <= restitution <= 1:
-            raise ValueError(f"restitution: {restitution}; 0 ≤ e ≤ 1 is needed")
+            raise ValueError(f"restitution: {restitution}. 0 ≤ e ≤ 1 is needed")
         if not 0 <= friction < np.inf:
-            raise ValueError(f"friction: {friction}; a coefficient ≥ 0 is needed")
+            raise ValueError(f"friction: {friction}. A coefficient ≥ 0 is needed")
         if not 1e-14 <= tolerance < 1:
-            raise ValueError(f"tolerance: {tolerance}; between 1e-14 and 1 is needed")
+            raise ValueError(f"tolerance: {tolerance}. Between 1e-14 and 1 is needed")
         self.position, self.velocity = np.array(snapshot.position), np.array(snapshot.velocity)
         self.spin = np.array(snapshot.spin)
         self.time, self.step = snapshot.time, step

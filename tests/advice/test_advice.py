@@ -230,7 +230,7 @@ def test_bad_questions(scene, sure):
         (
             make("pair").with_contact(friction=0.3),
             {},
-            r"friction: 0\.3; advice is for frictionless",
+            r"friction: 0\.3, but advice is for frictionless",
         ),
         (scene, rough, "chart: no points of scene arch"),
     ):

@@ -39,7 +39,7 @@ def test_the_choice_is_the_cheapest_within_the_error(arch):
 def test_what_was_not_measured_is_not_promised(arch):
     nothing = advise_motion(arch, 1e-4, "arrest-load", METHODS)
     assert nothing.choice is None
-    assert "nothing that was measured reaches 0.01 %; the best" in motion_lines(nothing)[1]
+    assert "nothing that was measured reaches 0.01 %. The best" in motion_lines(nothing)[1]
     for scene, why in (
         (make("corridor"), "is an impact"),
         (make("arch", disks=75), "not like arch"),
@@ -118,7 +118,7 @@ def test_the_command(tmp_path, monkeypatch):
     content = json.loads((tmp_path / "advice/advice.json").read_text())
     assert content["command"] in made.output
     for more, said in (
-        ("--quantity flow --body ghost", "body: unknown 'ghost'; there are: chest"),
+        ("--quantity flow --body ghost", "body: unknown 'ghost'. There are: chest"),
         ("--quantity disk-load --body chest", "quantity: disk-load is not known of soft bodies"),
     ):
         made = CliRunner().invoke(app, shlex.split(f"advise gate --error 5% {more}"))

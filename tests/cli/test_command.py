@@ -192,12 +192,12 @@ def test_numbers_that_an_option_does_not_take(refused, words, kind):
         ("run arch --duration 1e12", "would not end within a month"),
         ("run pair --time-step 1e-300", "run.time_step_s: 1e-300 is nearer to 0"),
         ("run pair --time-step 1e-99", "would not end within a month"),
-        ("solve pair.dump --wall-friction 0.3 --out a.csv", "wall_friction: 0.3; there are no walls"),
-        ("export pair --wall-friction 0.3 --fclib a.hdf5", "wall_friction: 0.3; there are no walls"),
-        ("solve a.dump --out ''", "--out: empty; a value is needed"),
-        ("solve a.dump --out=", "--out: empty; a value is needed"),
-        ("run pair --out '' --stiffness 1e5", "--out: empty; a value is needed"),
-        ("compare ''", "argument: empty; a value is needed"),
+        ("solve pair.dump --wall-friction 0.3 --out a.csv", "wall_friction: 0.3. There are no walls"),
+        ("export pair --wall-friction 0.3 --fclib a.hdf5", "wall_friction: 0.3. There are no walls"),
+        ("solve a.dump --out ''", "--out: empty. A value is needed"),
+        ("solve a.dump --out=", "--out: empty. A value is needed"),
+        ("run pair --out '' --stiffness 1e5", "--out: empty. A value is needed"),
+        ("compare ''", "argument: empty. A value is needed"),
         ("solve a.dump --out --out", "--out: --out: a path is needed"),
         ("run pair --out --out", "--out: --out: a path is needed"),
     ],
@@ -234,4 +234,4 @@ def test_a_scene_does_not_replace_its_room(refused, tmp_path):
     data = Path(__file__).resolve().parents[1] / "data"
     room = shutil.copy(data / "rooms/free.toml", tmp_path / "free.toml")
     words = ("import", data / "trajectories/metres.txt", "--frame", 2, "--room", room)
-    assert "free.toml: the scene would replace its room; give --name or --out" in refused(*words)
+    assert "free.toml: the scene would replace its room. Give --name or --out" in refused(*words)

@@ -56,7 +56,7 @@ def test_a_run_without_impulses_says_how_to_get_them(percussions, rigid, tmp_pat
     made = percussions("compare", rigid, other, "--window", 0.1)
     assert made.returncode != 0
     assert made.stderr.strip().count("\n") == 0
-    assert "run the scene again with --impulses" in made.stderr
+    assert "Run the scene again with --impulses" in made.stderr
 
 
 def test_one_pair_of_runs_has_no_verdict(percussions, rigid, tmp_path):

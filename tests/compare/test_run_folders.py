@@ -89,22 +89,22 @@ def test_few_frames_are_said_and_fewer_refused(tmp_path):
     found = compare_run(ran(scene.with_run(duration_s=0.05, frames=16), tmp_path / "few"))
     assert 0.01 < found.balance.closure_error < 0.05
     (said,) = remarks(found)
-    needed = int(re.search(r"about (\d+) frames", said)[1])
+    needed = int(re.search(r"About (\d+) frames", said)[1])
     better = ran(scene.with_run(duration_s=0.05, frames=needed), tmp_path / "enough")
     assert compare_run(better).balance.closure_error < 0.01
     assert remarks(compare_run(better)) == []
-    with pytest.raises(DumpError, match=r"by \d+%, so they are not compared; about \d+ frames"):
+    with pytest.raises(DumpError, match=r"by \d+%, so they are not compared\. About \d+ frames"):
         compare_run(ran(scene.with_run(duration_s=0.05, frames=6), tmp_path / "fewest"))
 
 
 @pytest.mark.parametrize("time", [np.nan, -1.0, 1e9, np.inf])
 def test_instants_beyond_the_run(runs, time):
-    with pytest.raises(DumpError, match=r"time: .* s; the run is from 0 to 2 s"):
+    with pytest.raises(DumpError, match=r"time: .* s\. The run is from 0 to 2 s"):
         compare_run(runs["jam"], time)
 
 
 def test_an_impact_has_no_instant(runs):
-    with pytest.raises(DumpError, match="an impact is compared over its whole run"):
+    with pytest.raises(DumpError, match="An impact is compared over its whole run"):
         compare_run(runs["pair"], 0.01)
 
 

@@ -404,7 +404,7 @@ def test_a_file_that_is_cut_off_is_refused_wherever_it_is_cut(tmp_path):
         ({"revision": 1}, "a binary dump of revision 1"),
         ({"triclinic": 1}, "step 10: a triclinic box"),
         ({"edges": (1, 1, 0, 0, 1, 1)}, "step 10: the box is periodic in y"),
-        ({"units": b"lj"}, "step 10: units lj; only si"),
+        ({"units": b"lj"}, "step 10: units lj. Only si"),
         ({"time": 1e300}, "step 10: time: 1e\\+301"),
         ({"names": ("id", *NAMES[:-1])}, "step 10: column id occurs twice"),
     ],
@@ -434,8 +434,8 @@ def test_what_is_wrong_is_said_with_its_row(tmp_path, frames, what):
     [
         ((0.001, None), "step 30: a time is in some frames and not in others"),
         ((None, 0.001), "step 30: a time is in some frames and not in others"),
-        ((0.003, 0.001), "step 30: its time, 0.03 s, follows 0.03 s; times must grow"),
-        ((0.004, 0.001), "step 30: its time, 0.03 s, follows 0.04 s; times must grow"),
+        ((0.003, 0.001), "step 30: its time, 0.03 s, follows 0.03 s. Times must grow"),
+        ((0.004, 0.001), "step 30: its time, 0.03 s, follows 0.04 s. Times must grow"),
     ],
 )
 def test_frames_that_a_table_could_not_tell_apart(tmp_path, times, what):

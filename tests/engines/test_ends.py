@@ -68,7 +68,7 @@ def test_an_engine_ends_with_the_command_that_started_it(tmp_path, name, number)
         return
     assert process.returncode == 128 + number
     assert said.splitlines()[-1] == (
-        f"percussions: ended by {number.name}; earlier results are untouched"
+        f"percussions: ended by {number.name}. Earlier results are untouched"
     )
     assert not [path for path in (tmp_path / "out").rglob("*") if path.is_file()]
 

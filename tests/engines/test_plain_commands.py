@@ -34,7 +34,7 @@ def numbers(said):
     pattern = (
         r"damping ratio (\S+), dashpots (\S+) N s/m between disks, (\S+) N s/m at walls[^\n]*\n"
         r"restitution: asked \S+, obtained (\S+) to (\S+) over the masses\n"
-        r"time step: (\S+) s, safe up to (\S+) s; (\d+) steps, a frame every (\d+)"
+        r"time step: (\S+) s, safe up to (\S+) s, (\d+) steps, a frame every (\d+)"
     )
     match = re.search(pattern, said)
     assert match, said[-2000:]
@@ -122,7 +122,7 @@ def test_a_deck_with_an_unknown_law_says_so(checkout, command):
     require("lammps")
     done = command(lammps(scene="pair", law="jelly"), checkout)
     assert done.returncode != 0
-    assert "law: jelly; there are hooke, hertz, body and body_hertz" in done.stdout
+    assert "law: jelly. There are hooke, hertz, body and body_hertz" in done.stdout
 
 
 @pytest.mark.parametrize(
@@ -130,7 +130,7 @@ def test_a_deck_with_an_unknown_law_says_so(checkout, command):
     [
         ([], "which scene?"),
         (["nowhere"], "nowhere.toml: No such file or directory"),
-        (["pair", "colour=2"], "colour=2: unknown; there are: stiffness"),
+        (["pair", "colour=2"], "colour=2: unknown. There are: stiffness"),
         (["pair", "dt=fast"], "dt=fast: not a number"),
     ],
 )

@@ -127,7 +127,7 @@ def test_a_killed_run_is_resumed_by_the_next_one(tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"rigid_step_s": 0.2}, "run.rigid_step_s: .* could cross a wall; give a step of at most"),
+        ({"rigid_step_s": 0.2}, "run.rigid_step_s: .* could cross a wall. Give a step of at most"),
         ({"rigid_step_s": 1e-99}, "would not end within a month"),
         ({"rigid_step_s": 1e-300}, "nearer to 0 than 1e-100"),
     ],

@@ -102,7 +102,7 @@ def test_the_library_s_own_file_passes_the_same_check_and_is_refused_by_name(per
     said = percussions("solve", "boxes.hdf5")
     assert (said.returncode, said.stderr) == (
         1,
-        "percussions: boxes.hdf5: /fclib_local/spacedim: 3; problems in the plane (2) are solved "
+        "percussions: boxes.hdf5: /fclib_local/spacedim: 3. Problems in the plane (2) are solved "
         "here\n",
     )
 
@@ -218,7 +218,7 @@ def test_a_run_a_dump_and_a_scene_by_command(percussions, tmp_path):
         left = read_problem(tmp_path / "d.hdf5").left_velocity
         assert np.array_equal(left, way * disks.velocity)
     said = percussions("export", "some.dump", "--fclib", "e.hdf5", "--frame", 2)
-    assert said.stderr == "percussions: --frame: 2; some.dump has 2, from 0\n"
+    assert said.stderr == "percussions: --frame: 2 where some.dump has 2, from 0\n"
     said = percussions("export", "pair", "--fclib", "e.hdf5", "--frame", 2)
     assert said.stderr == "percussions: --frame: only of a run or a dump, and pair is a scene\n"
     assert not (tmp_path / "e.hdf5").exists()
@@ -226,11 +226,11 @@ def test_a_run_a_dump_and_a_scene_by_command(percussions, tmp_path):
 
 def test_problems_that_the_library_cannot_say(tmp_path):
     alone = Snapshot(position=[[0, 0]], velocity=[[1, 0]], radius=[0.2], mass=[75])
-    with pytest.raises(ValueError, match=r"x\.hdf5: no contact; FCLIB has no problem without"):
+    with pytest.raises(ValueError, match=r"x\.hdf5: no contact. FCLIB has no problem without"):
         write_problem(tmp_path / "x.hdf5", percussions_of(Setting(), alone), {})
     scene = read_scene("pair")
     found = percussions_of(scene, scene.snapshot, ContactLaw(restitution=0.5))
-    with pytest.raises(ValueError, match="contacts with restitution; FCLIB has inelastic ones"):
+    with pytest.raises(ValueError, match=r"contacts with restitution\. FCLIB has inelastic ones"):
         write_problem(tmp_path / "x.hdf5", found, {})
     assert not list(tmp_path.iterdir())
 
@@ -253,7 +253,7 @@ def first(value):
 
 DAMAGE = {
     "no_problem": (lambda file: file.__delitem__("fclib_global"), "/fclib_global: missing, and"),
-    "in_space": (replaced("fclib_global/spacedim", first(3)), "/fclib_global/spacedim: 3; problems"),
+    "in_space": (replaced("fclib_global/spacedim", first(3)), "/fclib_global/spacedim: 3. Problems"),
     "no_matrix": (lambda f: f.__delitem__("fclib_global/H"), "/fclib_global/H: missing group"),
     "no_vector": (lambda f: f.__delitem__("fclib_global/vectors/f"), "/fclib_global/vectors/f: miss"),
     "size": (replaced("fclib_global/vectors/mu", lambda v: v[1:]), "/fclib_global/vectors/mu: numbers"),
@@ -262,12 +262,12 @@ DAMAGE = {
     "huge": (replaced("crowd/bodies/left_velocity", lambda v: v + 1e308), "/crowd/bodies/left_velocity: entry"),
     "index": (replaced("fclib_global/H/i", first(10**6)), "/fclib_global/H/i: an index outside of"),
     "starts": (replaced("fclib_global/H/p", lambda v: v[::-1]), "/fclib_global/H/p: from 0 to at most"),
-    "friction": (replaced("fclib_global/vectors/mu", first(-1)), "/fclib_global/vectors/mu: -1; coef"),
+    "friction": (replaced("fclib_global/vectors/mu", first(-1)), "/fclib_global/vectors/mu: -1. Coef"),
     "text": (replaced("fclib_global/vectors/f", lambda v: "f"), "/fclib_global/vectors/f: numbers"),
     "equality": (lambda file: file.create_group("fclib_global/G"), "/fclib_global/G: equality"),
     "other": (replaced("fclib_global/vectors/f", lambda v: 2 * v), "/fclib_global/vectors/f: not what"),
     "unit": (lambda f: f["crowd/dt"].attrs.update(unit="ms"), "/crowd/dt: unit 'ms' where 's' is"),
-    "version": (lambda f: f["crowd"].attrs.update(version=9), "/crowd/version: 9; version 1 is read"),
+    "version": (lambda f: f["crowd"].attrs.update(version=9), "/crowd/version: 9. Version 1 is read"),
     "body": (replaced("crowd/bodies/mass", first(-1.0)), "/crowd/: mass: -1 in row 0"),
     "bodies": (replaced("crowd/bodies/mass", lambda v: v[1:]), "/crowd/bodies/mass: numbers of shape"),
     "moved": (replaced("crowd/bodies/position", lambda v: 1.1 * v), "/crowd/contacts: number 1: its normal"),
@@ -302,12 +302,12 @@ def test_a_file_that_breaks_off(refused, tmp_path, pressed_file):
 def test_options_of_dumps_have_no_place(percussions, pressed_file):
     said = percussions("solve", pressed_file, "--left-velocity", "dump")
     assert said.stderr.startswith("percussions: --left-velocity: ")
-    assert said.stderr.endswith("has its own; this option is for dumps\n")
+    assert said.stderr.endswith("has its own. This option is for dumps\n")
 
 
 def test_a_missing_library_is_named_with_its_extra(monkeypatch, pressed_file):
     monkeypatch.setitem(sys.modules, "h5py", None)
-    with pytest.raises(MissingExtraError, match=r"h5py is not installed; .*\[exchange\]"):
+    with pytest.raises(MissingExtraError, match=r"h5py is not installed\. .*\[exchange\]"):
         read_problem(pressed_file)
 
 

@@ -239,13 +239,13 @@ def test_what_cannot_be_judged_is_named(library, by_command, tmp_path):
         write_answer(tmp_path / "odd" / f"{LATTICE}.hdf5", known(library, LATTICE)[1], said)
         made = by_command("score", library, "odd")
         assert made.returncode == 1
-        assert f"/solution, seconds: {words}; a number above 0 s is needed" in made.stderr
+        assert f"/solution, seconds: {words}. A number above 0 s is needed" in made.stderr
     for words, named in (
         (("score", "changed", "none"), f"changed/{PUSHED}.hdf5: not the file"),
         (("score", library, "none"), "none: no answer to any problem of"),
         (("score", "damaged", "none"), "damaged/manifest.json: no manifest"),
         (("score", "nowhere", "none"), "nowhere/manifest.json: no such file"),
-        (("write", "--only", "heap_7"), "only: heap_7; there are: heap_40"),
+        (("write", "--only", "heap_7"), "only: heap_7. There are: heap_40"),
     ):
         said = by_command(*words)
         assert said.returncode == 1

@@ -194,7 +194,7 @@ def test_users_add_and_replace_limits(tmp_path):
         ("500.0", "nan", r"limit 'mine' number:"),
         ("500.0", "-5.0", r"limit 'mine' number:.*greater than 0"),
         ("500.0", '"500"', r"limit 'mine' number:.*valid number"),
-        ("contact_largest", "stress", r"quantity 'stress'; there are: contact_largest"),
+        ("contact_largest", "stress", r"quantity 'stress'. There are: contact_largest"),
         ("first-hand", "second-hand", r"quoted_by is needed"),
         ("first-hand", "hearsay", r"limit 'mine' read:"),
         ('what = "my own"', "whom = 1", r"limit 'mine' what: is missing"),

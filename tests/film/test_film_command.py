@@ -111,10 +111,10 @@ def check_page(address, largest):
         assert number == float(f"{largest['lammps', '40']:.3g}")
         titles = page.locator(".view option").all_inner_texts()
         assert [title.split(",")[0] for title in titles] == [
-            "stiff (LAMMPS)", "rigid (percussions)", "stiff − rigid", "rigid (time steps)",
+            "stiff (LAMMPS)", "rigid (percussions)", "stiff − rigid", "rigid",
         ]  # fmt: skip
         page.keyboard.press("m")
-        assert "; solved" in page.locator(".now").inner_text()
+        assert ", solved" in page.locator(".now").inner_text()
         page.locator(".film summary").click()
         page.locator(".person").fill("4")
         table = page.locator(".contacts table")
@@ -182,10 +182,10 @@ def test_a_frame_that_is_not_solved_is_said_everywhere(percussions, tmp_path):
     ("words", "said"),
     [
         (["--frames", "0:5"], "has frames 400 to 410"),
-        (["--frames", "5:a"], "--frames: 5:a; first:last:step is needed"),
-        (["--frames", "410:400"], "--frames: 410:400; from first to last"),
+        (["--frames", "5:a"], "--frames: 5:a. Write first:last:step"),
+        (["--frames", "410:400"], "--frames: 410:400. Write first to last"),
         (["--radius", "nan"], "--radius: nan: a finite number above 0 is needed"),
-        (["--radius", "3"], "radius: 3 m; between 0.05 and 0.5 m is needed"),
+        (["--radius", "3"], "radius: 3 m. Between 0.05 and 0.5 m is needed"),
         (["--unit", "cm", "--frames", "405"], "--unit cm: the file states m"),
         (["--export", "blender"], "--export"),
     ],
@@ -198,7 +198,7 @@ def test_a_film_of_your_own_table_as_in_the_docs(percussions, refused, tmp_path)
     """A room of walls, door and drive is enough; what the table does not state is said at once."""
     write_files("docs/cases/trajectory.md", tmp_path)
     words = ("heads.csv", "--room", "hall.toml")
-    assert "give --unit m or --unit cm and --frame-rate" in refused("film", *words)
+    assert "Give --unit m or --unit cm and --frame-rate" in refused("film", *words)
     words += ("--unit", "m", "--frame-rate", 25)
     said = refused("import", *words, "--frame", 0, "--name", "mine")
     assert "title, source, contact, run, analysis: Field required" in said
@@ -235,4 +235,4 @@ def test_a_folder_that_holds_no_run_is_one_line(percussions, tmp_path):
     made = percussions("film", run, timeout=30)
     assert made.returncode == 1
     (line,) = made.stderr.strip().splitlines()
-    assert line.endswith("bodies.dump: not a regular file; the folder holds no whole run")
+    assert line.endswith("bodies.dump: not a regular file. The folder holds no whole run")

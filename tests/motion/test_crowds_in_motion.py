@@ -154,7 +154,7 @@ def test_a_run_without_impulses_says_what_to_do(tmp_path):
     scene = make("arch", disks=10).with_run(duration_s=0.2, frames=2)
     record = simulate(scene, "rigid", tmp_path / "run")
     (tmp_path / "run" / "impulses.dump").unlink()
-    with pytest.raises(DumpError, match=r"impulses.dump: no such file; run the scene again"):
+    with pytest.raises(DumpError, match=r"impulses.dump: no such file. Run the scene again"):
         RunWindows(tmp_path / "run", record.time_step_s)
 
 

@@ -88,7 +88,7 @@ def test_blocks_are_filled(words):
     [
         ("claim", {"count": 0.1}, r"worded: words.md: claim: 0.1 stands in a slot without"),
         ("claim", {}, "words.md: claim: 'count' is undefined"),
-        ("other", {}, "no block other; it has found, fig_0, table, claim"),
+        ("other", {}, "no block other. It has found, fig_0, table, claim"),
     ],
 )
 def test_a_slot_without_value_or_format_is_refused(words, block, values, message):

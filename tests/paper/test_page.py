@@ -91,7 +91,7 @@ def test_a_figure_that_the_section_does_not_have(percussions, tmp_path):
     for part, figure, known in (("discrete", 7, "1, 2, 3"), ("continuum", 6, "7, 3.2.1, 8")):
         made = percussions("paper", part, "--figure", figure)
         assert made.returncode == 1
-        assert f"figure: {figure}; this part of the paper has {known}" in made.stderr
+        assert f"figure: {figure}. This part of the paper has {known}" in made.stderr
     assert not (tmp_path / "paper").exists()
     assert percussions("paper", "whole").returncode == 2
 

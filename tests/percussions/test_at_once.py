@@ -103,9 +103,9 @@ def test_frames_that_are_not_solved_together_are_solved_alone(film):
     [
         ("2 0.1 0 0.25 75 0 0", "step 40: disk 1 and disk 2 overlap by 1.6 of a radius"),
         ("2 0 0 0.25 75 0 0", "step 40: position: disk 1 and disk 2 coincide"),
-        ("2 0.5 0 1e-9 75 0 0", "step 40: contact_tolerance: 1e-06 m; the smallest radius is 1e-09 m"),
-        ("2 0.5 0 -1 75 0 0", "step 40: radius: -1 in row 1; a disk needs a positive radius"),
-        ("2 0.5 0 0.25 75 1e120 0", "step 40: velocity: 1e\\+120 in row 1; at most 1e\\+100"),
+        ("2 0.5 0 1e-9 75 0 0", "step 40: contact_tolerance: 1e-06 m. The smallest radius is 1e-09 m"),
+        ("2 0.5 0 -1 75 0 0", "step 40: radius: -1 in row 1. A disk needs a positive radius"),
+        ("2 0.5 0 0.25 75 1e120 0", "step 40: velocity: 1e\\+120 in row 1. At most 1e\\+100"),
         ("1 0.5 0 0.25 75 0 0", "id 1 occurs twice at step 40"),
         ("2 0.5 nan 0.25 75 0 0", "line 22: y: nan m: a finite place is needed"),
         ("2.5 0.5 0 0.25 75 0 0", "id: 2.5 where a whole number"),

@@ -101,7 +101,7 @@ def test_foreign_parts_are_refused_and_damaged_ones_are_made_again(dump, tmp_pat
     damaged[len(own) // 3] ^= 0x41
     first.write_bytes(damaged)
     (folder / "frames_7.parquet").write_bytes(own)
-    with pytest.raises(ValueError, match=r"frames_7\.parquet: no part of this dump; remove it"):
+    with pytest.raises(ValueError, match=r"frames_7\.parquet: no part of this dump. Remove it"):
         solve_in_chunks(dump, folder, 25)
     (folder / "frames_7.parquet").unlink()
     assert solve_in_chunks(dump, folder, 25) == before

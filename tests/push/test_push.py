@@ -88,7 +88,7 @@ def test_order_gaps_and_columns_do_not_matter(tmp_path):
 def test_a_push_that_began_before_the_file_is_said(tmp_path):
     content = table()
     (note,) = written(tmp_path, content[content.time > 0.5]).notes
-    assert "moving in the first frame already: person 0; the push began before the file" in note
+    assert "moving in the first frame already: person 0. The push began before the file" in note
 
 
 def as_text(tmp_path, text):
@@ -163,7 +163,7 @@ def changed(**columns):
     ("content", "words"),
     [
         (table().drop(columns="time"), "no column time"),
-        (table(people=1), "a row has at least two"),
+        (table(people=1), "A row has at least two"),
         (changed(x="here"), "line 2: x: 'here' is not a number"),
         (pd.concat([table(), table()]), "is there twice"),
         (table(people=3).assign(x=lambda t: 1.0 * (t.id == 1)), "one behind the other"),
@@ -171,10 +171,10 @@ def changed(**columns):
         (table(frames=20), "follow the push"),
         (table()[lambda t: ~((t.id == 1) & t.frame.between(20, 40))], "person 1 is missing from 0.76"),
         (changed(Weight_kg=-3.0), "Weight_kg: -3"),
-        (changed(Weight_kg=1e-9), "Weight_kg: 1e-09; 5 to 500 kg"),
-        (changed(Weight_kg=np.inf), "Weight_kg: inf; 5 to 500 kg"),
-        (changed(Weight_kg="heavy"), "Weight_kg: heavy; 5 to 500 kg"),
-        (changed(y=table().y * 100), "x and y in m"),
+        (changed(Weight_kg=1e-9), "Weight_kg: 1e-09 where 5 to 500 kg"),
+        (changed(Weight_kg=np.inf), "Weight_kg: inf where 5 to 500 kg"),
+        (changed(Weight_kg="heavy"), "Weight_kg: heavy where 5 to 500 kg"),
+        (changed(y=table().y * 100), "Is x and y in m"),
         (changed(time=table().frame.map(lambda f: f / 25 if f < 30 else 1.2 + 1e-9 * f)), "evenly"),
     ],
 )  # fmt: skip

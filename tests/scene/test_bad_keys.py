@@ -125,7 +125,7 @@ def test_every_key_of_a_scene(folder, place):
 LIMIT = {
     "name": "mine", "number": 1500.0, "unit": "N", "quantity": "contact_largest", "what": "a force",
     "population": "adults", "source": "a test", "read": "second-hand", "quoted_by": "a test",
-    "duration_s": 1.0, "duration_most_s": 2.0, "depth_m": 2.0,
+    "duration_s": 1.0, "duration_most_s": 2.0,
 }  # fmt: skip
 
 

@@ -116,14 +116,14 @@ def unfinished(path):
         ("a.h5", other_file, "a link to somewhere else"),
         ("a.h5", packed, "more than a file of this size can have"),
         ("a.h5", lambda p: archive(p, kinds=[*KINDS[:3], ("y", "S8")]), "y: numbers are needed"),
-        ("a.h5", lambda p: archive(p, fps="often"), "fps: often; a number is needed"),
+        ("a.h5", lambda p: archive(p, fps="often"), "fps: often. A number is needed"),
         ("a.h5", lambda p: archive(p, [(0.5, 0, 0, 0)], [("id", "f8"), *KINDS[1:]]), "id: 0.5"),
         ("a.h5", lambda p: p.write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(600)), "damaged"),
         ("a.sqlite", a_view, "trajectory_data is a view"),
         ("a.sqlite", unfinished, "a.sqlite-wal lies beside it"),
         ("a.sqlite", lambda p: base_of(p, [(1, 0, "far", 0)]), "row 1: pos_x: 'far' is no number"),
         ("a.sqlite", lambda p: base_of(p, [(1, 2.5, 0, 0)]), "row 1: frame: '2.5' is no integer"),
-        ("a.sqlite", lambda p: base_of(p, walkers(), fps="x"), "fps: x; a number is needed"),
+        ("a.sqlite", lambda p: base_of(p, walkers(), fps="x"), "fps: x. A number is needed"),
         ("a.sqlite", lambda p: p.write_bytes(b"SQLite format 3\0" + bytes(600)), "damaged"),
     ],
 )
@@ -145,8 +145,8 @@ def test_a_reader_changes_nothing_beside_the_file(tmp_path):
 @pytest.mark.parametrize(
     ("name", "row", "said"),
     [
-        ("crowdit.csv", "3,nan,1,0.5", "line 17: frame: nan; a whole number below"),
-        ("crowdit.csv", "4,1e17,1,0.5", r"frame: 1e\+18; a whole number below"),
+        ("crowdit.csv", "3,nan,1,0.5", "line 17: frame: nan. A whole number below"),
+        ("crowdit.csv", "4,1e17,1,0.5", r"frame: 1e\+18. A whole number below"),
     ],
 )
 def test_no_row_is_dropped_or_bent_in_silence(name, row, said, tmp_path):
@@ -225,7 +225,7 @@ def folder(tmp_path):
 
 def test_a_person_of_several_disks_is_refused_by_name(refused, folder):
     assert refused(*WORDS) == (
-        "percussions: Agents.xml: agent 0: 2 disks; here a person is one: --one-disk takes one of "
+        "percussions: Agents.xml: agent 0: 2 disks. Here a person is one: --one-disk takes one of "
         "the same area"
     )
 
@@ -277,16 +277,16 @@ BAD = {
     "missing": ("Agents.xml", 'Id="4"', 'Id="5"', "AgentDynamics.xml: agent 4 is not both here and"),
     "twice": ("Agents.xml", 'Id="4"', 'Id="0"', "Agents.xml: agent '0': one whole number each"),
     "nan": ("AgentDynamics.xml", "0.5,0.0", "nan,0", "AgentDynamics.xml: agent 0: Velocity: 'nan,0'"),
-    "one": ("AgentDynamics.xml", "1.4,1.0", "1.4", "AgentDynamics.xml: agent 4: Position: '1.4'; 2 fin"),
-    "radius": ("Agents.xml", '"0.2"', '"-1"', "Agents.xml: agent 4: Radius: -1; a number above 0"),
-    "square": ("Agents.xml", '"disk"', '"box"', "Agents.xml: agent 0: Shape: 'box'; only disks"),
-    "heavy": ("Agents.xml", '"70.0"', '"1e20"', "Agents.xml: agent 4: Mass: 1e+20 kg; between 0 and 1000"),
-    "mass": ("Agents.xml", '"70.0"', '"0"', "Agents.xml: agent 4: Mass: 0 kg; between 0 and 1000"),
+    "one": ("AgentDynamics.xml", "1.4,1.0", "1.4", "AgentDynamics.xml: agent 4: Position: '1.4' where 2 fin"),
+    "radius": ("Agents.xml", '"0.2"', '"-1"', "Agents.xml: agent 4: Radius: -1. A number above 0"),
+    "square": ("Agents.xml", '"disk"', '"box"', "Agents.xml: agent 0: Shape: 'box'. Only disks"),
+    "heavy": ("Agents.xml", '"70.0"', '"1e20"', "Agents.xml: agent 4: Mass: 1e+20 kg. Between 0 and 1000"),
+    "mass": ("Agents.xml", '"70.0"', '"0"', "Agents.xml: agent 4: Mass: 0 kg. Between 0 and 1000"),
     "history": ("AgentDynamics.xml", "Agents>", "Interactions>", "AgentDynamics.xml: <Interactions> whe"),
     "bomb": ("Agents.xml", "<Agents>", "<!DOCTYPE x><Agents>", "Agents.xml: a document type is not"),
     "outside": ("AgentDynamics.xml", "1.4,1.0", "9,9", "AgentDynamics.xml: disk 5 at (9, 9) m is"),
     "one_point": ("AgentDynamics.xml", "1.4,1.0", "1.0,1.0", "AgentDynamics.xml: position: disk 1 and disk 5 coi"),
-    "corner": ("Geometry.xml", "3.0,0.0", "3.0", "Geometry.xml: wall 0: Coordinates: '3.0'; 2 finite"),
+    "corner": ("Geometry.xml", "3.0,0.0", "3.0", "Geometry.xml: wall 0: Coordinates: '3.0' where 2 finite"),
 }  # fmt: skip
 
 
@@ -304,7 +304,7 @@ def test_options_of_trajectories_and_missing_files(refused, folder):
     options |= {"seed": 1, "unit": "cm", "frame-rate": 25, "window": 0.4, "others": 4, "apart": 1}
     for name, value in options.items():
         assert refused(*WORDS, "--one-disk", f"--{name}", value) == (
-            f"percussions: --{name}: only of a trajectory; LEMONS' files say it themselves"
+            f"percussions: --{name}: only of a trajectory. Files of LEMONS say it"
         )
     said = refused("import", "heads.txt", "--room", "room.toml")
     assert said.startswith("percussions: --frame: of a trajectory it is needed")

@@ -48,7 +48,7 @@ def test_formats_that_state_unit_and_frame_rate(name):
     ("old", "new", "reason"),
     [
         (b"", b"5e-324\n", "line 1: '5e-324' has too few cells for a row"),
-        (b"\n", b"\r", r"has a carriage return; lines end in \\n or \\r\\n"),
+        (b"\n", b"\r", r"has a carriage return. Lines end in \\n or \\r\\n"),
     ],
     ids=["a number first", "line ends of old"],
 )
@@ -174,14 +174,14 @@ ROW = "2 2 0.500 0.200"
         (ROW, "2 2 0.000 0.200", r"frame 2: persons [12] and [12] are at the same place"),
         (ROW, "1 2 0.500 0.200", r"frame 2: person 1 occurs twice"),
         (ROW, "2 2 half 0.200", r"changed.txt, line 10: '2 2 half 0.200' is not a row"),
-        (ROW, "2 1e308 0.500 0.200", r"changed.txt: line 10: frame: .*; a whole number"),
+        (ROW, "2 1e308 0.500 0.200", r"changed.txt: line 10: frame: .*. A whole number"),
         (ROW, "2 2 1e308 0.200", r"the position of person 2 is no number of metres"),
         (ROW, "2 2 0.500 0.200 7", r"changed.txt, line 10: .* is not a row"),
         (ROW, "2 0.500 0.200", r"changed.txt, line 10: .* is not a row"),
-        (ROW, "2 2.5 0.500 0.200", r"changed.txt: line 10: frame: .*; a whole number"),
-        ("x/m y/m", "x/cm y/cm", r"frame 2: neighbours are 0.005 m apart .* is the unit right"),
-        ("x/m y/m", "x y", r"changed.txt: states no unit; give --unit m or --unit cm$"),
-        ("# framerate: 10", "#", r"changed.txt: states no frame rate; give --frame-rate$"),
+        (ROW, "2 2.5 0.500 0.200", r"changed.txt: line 10: frame: .*. A whole number"),
+        ("x/m y/m", "x/cm y/cm", r"frame 2: neighbours are 0.005 m apart .* Is the unit right"),
+        ("x/m y/m", "x y", r"changed.txt: states no unit. Give --unit m or --unit cm$"),
+        ("# framerate: 10", "#", r"changed.txt: states no frame rate. Give --frame-rate$"),
         ("framerate: 10", "framerate: inf", "inf frames per second"),
         ("framerate: 10", "framerate: 1e300", r"a window of 0.4 s is 4e\+299 frames"),
         ("framerate: 10", "framerate: 1e-300", "a window of 0.4 s is 4e-301 frames"),
@@ -196,7 +196,7 @@ def test_bad_files_have_one_message(tmp_path, old, new, message):
 def test_missing_frame_file_columns_and_window(tmp_path):
     write_text(tmp_path / "odd.csv", "person,when,px,py\n1,0,0.0,0.0\n")
     for name, frame, window, says in (
-        ("metres.txt", 9, 0.4, "metres.txt: there is no frame 9; the frames go from 0 to 4"),
+        ("metres.txt", 9, 0.4, "metres.txt: there is no frame 9. The frames go from 0 to 4"),
         ("none.txt", 2, 0.4, "none.txt: no such file"),
         (tmp_path / "odd.csv", 0, 0.4, r"no columns that are known: id, frame, x, y or"),
         ("metres.txt", 2, 1e300, r"a window of 1e\+300 s is 1e\+301 frames"),
@@ -216,7 +216,7 @@ def test_person_not_seen_long_enough(tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"radius": 18.0}, r"radius: 18 m; between 0.05 and 0.5 m"),
+        ({"radius": 18.0}, r"radius: 18 m. Between 0.05 and 0.5 m"),
         ({"radius": 0.35}, "55 people of radius 0.35 m do not fit into gate.toml"),
         ({"radius": 0.4}, "55 people of radius 0.4 m do not fit into gate.toml"),
         ({"mass": 0.0}, r"mass: 0 kg"),
@@ -254,5 +254,5 @@ def test_times_that_do_not_grow(tmp_path):
     for row in rows[1:]:
         row[2] = "0.0"
     write_text(tmp_path / "heads.csv", "\n".join(map(",".join, rows)) + "\n")
-    with pytest.raises(TrajectoryError, match=r"heads\.csv: inf frames per second; its times must"):
+    with pytest.raises(TrajectoryError, match=r"heads\.csv: inf frames per second. Its times must"):
         read_heads(tmp_path / "heads.csv", 2, unit="m")

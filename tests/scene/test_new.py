@@ -35,7 +35,7 @@ def test_a_room_by_command(percussions, tmp_path):
     again = percussions("new", "my_room.toml", *words[2:])
     assert again.returncode == 1
     assert again.stderr == (
-        "percussions: my_room.toml: exists already; give another name or --out\n"
+        "percussions: my_room.toml: exists already. Give another name or --out\n"
     )
     assert percussions("run", "my_room.toml", "--engine", "rigid").returncode == 0
 
@@ -81,19 +81,19 @@ def test_a_floor_with_a_pillar(percussions, tmp_path, form):
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        ("--room 8x --door 1", "room: '8x'; numbers as mxm are needed"),
-        ("--room -8x6 --door 1", "room: -8 m by 6 m; positive lengths are needed"),
-        ("--room 8x6 --door 7", "door: 7 m; more than 0 and at most the side of 6 m"),
+        ("--room 8x --door 1", "room: '8x'. Numbers as mxm are needed"),
+        ("--room -8x6 --door 1", "room: -8 m by 6 m. Positive lengths are needed"),
+        ("--room 8x6 --door 7", "door: 7 m. It needs 0 to the side of 6 m"),
         ("--room 3x3 --door 1", "people: 90 of mean radius 0.201 m would cover 128% of the floor"),
         ("--door 1", "room: either --room or --geometry is needed"),
-        ("--room 8x6 --door 1 --people-from Me", "people: 'Me'; there are: ANSUR II"),
-        ("--room 8x6 --door 1 --people 1e9", "people: 1e+09; above 0 and at most 5000"),
-        ("--room 8x6 --door 1 --duration 1e308", "duration: 1e+308; above 0 and at most 1"),
-        ("--room 8x6 --door 1 --push 1e308", "push: 1e+308; above 0 and at most 1"),
+        ("--room 8x6 --door 1 --people-from Me", "people: 'Me'. There are: ANSUR II"),
+        ("--room 8x6 --door 1 --people 1e9", "people: 1e+09. Above 0 and at most 5000"),
+        ("--room 8x6 --door 1 --duration 1e308", "duration: 1e+308. Above 0 and at most 1"),
+        ("--room 8x6 --door 1 --push 1e308", "push: 1e+308. Above 0 and at most 1"),
         ("--room 1e300x6 --door 1", "area: coordinates in m within ±1"),
-        ("--room 8000x6000 --door 1", "area: 8000 m by 6000 m; coordinates in m (not in degrees, "),
-        ("--room 8x6 --door 1 --mass 1e20", "mass: 1e+20; above 0 and at most 1000 is needed"),
-        ("--room 8x6 --door 1 --radius 20", "radius: 20; above 0 and at most 1 is needed"),
+        ("--room 8000x6000 --door 1", "area: 8000 m by 6000 m. Coordinates in m (not in degrees, "),
+        ("--room 8x6 --door 1 --mass 1e20", "mass: 1e+20. Above 0 and at most 1000 is needed"),
+        ("--room 8x6 --door 1 --radius 20", "radius: 20. Above 0 and at most 1 is needed"),
         *(
             (f"--room 8x6 --door 1 --people-from Me --{one} 0.5", f"--{one}: --people-from has")
             for one in ("mass", "radius", "radius-spread")
@@ -109,7 +109,7 @@ def test_what_cannot_be_made_is_one_line(refused, words, says):
 FLOORS = {
     "degrees": (
         '{"type": "Polygon", "coordinates": [[[11.5, 48.1], [11.6, 48.1], [11.6, 48.2], [11.5, 48.1]]]}',
-        "area: 0.1 m by 0.1 m; coordinates in m (not in degrees",
+        "area: 0.1 m by 0.1 m. Coordinates in m (not in degrees",
     ),
     "curves": ("CURVEPOLYGON(CIRCULARSTRING(0 0, 5 5, 10 0, 5 -5, 0 0))", "area: curves are not"),
     "nested": (

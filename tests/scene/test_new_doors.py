@@ -170,7 +170,7 @@ BAD = {
     "far": ({"targets": [{"id": 7, "shape": circle(9, 8)}]}, "target 7: it does not lie at the"),
     "missing": ({"targets": [{"id": 7}]}, "topography: KeyError: 'shape'"),
     "bounds": ({"attributes": {}}, "topography: KeyError: 'bounds'"),
-    "no_target": ({"targets": []}, "source 3: targetIds: [7]; one target is needed"),
+    "no_target": ({"targets": []}, "source 3: targetIds: [7]. One target is needed"),
     "no_sources": ({"sources": []}, None),
 }
 
@@ -195,14 +195,14 @@ def test_a_floor_that_is_packed_and_cut_off_is_damaged(tmp_path):
     ("words", "says"),
     [
         ("--door 0,1,0,2 --door 0,1.5,0,2.5", "door: ((0.0, 1.5), (0.0, 2.5)) m overlaps another"),
-        ("--door 0,1,0,2:0", "door: shares [0.0]; numbers above 0 are needed"),
-        ("--door 0,1,0,2:x", "door share: 'x'; numbers as m are needed"),
-        ("--door 0,1,0,2 --door 0,-1,0,-2:1e-9", "door: nobody of 9 goes to door 2; a larger"),
+        ("--door 0,1,0,2:0", "door: shares [0.0]. Numbers above 0 are needed"),
+        ("--door 0,1,0,2:x", "door share: 'x'. Numbers as m are needed"),
+        ("--door 0,1,0,2 --door 0,-1,0,-2:1e-9", "door: nobody of 9 goes to door 2. A larger"),
         ("", "door: its width or its ends are needed (--door)"),
-        ("--door 1 --door 2", "door: '1'; numbers as m,m,m,m are needed"),
+        ("--door 1 --door 2", "door: '1'. Numbers as m,m,m,m are needed"),
         ("--stream --door 1 --door 2", "stream: at most one --door is needed, the width of both"),
-        ("--stream --door 9", "door: 9 m; more than 0 and at most the side of 6 m"),
-        ("--door 1 --block=-1,1,-1,2", "block: -1,1,-1,2; two opposite corners are needed"),
+        ("--stream --door 9", "door: 9 m. It needs 0 to the side of 6 m"),
+        ("--door 1 --block=-1,1,-1,2", "block: -1,1,-1,2. Two opposite corners are needed"),
         ("--door 1 --barrier=-1,1,1,2", "barrier: a part of it is not on the floor"),
         ("--door 1 --block=-6,-9,-5,9", "area: one polygon is needed, not MultiPolygon"),
     ],
@@ -216,6 +216,6 @@ def test_a_start_that_is_too_small():
     small = Doorway(ends=((0, -1), (0, 1)), start=shapely.box(-2, -1, -1, 0))
     with pytest.raises(SceneError, match=r"people: 30 of mean radius .* do not fit where they are"):
         room("small", 8.0, 6.0, [small], Crowd(people=30))
-    with pytest.raises(SceneError, match="two opposite corners"):
+    with pytest.raises(SceneError, match="Two opposite corners"):
         from_geometry("x", shapely.box(0, 0, 9, 9), [small], Crowd(people=3), inside=Inside(
             blocks=[(1, 1, 1, 2)]))  # fmt: skip

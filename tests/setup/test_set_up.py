@@ -71,6 +71,6 @@ def test_little_memory_is_said_at_once():
     )
     assert ended.returncode == 1
     assert ended.stderr == (
-        "percussions: memory is limited to 400 MB of address space (ulimit -v); at least 1024 MB "
+        "percussions: memory is limited to 400 MB of address space (ulimit -v). At least 1024 MB "
         "are needed\n"
     )

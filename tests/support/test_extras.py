@@ -136,5 +136,5 @@ def test_where_processes_can_share_no_memory_it_is_said(monkeypatch):
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(parallel, "ProcessPoolExecutor", refused)
-    with pytest.raises(ValueError, match=r"^jobs: .*Permission denied; is /dev/shm there"):
+    with pytest.raises(ValueError, match=r"^jobs: .*Permission denied. Is /dev/shm there"):
         parallel.workers(2).__enter__()

@@ -35,7 +35,7 @@ def test_any_number_of_threads_gives_the_same_bits(name, few_are_shared):
     assert alone.solver == SOLVERS[name]
     assert "threads" not in alone.choice
     for answer, threads in zip(together, (2, 3), strict=True):
-        assert answer.choice == f"{alone.choice}; {threads} threads"
+        assert answer.choice == f"{alone.choice}, {threads} threads"
         for field in ("reaction", "right_velocity", "impulse"):
             np.testing.assert_array_equal(getattr(answer, field), getattr(alone, field))
         assert answer.residual == alone.residual
@@ -54,5 +54,5 @@ def test_threads_solve_dissipative_contacts_too(few_are_shared):
 def test_a_number_of_threads_that_is_none_is_refused(threads):
     pair = disks_at([[0, 0], [1, 0]], radius=0.5, mass=1)
     contacts = find_contacts(pair, tolerance=1e-9)
-    with pytest.raises(ValueError, match=r"^threads: .*; 1 or more are needed$"):
+    with pytest.raises(ValueError, match=r"^threads: .*\. 1 or more are needed$"):
         solve(pair, contacts, threads=threads)

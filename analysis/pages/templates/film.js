@@ -2,12 +2,12 @@
 // The viewers of a page: each unpacks the numbers that film/page.py packed, and draws them. Nothing is loaded.
 document.querySelectorAll(".film").forEach(async (root) => {
   const $ = (name) => root.querySelector(`.${name}`);
-  const [play, slider, views, colours, person, now, canvas, legend, table] =
-    ["play", "frame", "view", "colour", "person", "now", "canvas", "legend", "contacts"].map($);
-  const key = $("key"), still = matchMedia("(prefers-reduced-motion: reduce)");
+  const [play, slider, views, colours, person, now, canvas, table] =
+    ["play", "frame", "view", "colour", "person", "now", "canvas", "contacts"].map($);
+  const NOBODY = "#f2f2f2", key = $("key"), still = matchMedia("(prefers-reduced-motion: reduce)");
   if (!("DecompressionStream" in window)) {
     root.hidden = false;
-    now.textContent = "This browser cannot unpack the film; its pictures and tables are below.";
+    now.textContent = "This browser cannot unpack the film. Its pictures and tables are below.";
     return;
   }
   const scales = {};
@@ -19,7 +19,7 @@ document.querySelectorAll(".film").forEach(async (root) => {
   film.reels.forEach((reel, number) => {
     decode(reel);
     const of = reel.engine && film.reels.length > 1 ? `, positions of ${reel.engine}` : "";
-    const soft = reel.units.percussions ? `${reel.bodies} (${reel.engine})` : `rigid (${reel.engine.replace("rigid model", "time steps")})`;
+    const soft = reel.units.percussions ? `${reel.bodies} (${reel.engine})` : "rigid";
     Object.keys(reel.units).forEach((model, place) => {
       const title = model === "engine" ? soft : reel.engine ? `rigid (percussions)${of}` : reel.title;
       shown.push({ reel, number, kind: "force", place, title, unit: reel.units[model] });
@@ -147,7 +147,7 @@ document.querySelectorAll(".film").forEach(async (root) => {
         const [x, y] = to(frame.at.get(one));
         pen.beginPath();
         pen.arc(x, y, scale * film.place * reel.radius[one], 0, 2 * Math.PI);
-        pen.fillStyle = by === "force" && most.get(one) ? tint(most.get(one), unit) : "#f2f2f2";
+        pen.fillStyle = by === "force" && most.get(one) ? tint(most.get(one), unit) : NOBODY;
         pen.fill();
         pen.lineWidth = one === chosen ? 4 : Math.min(0.8, 0.1 * scale * film.place * reel.radius[one]);
         pen.strokeStyle = one === chosen ? "#000" : "#666";
@@ -196,8 +196,8 @@ document.querySelectorAll(".film").forEach(async (root) => {
     let most = 0;
     if (frame.a) frame.a.forEach((_, i) => { most = Math.max(most, Math.abs(carried(frame, i) || 0)); });
     const rigid = reel.units.percussions && (view().kind === "difference" || isRigid());
-    const solved = frame.s !== "solved" ? `; percussions ${frame.s}: ${frame.why}` : rigid ? "; solved" : "";
-    const jump = reel.jumps.includes(frame.n) ? "; a number jumps since the frame before" : "";
+    const solved = frame.s !== "solved" ? `, percussions ${frame.s}: ${frame.why}` : rigid ? ", solved" : "";
+    const jump = reel.jumps.includes(frame.n) ? ", a number jumps since the frame before" : "";
     const what = view().kind === "difference" ? "largest difference" : unit === "N" ? "largest contact force" : "largest percussion";
     now.textContent = `${frame.t.toFixed(2)} s, frame ${frame.n}: `
       + `${what} ${number(+most.toPrecision(3), unit)}${reel.units.percussions ? solved : ""}${jump}.`;
@@ -244,17 +244,19 @@ document.querySelectorAll(".film").forEach(async (root) => {
 
   function explain() {
     const { reel, unit, kind } = view(), by = kind === "difference" ? kind : colours.value;
-    const line = (colour, dash, text) => `<li><span class="line" style="border-color:${colour};border-top-style:${dash ? "dashed" : "solid"}"></span> ${text}</li>`;
-    const heads = reel.frames.some((frame) => frame.h) ? `<span><i style="background:${film.colours.head};width:.4rem;height:.4rem"></i> head, as filmed</span>` : "";
-    legend.innerHTML = "";
-    if (by === "difference") legend.innerHTML += `<ul>${line(film.colours.more, false, "more in soft bodies")}${line(film.colours.less, true, "more in rigid bodies")}</ul>`;
-    if (by === "open") legend.innerHTML += `<ul>${line(film.colours.known, false, "fixed by equilibrium")}${line(film.colours.open, true, "not unique: within the range of the table")}${line("#666", true, "not known")}</ul>`;
-    key.innerHTML = heads;
-    if (by !== "force") return;
-    const last = film.limits.length - 1;
-    const few = unit === "N" ? film.limits.map((limit, k) => `<span><i style="background:${film.above[k + 1]}"></i> ${k ? "" : "contact > "}${number(limit.number, k < last ? "" : "N")}</span>`)
-      : [`<i style="background:linear-gradient(to right, ${film.shades.join(",")});width:6rem"></i> 0 to ${number(scales[unit], unit)}`];
-    key.innerHTML = [...few, heads].join(" ");
+    const of = film.colours, last = film.limits.length - 1;
+    const line = (colour, dash, text) => `<span><b class="line" style="border-color:${colour};border-top-style:${dash ? "dashed" : "solid"}"></b> ${text}</span>`;
+    const dot = (colour, text, size = "") => `<span><i style="background:${colour};${size}"></i> ${text}</span>`;
+    const parts = {
+      difference: () => [line(of.more, false, "more in soft bodies"), line(of.less, true, "more in rigid bodies")],
+      open: () => [line(of.known, false, "fixed by equilibrium"), line(of.open, true, "not unique: within the range of the table"), line("#666", true, "not known")],
+      force: () => unit === "N" ? [dot(NOBODY, "no contact"), dot(film.above[0], `&lt; ${number(film.limits[0].number)}`),
+        ...film.limits.map((limit, k) => dot(film.above[k + 1], `&gt; ${number(limit.number, k < last ? "" : "N")}`))]
+        : [dot(NOBODY, "no contact"), `<i style="background:linear-gradient(to right, ${film.shades.join(",")});width:6rem"></i>`],
+    }[by]();
+    if (by !== "open") parts.push(`<span><b class="wedge"></b> to ${number(+scales[unit].toPrecision(2), unit)}</span>`);
+    if (reel.frames.some((frame) => frame.h)) parts.push(dot(of.head, "head, as filmed", "width:.4rem;height:.4rem"));
+    key.innerHTML = parts.join(" ");
   }
 
   function pause() { clearInterval(timer); timer = 0; play.textContent = "Play"; }

@@ -201,7 +201,7 @@ def velocities(found: Chains) -> Figure:
     right.set(yscale="log", ylim=(1e-2, None))
     right.legend(fontsize=8, loc="upper left")
     for axes in (left, right):
-        axes.set(xlabel="x (m); the wall is at the right", xlim=(LENGTH - 6, LENGTH + 0.1))
+        axes.set(xlabel="x (m), the wall is at the right", xlim=(LENGTH - 6, LENGTH + 0.1))
         axes.grid(alpha=0.3)
     return figure
 

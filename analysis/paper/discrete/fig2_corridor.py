@@ -389,7 +389,7 @@ def draw_network(corridor: Corridor) -> Figure:
         drawn["linewidths"] = list(7 * size[shown] / size.max())
         middle.add_collection(LineCollection(list(lines[shown]), **drawn))
     handles = [middle.plot([], [], color=c, ls=s, lw=3, label=words)[0] for words, c, s in KINDS]
-    middle.set_title(f"percussions; the widest is {size.max():.0f} N·s", fontsize=10)
+    middle.set_title(f"percussions, the widest is {size.max():.0f} N·s", fontsize=10)
     figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=8)
     after.set_title("right velocities (arrows four times as long as above)", fontsize=10)
     _arrows(after, snapshot.position, answer.right_velocity, 0.8)
@@ -508,7 +508,7 @@ def _arrivals(axes: Axes, pushes: Sequence[Push]) -> None:
     axes.set(yscale="log", xlabel="distance from the pushing column (m)")
     axes.set_ylabel("first arrival (s)")
     axes.legend(fontsize=7, loc="lower right")
-    axes.set_title(f"{ENGINE_NAMES[pushes[0].engine]}; percussions arrive at once", fontsize=10)
+    axes.set_title(f"{ENGINE_NAMES[pushes[0].engine]}, percussions arrive at once", fontsize=10)
 
 
 def draw_impulses(corridor: Corridor) -> Figure:

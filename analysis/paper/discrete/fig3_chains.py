@@ -113,7 +113,7 @@ def chain_of(n: int, wall: bool, equal: bool) -> Chain:
     All move at 2 m/s into the wall; a free chain's left velocities fall from 2 to 0 m/s along it,
     so that every contact closes. Raises ValueError for fewer than two disks."""
     if n < 2:
-        raise ValueError(f"n: {n}; a chain has at least two disks")
+        raise ValueError(f"n: {n}. A chain has at least two disks")
     mass = np.full(n, EQUAL) if equal else np.random.default_rng(SEED).uniform(LEAST, MOST, n)
     left = np.full(n, SPEED) if wall else np.linspace(SPEED, 0.0, n)
     return Chain(mass=mass, left=left, wall=wall)

@@ -179,7 +179,7 @@ def draw_laws(limit: float) -> Figure:
     strength = SocialForceLaw().strength
     place, arrow = (30.0, 1.6 * strength), {"arrowstyle": "->"}
     axes.annotate(f"A = {strength:g} N", (0.0, strength), place, arrowprops=arrow, fontsize=9)
-    axes.set(yscale="log", xlabel="gap (mm); negative: overlap", ylabel="force of a pair (N)")
+    axes.set(yscale="log", xlabel="gap (mm), negative: overlap", ylabel="force of a pair (N)")
     axes.grid(alpha=0.3, which="both")
     axes.legend(loc="upper right", fontsize=9)
     return figure

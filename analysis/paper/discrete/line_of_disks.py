@@ -34,7 +34,7 @@ def newton_impact(snapshot: Snapshot, contacts: Contacts, restitution: float) ->
     """Velocities (n,2) m/s after an impact by Newton's law at all contacts at once. Raises
     ValueError for e outside [0, 1]."""
     if not 0 <= restitution <= 1:
-        raise ValueError(f"restitution: {restitution}; 0 ≤ e ≤ 1 is needed")
+        raise ValueError(f"restitution: {restitution}. 0 ≤ e ≤ 1 is needed")
     return dense_percussions(snapshot, contacts, snapshot.velocity, restitution=restitution)[1]
 
 

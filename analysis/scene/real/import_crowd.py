@@ -167,11 +167,11 @@ def _bodies(radius: float, mass: float, varied: Varied, people: int) -> tuple[Fl
     """Radii (m) and masses (kg) of people; SceneError for what is out of range."""
     if not SMALLEST_RADIUS_M <= radius <= LARGEST_RADIUS_M:
         raise SceneError(
-            f"radius: {radius:g} m; between {SMALLEST_RADIUS_M:g} and {LARGEST_RADIUS_M:g} m is "
+            f"radius: {radius:g} m. Between {SMALLEST_RADIUS_M:g} and {LARGEST_RADIUS_M:g} m is "
             "needed"
         )
     if not 0 < mass < 1000:
-        raise SceneError(f"mass: {mass:g} kg; between 0 and 1000 kg is needed")
+        raise SceneError(f"mass: {mass:g} kg. Between 0 and 1000 kg is needed")
     try:
         return varied.bodies(radius, mass, people)
     except ValueError as error:
@@ -195,7 +195,7 @@ def _check_fit(scene: Scene, origin: str, room: Path) -> None:
         radii, why = scene.snapshot.radius, str(error).removeprefix(f"{origin}: ")
         raise SceneError(
             f"{origin}: {len(radii)} people of radius {radii.mean():.3g} m do not fit into "
-            f"{room.name}: moved apart, {why}; a smaller radius may help"
+            f"{room.name}: moved apart, {why}. A smaller radius may help"
         ) from None
 
 
@@ -206,7 +206,7 @@ def _inside(heads: Heads, inside: Flags, room: Path) -> Heads:
         (x0, y0), (x1, y1) = heads.position.min(0), heads.position.max(0)
         raise TrajectoryError(
             f"{heads.origin}: nobody is inside the walls of {room}: heads between ({x0:g}, {y0:g}) "
-            f"and ({x1:g}, {y1:g}) m; is the unit right (m, cm)?"
+            f"and ({x1:g}, {y1:g}) m. Is the unit right (m, cm)?"
         )
     kept = replace(
         heads,

@@ -52,7 +52,7 @@ class LemonsCrowd:
 {len(disks)} people of {self.file.name} (LEMONS), each with {self.shapes} disks there and one of the same area
 here: {disks.radius.mean():.3f} m in the mean. Moved apart by {far.mean():.3f} m in the mean, {far.max():.3f} m
 at most. Ids are those of LEMONS plus 1. Its pushes (Fp), floor damping, materials and orientations
-are not taken; drive and contact law are those of {room.name}."""
+are not taken. Drive and contact law are those of {room.name}."""
         scene = Scene.of(stated, name=name or room.stem, notes=notes.strip(), snapshot=moved)
         scene.check(str(self.file))
         return scene
@@ -83,12 +83,12 @@ def read_lemons(file: Path, *, one_disk: bool) -> LemonsCrowd:
         mass += _attribute(where, bodies[one], "Mass", 1)
         if not 0 < mass[-1] < MOST_MASS_KG:
             raise SceneError(
-                f"{where}: Mass: {mass[-1]:g} kg; between 0 and {MOST_MASS_KG:g} kg is needed"
+                f"{where}: Mass: {mass[-1]:g} kg. Between 0 and {MOST_MASS_KG:g} kg is needed"
             )
         disks = bodies[one].findall("Shape")
         if len(disks) > 1 and not one_disk:
             raise SceneError(
-                f"{where}: {len(disks)} disks; here a person is one: --one-disk takes one of the "
+                f"{where}: {len(disks)} disks. Here a person is one: --one-disk takes one of the "
                 "same area"
             )
         shapes = max(shapes, len(disks))
@@ -122,7 +122,7 @@ def _xml(file: Path, name: str) -> ElementTree.Element:
         raise SceneError(f"{file}: no XML: {error}") from None
     if root.tag != name:
         what = "histories of contacts are not read" if root.tag == "Interactions" else "unknown"
-        raise SceneError(f"{file}: <{root.tag}> where <{name}> is needed; {what}")
+        raise SceneError(f"{file}: <{root.tag}> where <{name}> is needed ({what})")
     return root
 
 
@@ -151,7 +151,7 @@ def _attribute(where: str, element: ElementTree.Element, key: str, count: int) -
     except ValueError:
         numbers = []
     if len(numbers) != count or not all(map(math.isfinite, numbers)):
-        raise SceneError(f"{where}: {key}: {text!r}; {count} finite numbers are needed")
+        raise SceneError(f"{where}: {key}: {text!r} where {count} finite numbers are needed")
     return numbers
 
 
@@ -162,10 +162,10 @@ def _radius(where: str, shapes: list[ElementTree.Element]) -> float:
     disks = []
     for shape in shapes:
         if shape.get("Type") != "disk":
-            raise SceneError(f"{where}: Shape: {shape.get('Type')!r}; only disks are read")
+            raise SceneError(f"{where}: Shape: {shape.get('Type')!r}. Only disks are read")
         (radius,) = _attribute(where, shape, "Radius", 1)
         if radius <= 0:
-            raise SceneError(f"{where}: Radius: {radius:g}; a number above 0 is needed")
+            raise SceneError(f"{where}: Radius: {radius:g}. A number above 0 is needed")
         disks.append((_attribute(where, shape, "Position", 2), radius))
     if len(disks) == 1:
         return disks[0][1]
@@ -183,6 +183,6 @@ def _walls(file: Path) -> tuple[Wall, ...]:
         where = f"{file}: wall {name}"
         corners = [_attribute(where, one, "Coordinates", 2) for one in wall.findall("Corner")]
         if len(corners) < 2:
-            raise SceneError(f"{where}: {len(corners)} corners; two at least are needed")
+            raise SceneError(f"{where}: {len(corners)} corners. Two at least are needed")
         found += [pair for pair in pairwise(corners) if pair[0] != pair[1]]
     return walls_between(found)

@@ -84,7 +84,7 @@ class _Given:
         every = (("unit", "--unit m or --unit cm"), ("frame rate", "--frame-rate"))
         lacks = itertools.compress(every, (not unit, not frame_rate))
         words, ways = zip(*lacks, strict=True)
-        raise self.refuse(f"states no {' and no '.join(words)}; give {' and '.join(ways)}")
+        raise self.refuse(f"states no {' and no '.join(words)}. Give {' and '.join(ways)}")
 
 
 def _read_rows(file: Path, named: bool) -> tuple[list[str], pd.DataFrame]:
@@ -103,7 +103,7 @@ def _read_rows(file: Path, named: bool) -> tuple[list[str], pd.DataFrame]:
             numbers = [bool(NUMBER.fullmatch(cell)) for cell in cells]
             where = f"{file}, line {number}: {text[:60]!r}"
             if "\r" in text:
-                raise TrajectoryError(f"{where} has a carriage return; lines end in \\n or \\r\\n")
+                raise TrajectoryError(f"{where} has a carriage return. Lines end in \\n or \\r\\n")
             if not like:
                 if cells and all(numbers) and len(cells) < LEAST_NUMBERS:
                     raise TrajectoryError(f"{where} has too few cells for a row")
@@ -162,7 +162,7 @@ def load(file: Path, unit: Unit | None, frame_rate: float | None) -> Loaded:
             if not whole.all():
                 place = whole.idxmin()
                 raise given.refuse(
-                    f"{data.index.name or 'row'} {place}: {name}: {data[name][place]:g}; a whole "
+                    f"{data.index.name or 'row'} {place}: {name}: {data[name][place]:g}. A whole "
                     f"number below {LARGEST_WHOLE} is needed"
                 )
         return data.astype({"id": np.int64, "frame": np.int64}), rate
@@ -269,7 +269,7 @@ def _archive(given: _Given) -> Loaded:
 def _fps(given: _Given, said: object) -> float:
     """The frame rate (1/s) that a file states."""
     if said is None or not NUMBER.fullmatch(str(said)):
-        raise given.refuse(f"fps: {str(said)[:40]}; a number is needed")
+        raise given.refuse(f"fps: {str(said)[:40]}. A number is needed")
     return float(str(said))
 
 
@@ -281,7 +281,7 @@ def _vadere(given: _Given, head: list[str], table: pd.DataFrame) -> Loaded:
     frames = float((seen["max"] - seen["min"]).sum()) * rate
     if not frames <= MOST_FRAMES + FRAMES_OF_ROW * len(table):
         raise given.refuse(
-            f"{frames:.3g} frames of {len(table)} rows at {rate:g} frames per second; is the frame "
+            f"{frames:.3g} frames of {len(table)} rows at {rate:g} frames per second. Is the frame "
             "rate right?"
         )
     found = pedpy.load_trajectory_from_vadere(trajectory_file=given.file, frame_rate=rate)
@@ -339,7 +339,7 @@ class Recording:
         data, rate = load(file, unit, frame_rate)
         if not 0 < rate < np.inf:
             raise TrajectoryError(
-                f"{file}: {rate:g} frames per second; its times must grow with frames"
+                f"{file}: {rate:g} frames per second. Its times must grow with frames"
             )
         if not len(data):
             raise TrajectoryError(f"{file}: no frame with anybody in it")
@@ -409,7 +409,7 @@ class Recording:
         if not (near.frame == frame).any():
             first, last = self.ends
             raise TrajectoryError(
-                f"{self.file}: there is no frame {frame}; the frames go from {first} to {last}"
+                f"{self.file}: there is no frame {frame}. The frames go from {first} to {last}"
             )
         far = ~(near[["x", "y"]].abs() <= FARTHEST_M).all(axis=1)
         for bad, what in (
@@ -450,6 +450,6 @@ def _check_places(origin: str, ids: Indices, position: Floats) -> None:
     typical = float(np.median(nearest))
     if not 0.05 < typical < 10:
         raise TrajectoryError(
-            f"{origin}: neighbours are {typical:.3g} m apart in the median; is the unit right "
+            f"{origin}: neighbours are {typical:.3g} m apart in the median. Is the unit right "
             "(m, cm)?"
         )

@@ -280,7 +280,7 @@ def initial_overlap(overlap: float, row: Of | str, folder: Path) -> Cell:
             if row == PRODUCT:
                 scene.check("trial")
             answer = solve(scene.snapshot, crowds.contacts_of(scene.snapshot))
-            still = "at rest; the overlap stays, since percussions act on velocities"
+            still = "at rest, and the overlap stays, since percussions act on velocities"
             return trial.rigid_cell(str(answer.status), still)
         # LAMMPS' deck needs the energy at the start: not of centres that coincide
         frames = run_frames(scene, engine, folder)
@@ -556,7 +556,7 @@ def small_speeds_theory(row: Of | str) -> float:
 @case(
     columns=("speed (m/s)", *SPEEDS),
     few_columns=(1.0, 1e-8, 1e-11, 1e-13, 1e-100, 0.0),
-    rows=("solver; engine, time step (√(m/k))", *SOLVERS, *SLOW_ENGINES),
+    rows=("solver, or engine and time step (√(m/k))", *SOLVERS, *SLOW_ENGINES),
     few_rows=(*SOLVERS, *each("lammps", "Δt", 0.01)),
     quantities=trial.SOLVER_QUANTITIES,
     fails_as=(Outcome.INACCURATE,),

@@ -177,7 +177,7 @@ def compared(
     """Make a cell of an answer whose u⁺ and λ differ by the first two numbers from another's; worst:
     the one whose status counts."""
     wrong, off, _ = found
-    differs = f"λ differs by {off:.2g} of the largest from {other}; u⁺ is the same"
+    differs = f"λ differs by {off:.2g} of the largest from {other}, u⁺ is the same"
     return cell(
         str(worst.status),
         (*found, float(answer.iterations)),
@@ -285,7 +285,7 @@ def opening_contacts(opening: float, dissipation: float, folder: Path) -> Cell:
     exact, change = exact_energy(opening, dissipation)
     before = 0.5 * MASS_KG * (1 + opening**2)
     gain = answer.energy_change / before
-    reason = f"energy {gain:+.3g} of the start; exact {change / before:+.3g}"
+    reason = f"energy {gain:+.3g} of the start, exact {change / before:+.3g}"
     return solver_cell(
         answer,
         along_x(exact),

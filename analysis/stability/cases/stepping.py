@@ -104,7 +104,7 @@ def missed_contacts(margin: float, step_s: float, folder: Path) -> Cell:
             motion.position = motion.position + step_s * motion.velocity
         missed += not seen
         deepest = max(deepest, motion.overlap)
-    reason = f"{missed} of {GAPS} gaps not seen; overlap {deepest:.2g} m after one step"
+    reason = f"{missed} of {GAPS} gaps not seen, overlap {deepest:.2g} m after one step"
     overlaps = (not deepest <= NONE_M, Outcome.INACCURATE, reason)
     return cell("0", (deepest / way, float(missed), float(GAPS)), reason, overlaps)
 

@@ -36,11 +36,11 @@ class Cells:
 
     def __post_init__(self) -> None:
         if self.mesh.doflocs.shape[1] != self.mesh.nvertices:
-            raise ValueError("mesh: curved cells; straight ones are needed")
+            raise ValueError("mesh: curved cells. Straight ones are needed")
         _ = self._space
         if not self.open.any():
             raise ValueError(
-                "mesh: no exit and no free border; the pressure would be known up to a constant"
+                "mesh: no exit and no free border. The pressure would be known up to a constant"
             )
 
     @cached_property
@@ -122,7 +122,7 @@ class Cells:
         if not callable(velocity):
             if np.shape(velocity) not in ((d,), (n, d)):
                 raise ValueError(
-                    f"{name}: values in cells have none on walls; ({d},), ({n}, {d}) or a function"
+                    f"{name}: values in cells have none on walls. Give ({d},), ({n}, {d}) or a function"
                 )
             velocity = np.broadcast_to(np.asarray(velocity, dtype=np.float64), (n, d))
         normal = (values_at(self._space, edge, velocity, name) * np.asarray(edge.normals)).sum(0)

@@ -22,7 +22,7 @@ def _density(density: ArrayLike) -> Floats:
     if not np.isfinite(rho).all():
         raise ValueError("density: not a finite number")
     if rho.size and rho.min() <= 0:
-        raise ValueError(f"density: {rho.min():g} people/m²; a positive density is needed")
+        raise ValueError(f"density: {rho.min():g} people/m². A positive density is needed")
     return rho
 
 
@@ -87,7 +87,7 @@ def power_pressure(
     Raises ValueError for another density or constant."""
     positive(coefficient=coefficient, exponent=exponent)
     if exponent <= 1:
-        raise ValueError(f"exponent: {exponent:g}; more than 1 is needed")
+        raise ValueError(f"exponent: {exponent:g}. More than 1 is needed")
     return np.asarray(coefficient * _density(density) ** exponent)
 
 
@@ -152,7 +152,7 @@ def measured_speed(
     values = read_only(speed, (len(where),), "speed")
     count = read_only(np.ones(len(where)) if people is None else people, (len(where),), "people")
     if count.size and count.min() < 0:
-        raise ValueError(f"people: {count.min():g}; a number of people cannot be negative")
+        raise ValueError(f"people: {count.min():g}. A number of people cannot be negative")
     positive(reach=reach)
     kernel = Kernel(width=reach / math.sqrt(2))
     sums, _ = smear(where, np.column_stack([count * values, count]), kernel, points)

@@ -89,7 +89,7 @@ def first_order_flow(
     `Cells` refuses it."""
     begin = time.perf_counter()
     if equation not in list(PlaceEquation):
-        raise ValueError(f"equation: unknown {equation!r}; there are: {', '.join(PlaceEquation)}")
+        raise ValueError(f"equation: unknown {equation!r}. There are: {', '.join(PlaceEquation)}")
     positive(tolerance=tolerance)
     equation, cells = PlaceEquation(equation), Cells(mesh)
     pulls = equation is not PlaceEquation.COMPLEMENTARITY
@@ -195,7 +195,7 @@ def frictional_flow(
 
     Raises ValueError for friction outside [0, 1) and walls that do not lie along y."""
     if not 0 <= friction < 1:
-        raise ValueError(f"friction: {friction}; 0 ≤ s < 1 is needed")
+        raise ValueError(f"friction: {friction}. 0 ≤ s < 1 is needed")
     problem = _Frictional(Cells(mesh), density, desired, friction)
     x, iterations = problem.minimum(tolerance)
     residual, stress = problem.residual(x), problem.whole(x)

@@ -66,7 +66,7 @@ class TurbulenceLaw:
     def __post_init__(self) -> None:
         positive(mass_per_person=self.mass_per_person)
         if not (np.isfinite(self.friction) and self.friction >= 0):
-            raise ValueError(f"friction: {self.friction:g}; it cannot be negative")
+            raise ValueError(f"friction: {self.friction:g}. It cannot be negative")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -137,7 +137,7 @@ def turbulence_step(
     begin = time.perf_counter()
     positive(time_step=time_step, tolerance=tolerance)
     if mesh.dim() != 2:
-        raise ValueError("mesh: friction needs the plane; triangles are needed")
+        raise ValueError("mesh: friction needs the plane. Triangles are needed")
     cells, people = Cells(mesh), _people(density, mesh.nvertices)
     rho = law.mass_per_person * people[mesh.t].mean(0)
     left = cells.mean_velocity(velocity, "velocity")
@@ -173,7 +173,7 @@ def _people(density: ArrayLike, n: int) -> Floats:
     """(n,) people/m² at the vertices."""
     people = read_only(np.full(n, density) if np.ndim(density) == 0 else density, (n,), "density")
     if people.min() <= 0:
-        raise ValueError(f"density: {people.min():g}; a crowd needs a positive density everywhere")
+        raise ValueError(f"density: {people.min():g}. A crowd needs a positive density everywhere")
     return people
 
 
@@ -193,7 +193,7 @@ def _pressing(
         return law.mass_per_person * np.maximum(law.pressure.pressure(people), 0.0), 0.0, ""
     p = read_only(law.pressure, (len(people),), "pressure")
     if p.min() < 0:
-        raise ValueError(f"pressure: {p.min():g} N/m; people push, they do not pull")
+        raise ValueError(f"pressure: {p.min():g} N/m. People push, they do not pull")
     return p, 0.0, ""
 
 

@@ -225,6 +225,6 @@ def test_young_s_modulus_gives_the_stiffness(tmp_path):
 def test_yade_refuses_hertz_with_friction(tmp_path):
     require("yade")
     scene = few("hertz", None, friction=0.3)
-    with pytest.raises(EngineError, match=r"few: contact\.friction: 0\.3; YADE runs hertz without"):
+    with pytest.raises(EngineError, match=r"few: contact\.friction: 0\.3. YADE runs hertz without"):
         simulate_into(scene, "yade", tmp_path / "run")
     assert not list(tmp_path.iterdir())
