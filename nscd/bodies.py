@@ -164,7 +164,7 @@ class Snapshot:
     def need_disks(self, who: str) -> None:
         """Raise ValueError, naming who needs it, where bodies have several disks."""
         if self.wide is not None:
-            raise ValueError(f"{who}: bodies of several disks; it is for disks")
+            raise ValueError(f"{who}: bodies of several disks, and it is for disks")
 
     @property
     def wide(self) -> Bodies | None:

@@ -187,8 +187,8 @@ def test_users_add_and_replace_limits(tmp_path):
     [
         (OWN_LIMIT, OWN_LIMIT + OWN_LIMIT, "two limits are called mine"),
         ('"mine"', '"barrier_2_m"', "'barrier_2_m' replaces one of the quantity wall_line_load"),
-        ('unit = "N"', 'unit = "kN"', r"'mine': unit 'kN'; contact_largest is in N"),
-        ('unit = "N"', 'unit = "N/m"', r"unit 'N/m'; contact_largest is in N"),
+        ('unit = "N"', 'unit = "kN"', r"'mine': unit 'kN', but contact_largest is in N"),
+        ('unit = "N"', 'unit = "N/m"', r"unit 'N/m', but contact_largest is in N"),
         ('source = "my report, 2026"\n', "", r"limit 'mine' source: is missing"),
         ('"my report, 2026"', '" "', r"limit 'mine' source:"),
         ("500.0", "nan", r"limit 'mine' number:"),

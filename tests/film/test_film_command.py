@@ -106,7 +106,7 @@ def check_page(address, largest):
         page.locator(".canvas").focus()
         page.keyboard.press("End")
         said = page.locator(".now").inner_text()
-        assert said.startswith("0.02 s, frame 40: largest contact force")
+        assert said.startswith("0.02 s, frame 40: largest force")
         number = float(said.split("force")[1].split("N")[0].replace("\u202f", ""))
         assert number == float(f"{largest['lammps', '40']:.3g}")
         titles = page.locator(".view option").all_inner_texts()

@@ -198,7 +198,7 @@ document.querySelectorAll(".film").forEach(async (root) => {
     const rigid = reel.units.percussions && (view().kind === "difference" || isRigid());
     const solved = frame.s !== "solved" ? `, percussions ${frame.s}: ${frame.why}` : rigid ? ", solved" : "";
     const jump = reel.jumps.includes(frame.n) ? ", a number jumps since the frame before" : "";
-    const what = view().kind === "difference" ? "largest difference" : unit === "N" ? "largest contact force" : "largest percussion";
+    const what = view().kind === "difference" ? "largest difference" : unit === "N" ? "largest force" : "largest percussion";
     now.textContent = `${frame.t.toFixed(2)} s, frame ${frame.n}: `
       + `${what} ${number(+most.toPrecision(3), unit)}${reel.units.percussions ? solved : ""}${jump}.`;
     now.classList.toggle("alarm", frame.s !== "solved" && "percussions" in reel.units);
@@ -244,17 +244,17 @@ document.querySelectorAll(".film").forEach(async (root) => {
 
   function explain() {
     const { reel, unit, kind } = view(), by = kind === "difference" ? kind : colours.value;
-    const of = film.colours, last = film.limits.length - 1;
+    const of = film.colours;
     const line = (colour, dash, text) => `<span><b class="line" style="border-color:${colour};border-top-style:${dash ? "dashed" : "solid"}"></b> ${text}</span>`;
     const dot = (colour, text, size = "") => `<span><i style="background:${colour};${size}"></i> ${text}</span>`;
     const parts = {
       difference: () => [line(of.more, false, "more in soft bodies"), line(of.less, true, "more in rigid bodies")],
       open: () => [line(of.known, false, "fixed by equilibrium"), line(of.open, true, "not unique: within the range of the table"), line("#666", true, "not known")],
-      force: () => unit === "N" ? [dot(NOBODY, "no contact"), dot(film.above[0], `&lt; ${number(film.limits[0].number)}`),
-        ...film.limits.map((limit, k) => dot(film.above[k + 1], `&gt; ${number(limit.number, k < last ? "" : "N")}`))]
-        : [dot(NOBODY, "no contact"), `<i style="background:linear-gradient(to right, ${film.shades.join(",")});width:6rem"></i>`],
+      force: () => unit === "N" ? [dot(NOBODY, "0"), dot(film.above[0], `&lt; ${number(film.limits[0].number)}`),
+        ...film.limits.map((limit, k) => dot(film.above[k + 1], `&gt; ${number(limit.number)}`))]
+        : [dot(NOBODY, "0"), `<i style="background:linear-gradient(to right, ${film.shades.join(",")});width:6rem"></i>`],
     }[by]();
-    if (by !== "open") parts.push(`<span><b class="wedge"></b> to ${number(+scales[unit].toPrecision(2), unit)}</span>`);
+    if (by !== "open") parts.push(`<span><b class="wedge"></b> ${number(+scales[unit].toPrecision(2), unit)}</span>`);
     if (reel.frames.some((frame) => frame.h)) parts.push(dot(of.head, "head, as filmed", "width:.4rem;height:.4rem"));
     key.innerHTML = parts.join(" ");
   }
