@@ -110,7 +110,7 @@ class Rigid(Engine):
         smallest, step = float(scene.snapshot.radius.min()), timing(scene).time_step
         if step > (most := ARMS_SAFE * arms_time(scene)):
             raise EngineError(
-                f"{scene.name}: run.rigid_step_s: arms are not stable in steps of {step:g} s; give a "
+                f"{scene.name}: run.rigid_step_s: arms are not stable in steps of {step:g} s. Give a "
                 f"step of at most {most:.3g} s"
             )
         if step * _fastest(scene) > LARGEST_SHARE * smallest:

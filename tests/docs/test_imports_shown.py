@@ -56,7 +56,7 @@ def test_everything_shown_is_of_crowd_percussions():
     ("program", "status", "says"),
     [
         ("import crowd_percussions as c; c.solve, c.read_scene", 0, "analysis.*from now on"),
-        ("import nscd; import crowd_percussions", 1, "ImportError.*nscd.*Rename this one"),
+        ("import nscd; import crowd_percussions", 1, "ImportError.*nscd.*rename this one"),
         (None, 0, ""),
     ],
 )
