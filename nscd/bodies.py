@@ -133,7 +133,7 @@ class Snapshot:
             given = read_only(inertia, (b,), "inertia")
         if b and not given.min() > 0:
             worst = int(np.argmin(given))
-            raise ValueError(f"body {ids[worst]}: inertia {given[worst]:g}; more than 0 is needed")
+            raise ValueError(f"body {ids[worst]}: inertia {given[worst]:g}. More than 0 is needed")
         of = replace(of, mass=total, inertia=given)
         self._check_whole(of)
         moving = of.of_disks(of.motion(self, self.velocity), self.position)
