@@ -69,7 +69,7 @@ class Sensor(BaseModel):
             return self.person, *self.arc_deg
         names = [wall.name for wall in scene.walls]
         if self.wall not in names:
-            raise ValueError(f"wall: {self.wall!r}; there are: {', '.join(names) or 'none'}")
+            raise ValueError(f"wall: {self.wall!r}. There are: {', '.join(names) or 'none'}")
         number = names.index(self.wall)
         length = math.dist(scene.walls[number].start_m, scene.walls[number].end_m)
         end = length if self.to_m is None else self.to_m
@@ -180,7 +180,7 @@ def write_sensors(folder: Path, file: Path) -> Path:
             raise LimitError(f"{file}: sensors {one.name!r} {error}") from None
         if one.rate_Hz * apart > 1 + 1e-9:
             raise LimitError(
-                f"{file}: sensors {one.name!r} rate_Hz: {one.rate_Hz:g}; the run has a frame every "
+                f"{file}: sensors {one.name!r} rate_Hz: {one.rate_Hz:g}. The run has a frame every "
                 f"{apart:.3g} s, which gives {1 / apart:.4g} at most (run.frames)"
             )
     write_rows(folder / "sensors.csv", SENSORS, _rows(sensors, scene, frames, end))
