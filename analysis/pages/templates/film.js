@@ -29,13 +29,13 @@ document.querySelectorAll(".film").forEach(async (root) => {
   });
   shown.forEach((one, i) => views.add(new Option(one.title, i)));
   const middle = shown.findIndex((one) => one.number === (film.reels[0].engine ? 0 : film.reels.length >> 1));
-  views.value = middle;
-  const view = () => shown[views.value];
   slider.max = film.reels[0].frames.length - 1;
-  // opens where a contact carries most
-  const strongest = (frame) => (frame.f ? frame.f[view().place] : []).reduce((most, force) => Math.max(most, force), -1);
-  const peaks = view().reel.frames.map(strongest);
-  slider.value = peaks.indexOf(Math.max(...peaks));
+  // opens where a contact carries most: in the first model in which any does
+  const peaks = ({ reel, place }) => reel.frames.map(({ f }) => (f ? f[place] : []).reduce((most, force) => Math.max(most, force), -1));
+  const loaded = [middle, ...shown.keys()].find((i) => shown[i].kind === "force" && Math.max(...peaks(shown[i])) > 0);
+  views.value = loaded === undefined ? middle : loaded;
+  const view = () => shown[views.value];
+  slider.value = peaks(view()).indexOf(Math.max(...peaks(view())));
 
   let chosen = -1;  // a person's place among the ids of the reel
   let timer = 0, box;

@@ -458,7 +458,7 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
     words = Words(
         __name__,
         **{"tried": tried, "plain": tried[0], "cases": list(Case), "checked": CHECKED},
-        **{"side": SIDE, "exit": EXIT, "density": DENSITY, "table": TABLE_1},
+        **{"side": SIDE, "exit": EXIT, "density": DENSITY},
         **{"steps": taken, "grown": grown, "settled": settled},
         best=min((t for t in tried if t.settled), key=lambda t: float(t.errors.min())),
         sound=[t for t in tried if t.reached and t.settled],

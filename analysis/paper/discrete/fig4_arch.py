@@ -413,14 +413,9 @@ def dissipation_claim(words: Words, trials: Sequence[Trial]) -> Claim:
     change = changes(paper)
     moderate = max(value for k, value in change.items() if k <= EFFECTIVE_MASS)
     strong = max(change.values())
-    without, at_pair = (
-        next(t.forces for t in paper if t.dissipation == k) for k in (0.0, EFFECTIVE_MASS)
-    )
-    contact, mean = (abs(of(at_pair) / of(without) - 1) for of in (np.max, np.mean))
     shown = [(k, value) for k, value in change.items() if k in SHOWN]
     verdict = Verdict.of(moderate >= DIFFERENT, strong >= DIFFERENT)
-    sizes = {"contact": contact, "mean": mean, "effective": EFFECTIVE_MASS}
-    return words.claim("dissipation", verdict, shown=shown, **sizes)
+    return words.claim("dissipation", verdict, shown=shown)
 
 
 def dissipation_table(words: Words, trials: Sequence[Trial]) -> Table:

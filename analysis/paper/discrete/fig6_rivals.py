@@ -70,8 +70,7 @@ def restrictive_mass(
         each = {"contact": contact, "carried": carried, "resultant": resultant}
         crowds.append(each | {"name": arch.scene.name})
     verdict = Verdict.of(max(parts) > NOTICEABLE, min(parts) > LARGE)
-    limits = {"large": LARGE, "noticeable": NOTICEABLE}
-    return words.claim("restrictive_mass", verdict, chain=chain, crowds=crowds, **limits)
+    return words.claim("restrictive_mass", verdict, chain=chain, crowds=crowds, large=LARGE)
 
 
 def complete_congestion(words: Words, found: Sequence[forces.Congestion]) -> Claim:
