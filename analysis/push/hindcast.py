@@ -18,6 +18,9 @@ RIGID_STEP_S, SOFT_SHARE = 0.008, 0.05
 # Ranges of what is not known: share of the room between chests that arms bridge from the start,
 # and time (s) in which the floor takes a speed.
 ARMS, TAU_S = (0.0, 1.0), (0.1, 1.0)
+# Reach (m) of the soft layer of arms, and its force (N): from the push of LEMONS' people to that of a
+# man who stands.
+REACH_M, ARM_N = (0.0, 0.2), (100.0, 250.0)
 # The first may be stopped so far (m) before the end of its measured motion.
 STOPPED_M = 0.001
 # Cases of one batch.
@@ -29,13 +32,22 @@ class Inputs(NamedTuple):
 
     arms: (s,) share of the room between chests that is bridged from the start: 0 where chests
         meet, 1 where arms touch already; wall: (s,) the same share before the wall, an input of
-        its own (0 without a wall)"""
+        its own (0 without a wall)
+    reach, force: (s,) m and N, of the soft layer of arms (`nscd.stepping.Arms`); who stands nearer
+        than the reach begins to push when the room becomes smaller than at the start"""
 
     arms: Floats
     wall: Floats
     tau: Floats  # (s,) s, in which the floor takes a speed
     gap: Floats  # (s, g) m, from the start to contact; the last one at the wall, where there is one
     batch: Indices  # (s,) number of the batch, drawn on its own
+    reach: Floats
+    force: Floats
+
+    def arms_at(self, room: Floats) -> Floats:
+        """Compute the push (g, s) N of arms at rooms (g, s) m between people."""
+        begin, slope = np.minimum(self.reach, self.gap.T), self.force / np.maximum(self.reach, 1e-9)
+        return np.asarray(np.clip(slope * (begin - room), 0.0, (self.reach > 0) * self.force))
 
 
 class Moved(NamedTuple):
@@ -50,10 +62,13 @@ class Moved(NamedTuple):
     possible: Flags  # (s,) whether the case can be (see `rigid` and `soft`)
 
 
-def inputs_of(trial: Trial, arms: Sequence[float], batch: int) -> Inputs:
+def inputs_of(
+    trial: Trial, arms: Sequence[float], batch: int, reach: Sequence[float] = REACH_M
+) -> Inputs:
     """Draw a batch of cases (Latin hypercube, seeded by the batch's number): posture evenly between
     the least and the most of arms, the share before the wall evenly from 0 to 1, τ evenly in its
-    logarithm, each room with the standard deviation of the mean of two chests."""
+    logarithm, each room with the standard deviation of the mean of two chests; reach and force of
+    the soft layer evenly."""
     room, low, high = trial.torso_gap, min(arms), max(arms)
     random = np.random.default_rng([batch, 5])
     strata = random.permuted(np.tile(np.arange(DRAWS), (3 + len(room), 1)), axis=1).T
@@ -64,12 +79,18 @@ def inputs_of(trial: Trial, arms: Sequence[float], batch: int) -> Inputs:
     if trial.wall is not None:
         share[:, -1] = before_wall
     error = trial.depth_sd * ndtri(drawn[:, 3:])
+    # drawn by themselves, so that a reach of 0 leaves all others as they are
+    random = np.random.default_rng([batch, 6])
+    layers = random.permuted(np.tile(np.arange(DRAWS), (2, 1)), axis=1)
+    layers = (layers + random.random(layers.shape)) / DRAWS
     return Inputs(
         arms=posture,
         wall=before_wall,
         tau=TAU_S[0] * (TAU_S[1] / TAU_S[0]) ** drawn[:, 2],
         gap=(1 - share) * np.maximum(room + error, 0.0),
         batch=np.full(DRAWS, batch),
+        reach=min(reach) + (max(reach) - min(reach)) * layers[0],
+        force=ARM_N[0] + (ARM_N[1] - ARM_N[0]) * layers[1],
     )
 
 
@@ -85,15 +106,20 @@ def rigid(trial: Trial, inputs: Inputs) -> Moved:
     measured to go, or where the impulse is above `most_impulse`."""
     mass, gap = trial.mass[1:, None], inputs.gap.T
     place = np.cumsum(gap[: len(mass)], axis=0)
-    wall = np.inf if trial.wall is None else gap.sum(0)
+    wall = np.full(gap.shape[1], np.inf) if trial.wall is None else gap.sum(0)
     step, many = steps(trial, RIGID_STEP_S)
     keep = np.exp(-step / inputs.tau)
     at, speed, start = place.copy(), np.zeros_like(place), place.copy()
-    along, impulse = [at - start], np.zeros(len(inputs.tau))
+    along, impulse, first = [at - start], np.zeros(len(inputs.tau)), np.zeros((1, len(gap.T)))
     for before, after in pairwise(trial.pushed):
         for number in range(1, many + 1):
             pushed = before + (after - before) * number / many
-            free = _isotonic(at + step * keep * speed, mass)
+            ends = [first, at] if trial.wall is None else [first, at, wall[None]]
+            push = inputs.arms_at(np.diff(np.concatenate(ends), axis=0))
+            kick = step * _net(push, len(mass)) / mass
+            impulse += step * push[0]
+            first[:] = pushed
+            free = _isotonic(at + step * keep * (speed + kick), mass)
             moved = np.minimum(np.maximum(free, pushed), wall)
             impulse += (mass * np.maximum(pushed - free, 0.0)).sum(0) / step
             at, speed = moved, (moved - at) / step
@@ -105,6 +131,14 @@ def rigid(trial: Trial, inputs: Inputs) -> Moved:
         possible=(trial.pushed.max() <= wall + STOPPED_M)
         & (impulse <= most_impulse(trial, inputs.tau)),
     )
+
+
+def _net(push: Floats, people: int) -> Floats:
+    """What pushes (g, s) between neighbours give to the n others, (n, s): from behind, less what is
+    given on."""
+    onward = push[:people].copy()
+    onward[: len(push) - 1] -= push[1 : people + 1]
+    return onward
 
 
 def _isotonic(free: Floats, mass: Floats) -> Floats:
@@ -134,7 +168,7 @@ def soft(trial: Trial, inputs: Inputs, stiffness: float) -> Moved:
     # all motions: of the first, of the others, of the wall
     at, speed = np.zeros((2, len(inverse), len(inputs.tau)))
     largest, impulse = np.zeros((2, len(inputs.tau)))
-    people = slice(1, len(mass) + 1)
+    people, reaching = slice(1, len(mass) + 1), bool(inputs.reach.any())
     along = [at[people].copy()]
     for velocity in np.diff(trial.pushed) / float(trial.time[1]):
         speed[0] = velocity
@@ -144,12 +178,11 @@ def soft(trial: Trial, inputs: Inputs, stiffness: float) -> Moved:
             force *= damping
             force += stiffness * overlap
             force[(overlap <= 0) | (force < 0)] = 0.0
+            if reaching:
+                force += inputs.arms_at(-overlap)
             np.maximum(largest, force[0], out=largest)
             impulse += force[0]
-            onward = force[: len(mass)].copy()
-            onward[: len(force) - 1] -= force[1 : len(mass) + 1]
-            onward *= step / mass
-            speed[people] += onward
+            speed[people] += _net(force, len(mass)) * (step / mass)
             speed[people] *= keep
             at += step * speed
         along.append(at[people].copy())
@@ -202,7 +235,7 @@ MARGIN = 0.1
 # is settled.
 APART, SETTLED = 10.0, 1.25
 ONSET, POSITION, CLOSEST = SCORES = ("onset_rms_s", "position_rms_m", "closest_rms_m")
-# Logarithms of weights of the share that arms bridge, per unit.
+# Logarithms of weights of the share that arms bridge and of the share of the longest reach.
 TILTS = (0.0, -2.0, 2.0)
 # The smallest error that counts is the one that this share of a model's cases keep below.
 NEAREST = 0.01
@@ -320,20 +353,29 @@ def odds(trial: Trial, inputs: Inputs, models: Mapping[str, Cases]) -> dict[str,
     exp(−½ Σ (difference/σ)²), with σ of `error_of`.
 
     Each batch of cases is asked on its own, with σ and with 2 σ, and with the share that arms
-    bridge between people (and before the wall) weighted evenly, and up to seven times less or more
-    at its upper end. A model without a possible case has no odds."""
+    bridge between people (and before the wall), and the reach, weighted evenly, and up to seven
+    times less or more at its upper end. A model without a possible case has no odds."""
     sigma = error_of(trial, models)
     able = {name: one for name, one in models.items() if one.possible.any()}
     near = {name: log_likelihood(trial, one, sigma) for name, one in able.items()}
-    ways = [*product((1.0, 2.0), TILTS, TILTS if trial.wall is not None else (0.0,))]
+    none, most = (0.0,), float(inputs.reach.max()) or 1.0
+    ways = [
+        *product(
+            (1.0, 2.0),
+            TILTS,
+            TILTS if trial.wall is not None else none,
+            TILTS if np.ptp(inputs.reach) else none,
+        )
+    ]
 
-    def likelihood(name: str, batch: int | None, way: tuple[float, float, float]) -> float:
+    def likelihood(name: str, batch: int | None, way: tuple[float, ...]) -> float:
         chosen = able[name].possible & ((inputs.batch == batch) if batch is not None else True)
-        weight = (way[1] * inputs.arms + way[2] * inputs.wall)[chosen]
+        tilted = way[1] * inputs.arms + way[2] * inputs.wall + way[3] * inputs.reach / most
+        weight = tilted[chosen]
         found = near[name][chosen] / way[0] ** 2
         return float(logsumexp(weight + found) - logsumexp(weight)) if chosen.any() else np.nan
 
-    whole = {name: likelihood(name, None, (1.0, 0.0, 0.0)) for name in able}
+    whole = {name: likelihood(name, None, (1.0, 0.0, 0.0, 0.0)) for name in able}
     best = max(whole, key=lambda name: whole[name], default="")
     found = {}
     for name in able:
@@ -390,11 +432,14 @@ class Hindcast:
         return [name for name, one in self.odds.items() if not one.out]
 
     def likely(self, name: str) -> list[tuple[float, float]]:
-        """Give 5 and 95 % of posture, largest force (N) and impulse (N·s) of a model's possible
-        cases, weighted by the likelihood of the measured onsets."""
+        """Give 5 and 95 % of posture, largest force (N), impulse (N·s) and reach (m) of a model's
+        possible cases, weighted by the likelihood of the measured onsets."""
         one = self.models[name]
         logs = log_likelihood(self.trial, one, error_of(self.trial, self.models))
-        return [likely(each, logs) for each in (self.inputs.arms, one.largest, one.impulse)]
+        return [
+            likely(each, logs)
+            for each in (self.inputs.arms, one.largest, one.impulse, self.inputs.reach)
+        ]
 
     def better(self, name: str) -> dict[str, float]:
         """Give the share of possible cases in which a model beats every baseline, by score."""
@@ -421,15 +466,18 @@ def hindcast(
     arms: Sequence[float] = ARMS,
     stiffnesses: Sequence[float] = STIFFNESSES,
     batches: int = BATCHES,
+    reach: Sequence[float] = REACH_M,
     progress: Progress | None = None,
 ) -> Hindcast:
     """Compute every model (penalty, rigid) and baseline in so many batches of cases.
 
-    arms: the least and the most that arms bridge of the room between chests; stiffnesses: N/m"""
+    arms: the least and the most that arms bridge of the room between chests
+    stiffnesses: N/m
+    reach: m, the least and the longest of the soft layer of arms; 0 for none"""
     names = [*(f"{stiffness:g}" for stiffness in stiffnesses), RIGID]
     models: dict[str, list[Cases]] = {}
     base: dict[str, list[Scored]] = {}
-    drawn = [inputs_of(trial, arms, batch) for batch in range(batches)]
+    drawn = [inputs_of(trial, arms, batch, reach) for batch in range(batches)]
     for batch, inputs in enumerate(drawn):
         for place, name in enumerate(names, start=1):
             moved = _moved(trial, inputs, name)

@@ -24,6 +24,7 @@ from analysis.pages.ranges import Chart, chart
 from analysis.pages.section import Section, Table
 from analysis.pages.words import Words
 from analysis.push.hindcast import (
+    ARM_N,
     CLOSEST,
     DRAWS,
     ONSET,
@@ -94,6 +95,8 @@ def write_hindcast(found: Hindcast, folder: Path, command: str) -> list[Path]:
         "sd": trial.depth_sd,
         "arms": interval([round(float(end), 2) for end in (arms.min(), arms.max())], 2),
         "taus": interval(TAU_S),
+        "reach": [float(found.inputs.reach.min()), float(found.inputs.reach.max())],
+        "arm_force": interval(ARM_N),
         "cases": len(found.inputs.tau),
         "draws": DRAWS,
     }
@@ -248,11 +251,10 @@ def _spread(values: Floats) -> str:
 def _models(words: Words, found: Hindcast) -> Table:
     rows = []
     for name in found.odds:
-        arms, force, impulse = found.likely(name)
+        arms, force, impulse, reach = found.likely(name)
         peak = NONE if name == RIGID else interval([1e-3 * each for each in force], 2)
-        rows.append(
-            [title_of(name), _odds(found, name), interval(arms, 2), peak, interval(impulse, 2)]
-        )
+        ends = [interval(arms, 2), interval(reach, 2), peak, interval(impulse, 2)]
+        rows.append([title_of(name), _odds(found, name), *ends])
     return words.table("table_models", rows)
 
 
@@ -281,6 +283,7 @@ batch | | number of the batch of draws
 arms, wall_arms | – | share of the room between chests, and of that before the wall, that is bridged
  from the start
 tau_s | s | time in which the floor takes a speed
+reach_m, arm_force_N | m, N | of the soft layer of arms
 possible | | 1 for a case that can be, 0 for one that is counted only
 onset_rms_s, position_rms_m, closest_rms_m | s, m | root mean square over all but the first: of
  onsets, of heads in the first 0.8 s, of closest heads
@@ -296,7 +299,8 @@ def _cases(found: Hindcast) -> Iterator[list[object]]:
         last = (nothing, nothing) if model is None else (model.largest, model.impulse)
         able = np.ones(len(nothing), int) if model is None else model.possible.astype(int)
         scores = [one.scores[score] for score in SCORES]
-        columns = [inputs.batch, inputs.arms, inputs.wall, inputs.tau, able, *scores, *last]
+        layer = inputs.reach, inputs.force
+        columns = [inputs.batch, inputs.arms, inputs.wall, inputs.tau, *layer, able, *scores, *last]
         for row in zip(*(column.tolist() for column in columns), strict=True):
             yield [name, *("" if each != each else f"{each:.6g}" for each in row)]
 

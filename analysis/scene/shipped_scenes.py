@@ -209,6 +209,18 @@ ANSUR II. Closed form: at rest the barrier carries the sum of m g sin(slope)."""
     )
 
 
+def _arms(disks: int, seed: int) -> Scene:
+    n = disks or 120
+    notes = f"""{n} people before a 1 m door, who walk at 1 m/s and push with 150 N each. They hold
+each other off from 0.15 m on, with up to 200 N: between the push of LEMONS' people (100 N) and
+of a man who stands (about 250 N)."""
+    snapshot, title = crowd_before_a_door(n, seed, 0.17), f"{n} people with arms before a 1 m door"
+    made = _driven("arms", title, "made for this product", notes, snapshot, 6.0)
+    assert made.drive is not None
+    slow = made.drive.model_copy(update={"speed_m_per_s": 1.0})
+    return made.with_contact(arm_reach_m=0.15, arm_force_N=200.0).model_copy(update={"drive": slow})
+
+
 OF_FIXED_SIZE = ("pair", "pair_oblique", "four_disks", "corridor")
 MAKERS: dict[str, Callable[[int, int], Scene]] = {
     # these are data, in scenes/
@@ -221,11 +233,12 @@ MAKERS: dict[str, Callable[[int, int], Scene]] = {
     "arch_masses": _arch_masses,
     "jam": _jam,
     "terrace": _terrace,
+    "arms": _arms,
 }
 # About 2 kB of memory for each.
 MOST_DISKS = 1_000_000
 # Their disks are random.
-SEEDED = ("arch", "arch_masses", "jam", "terrace")
+SEEDED = ("arch", "arch_masses", "jam", "terrace", "arms")
 
 
 def make(name: str, disks: int | None = None, seed: int = 1) -> Scene:

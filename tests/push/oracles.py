@@ -8,7 +8,7 @@ import pandas as pd
 
 from analysis import engines
 from analysis.dumps import index_dump
-from analysis.push.hindcast import RIGID, Inputs, rigid, soft
+from analysis.push.hindcast import ARM_N, REACH_M, RIGID, Inputs, rigid, soft
 from analysis.push.trial import Trial
 from analysis.scene.lammps_data import write_data
 from nscd import Walls
@@ -37,10 +37,12 @@ def row_of(mass, first, wall=None, rate=25):
     )
 
 
-def case_of(gap, tau):
+def case_of(gap, tau, reach=0.0, force=200.0):
     gap = np.asarray(gap, float)[None]
     zero = np.zeros(1)
-    return Inputs(arms=zero, wall=zero, tau=np.full(1, tau), gap=gap, batch=np.zeros(1, int))
+    batch, full = np.zeros(1, int), np.full(1, tau)
+    layer = np.array([[reach], [force]])
+    return Inputs(zero, zero, full, gap, batch, *layer)
 
 
 def disks_of(trial, gap):
@@ -114,9 +116,9 @@ def by_lammps(trial, gap, tau, stiffness, folder):
     return ways, force.max(), force.sum() * frame / between
 
 
-def made(folder, seed, name, wall=True, noise=0.002, people=5):
-    """Write the heads of a row whose model (a stiffness, or rigid) and inputs are known, with
-    noise (m) on every head. Return the file, the wall's x (m), largest force and impulse."""
+def made(folder, seed, name, wall=True, noise=0.002, people=5, arms=True):
+    """Write the heads of a row whose model (a stiffness, or rigid) and inputs are known, a soft layer
+    of arms included, with noise (m) on every head. Return the file, the wall's x (m), largest force and impulse."""
     random = np.random.default_rng(seed)
     room = random.uniform(0.03, 0.2, people - 1 + wall)
     share = np.full(len(room), random.uniform())
@@ -133,7 +135,8 @@ def made(folder, seed, name, wall=True, noise=0.002, people=5):
         random.uniform(55, 100, people), far * (phase - np.sin(2 * np.pi * phase) / 2 / np.pi), end
     )
     row.along[:, 1:] = start[1:]
-    case = case_of(gap, 0.1 ** random.uniform())
+    layer = np.random.default_rng([seed, 1]).uniform(*np.transpose([REACH_M, ARM_N]))
+    case = case_of(gap, 0.1 ** random.uniform(), *(layer if arms else ()))
     moved = rigid(row, case) if name == RIGID else soft(row, case, float(name))
     heads = moved.along[..., 0] + random.normal(0, noise, row.along.shape)
     table = pd.DataFrame(

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.integrate import solve_ivp
 
 from analysis import engines
 from analysis.push.hindcast import (
@@ -214,12 +215,13 @@ def test_a_wall_behind_and_a_missing_file_are_refused(tmp_path):
 
 
 def test_the_shipped_trial(tmp_path):
-    """What is known of it: its onsets; with chests that meet stiff people come near and soft ones
-    are excluded; with any posture none is."""
+    """What is known of it: its onsets; with chests that meet and no arms stiff people come near and
+    soft ones are excluded; with soft arms, or with any posture, none is."""
     trial = read_trial(EXCERPT)
     np.testing.assert_allclose(onsets(trial, trial.along), [0, 0.17, 0.26, 0.38, 0.61], atol=0.02)
-    chests = hindcast(trial, (0.0,), (2e3, 1.2e5), 2)
+    chests, armed = (hindcast(trial, (0.0,), (2e3, 1.2e5), 2, reach) for reach in ((0,), (0, 0.2)))
     assert chests.together() == ["120000", "rigid"]
+    assert armed.together() == ["2000", "120000", "rigid"]
     assert np.median(chests.models["2000"].scores[ONSET]) > 0.3
     found = hindcast(trial, (0.0, 1.0), (2e3, 1.2e5), 2)
     assert set(found.together()) == {"2000", "120000", "rigid"}
@@ -289,6 +291,43 @@ def test_a_soft_collision_in_closed_form():
     assert moved.largest[0] == pytest.approx(2 * w * 80.0 * SPEED, rel=0.06)
     last = np.diff(ways(row, moved)[:, 0])[-5:] * RATE
     np.testing.assert_allclose(last, SPEED * (1 + np.exp(-2)), rtol=2e-2)
+
+
+@pytest.mark.parametrize("stiffness", [None, 1e6])
+@pytest.mark.parametrize("wall", [None, 5.0])
+def test_arms_push_before_bodies_touch(stiffness, wall):
+    """One person, who is near a wall or not, against m x'' = F_1 − F_2 − m x'/τ by another
+    integrator: rooms of 0.08 m, in which a reach of 0.1 m is one of 0.08 m. Nobody touches."""
+    tau, force, reach, room = 0.4, 400.0, 0.1, 0.08
+    row = row_of([80.0, 80.0], 0.05 * np.minimum(np.arange(26) / 5, 1.0), wall)
+    case = case_of([room] * (1 if wall is None else 2), tau, reach, force)
+    moved = rigid(row, case) if stiffness is None else soft(row, case, stiffness)
+
+    def slope(t, state):
+        x, v, _ = state
+        behind, before = room + x - np.interp(t, row.time, row.pushed), room - x
+        first, other = (force / reach * max(0.0, room - gap) for gap in (behind, before))
+        return [v, (first - (other if wall else 0.0)) / 80.0 - v / tau, first]
+
+    exact = solve_ivp(slope, (0.0, 1.0), [0.0] * 3, t_eval=row.time, rtol=1e-8, max_step=0.01)
+    assert exact.y[0, -1] > 0.015
+    np.testing.assert_allclose(ways(row, moved)[:, 0], exact.y[0], atol=1e-3)
+    assert moved.impulse[0] == pytest.approx(exact.y[2, -1], rel=0.03)
+    assert stiffness is None or moved.largest[0] < force
+
+
+def test_the_reach_is_an_input_of_its_own(tmp_path):
+    """Without it all other inputs are the same; far reaches and near ones fit alike where nothing
+    is known of them."""
+    file, wall, *_ = made(tmp_path, 1, "5000", True)
+    trial = read_trial(file, wall)
+    some, none = (inputs_of(trial, (0, 1), 3, reach) for reach in ((0.0, 0.2), (0.0, 0.0)))
+    for one, other in zip(some[:5], none[:5], strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert not none.reach.any()
+    assert (some.reach.min(), some.reach.max()) == pytest.approx((0.0, 0.2), abs=1e-3)
+    assert not none.arms_at(np.full(none.gap.T.shape, 0.01)).any()
+    assert abs(np.corrcoef(some.reach, some.arms)[0, 1]) < 0.15
 
 
 def pushed_row(wall):
@@ -371,6 +410,7 @@ def test_odds_are_given_only_where_all_draws_agree():
         arms=np.array([0, 1, 0, 1.0]),
         wall=np.zeros(4),
         batch=np.array([0, 0, 1, 1]),
+        reach=np.zeros(4),
     )
 
     def off(errors, possible=(1, 1, 1, 1)):
