@@ -26,8 +26,8 @@ def push(
     wall: Where a wall crosses the row, in m: x or y as in the file.
     arms: Share of the room between chests that arms bridge from the start. Several: drawn between
         the least and the most. By default 0 to 1.
-    reach: Reach of the soft layer of arms (m; [contact] of a scene). Several: drawn between the
-        least and the longest. By default 0 to 0.2; 0: none.
+    reach: Reach of the soft layer of arms in m. Several: drawn between the
+        least and the longest. By default 0 to 0.2.
 
     Example: percussions push scenes/push_excerpt.csv"""
     from analysis.push.hindcast import ARMS, REACH_M, expected_seconds, hindcast
