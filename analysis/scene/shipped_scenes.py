@@ -211,9 +211,9 @@ ANSUR II. Closed form: at rest the barrier carries the sum of m g sin(slope)."""
 
 def _arms(disks: int, seed: int) -> Scene:
     n = disks or 120
-    notes = f"""{n} people before a 1 m door, who walk at 1 m/s and push with 150 N each. They hold
-each other off from 0.15 m on, with up to 200 N: between the push of LEMONS' people (100 N) and
-of a man who stands (about 250 N)."""
+    notes = f"""{n} people before a 1 m door, who walk at 1 m/s and push with 150 N each. Each
+holds the next off from 0.15 m on, with up to 200 N. That is between the push of LEMONS' people
+(100 N) and that of a man who stands (about 250 N)."""
     snapshot, title = crowd_before_a_door(n, seed, 0.17), f"{n} people with arms before a 1 m door"
     made = _driven("arms", title, "made for this product", notes, snapshot, 6.0)
     assert made.drive is not None
