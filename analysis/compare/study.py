@@ -52,7 +52,7 @@ def remarks(comparison: Comparison) -> list[str]:
         (
             not impact and deep > DEEP,
             "this snapshot is too soft to compare contact by contact: one overlap in twenty is "
-            f"above {deep:.2g} of the mean radius (at most {DEEP:g}). Compare windows instead: "
+            f"above {deep:.2g} of the mean radius (at most {DEEP:g}). Windows stay usable: "
             "percussions compare RUN RIGID_RUN --window 0.1",
         ),
         (
