@@ -145,7 +145,7 @@ struct Pair {  // l₀₀ l₀₀ l₁₀ l₁₀ and l₀₁ l₀₁ l₁₁ l�
 template <int D>
 [[gnu::always_inline]] inline bool factorise_all(const System& s, Rows& rows, const double* theta) {
     assemble<D>(s, rows, theta);
-    constexpr int S = D * D;
+    constexpr int S = D * D, X = D == 3 ? 4 : D;  // rows of three stand four apart in x
     double* __restrict x = rows.work.data();
     double* __restrict L = rows.block.data();
     double* __restrict diagonal = rows.diagonal.data();
@@ -153,20 +153,29 @@ template <int D>
     const Index* row = rows.row.data();
     for (int k = 0; k < s.n; ++k) {
         for (auto p = rows.a_start[k]; p < rows.a_start[k + 1]; ++p) {
-            double* to = x + S * rows.a_column[p];
-            for (int a = 0; a < S; ++a) to[a] += A[S * p + a];
+            double* to = x + D * X * rows.a_column[p];
+            for (int a = 0; a < S; ++a) to[a / D * X + a % D] += A[S * p + a];
         }
         double own[S];
         for (int a = 0; a < S; ++a) own[a] = B[S * k + a];
         for (auto q = rows.row_start[k]; q < rows.row_start[k + 1]; ++q) {
             const Index i = rows.column[q];
             double given[S], l[S];
-            for (int a = 0; a < S; ++a) given[a] = x[S * i + a], x[S * i + a] = 0.0;
+            for (int a = 0; a < S; ++a) given[a] = x[D * X * i + a / D * X + a % D];
+            std::fill_n(x + D * X * i, D * X, 0.0);
             divide<D>(given, diagonal + S * i, l);
             const auto slot = rows.slot[q];
             for (auto p = rows.start[i]; p < slot; ++p) {  // x_r −= l · L_riᵀ
-                double* __restrict to = x + S * row[p];
+                double* __restrict to = x + D * X * row[p];
                 const double* m = L + S * p;
+                if constexpr (D == 3) {
+                    const Four one = load<Four>(m), two = load<Four>(m + 3), three = load<Four>(m + 6);
+                    for (int a = 0; a < 12; a += 4) {
+                        const double* by = l + a / 4 * 3;
+                        store(to + a, load<Four>(to + a) - (by[0] * one + by[1] * two + by[2] * three));
+                    }
+                    continue;
+                }
                 for (int a = 0; a < D; ++a)
                     for (int b = 0; b < D; ++b) {
                         double sum = l[D * a] * m[b];
@@ -333,8 +342,9 @@ Rows rows_of(const Graph& graph, const Ordering& ordering, const Places& first, 
         }
     const std::size_t size = std::size_t(d) * d;
     rows.matrix.resize(size * rows.a_column.size()), rows.matrix_diagonal.resize(size * n);
-    rows.block.resize(size * rows.row.size()), rows.diagonal.resize(size * n);
-    rows.work.resize(size * n);
+    // the last column of a block of three is read as four numbers
+    rows.block.resize(size * rows.row.size() + 1), rows.diagonal.resize(size * n);
+    rows.work.resize(std::size_t(d == 3 ? 12 : 4) * n);
     std::fill(rows.work.begin(), rows.work.end(), 0.0);
     return rows;
 }

@@ -20,7 +20,7 @@ struct Rows {
     Starts slot;
     Room matrix, matrix_diagonal;  // A, blocks by rows
     Room block, diagonal;          // L, blocks by columns; its diagonal blocks, inverted (d = 3: their diagonals only)
-    Room work;                     // (n·d²) zero between calls
+    Room work;                     // (n·d²), rows of three four apart; zero between calls
 };
 
 // Plan the rows of contacts between disks; first and second are places.

@@ -32,7 +32,8 @@ Places likely(const System& s, In before) {
 }
 
 // First without the contacts that disks as fast as before could not close; with all where that is not the answer of all.
-void solve_step(const System& s, In before, double tolerance, Stepped& found) {
+// guess: (k) N·s or none
+void solve_step(const System& s, In before, In guess, double tolerance, Stepped& found) {
     Places every(s.n), all(s.k);
     std::iota(every.begin(), every.end(), 0);
     std::iota(all.begin(), all.end(), 0);
@@ -53,6 +54,7 @@ void solve_step(const System& s, In before, double tolerance, Stepped& found) {
         } else {
             Asked asked;
             asked.tolerance = tolerance, asked.least = asked.bounded = false;
+            for (std::size_t c = 0; c < some.size() && largest(guess) > 0.0; ++c) asked.reaction.push_back(guess[some[c]]);
             by = climb(part, asked);
             found.rung = int(by.rung);
         }
@@ -208,7 +210,16 @@ Stepped make_step(const Bodies& bodies, const Rough& rough, double step, double 
                 s.offset[c] = std::min(s.offset[c], -restitution * before[c]);
         }
         if (rough.friction > 0.0) solve_rough(s, at, bodies.radius, rough, tolerance, found);
-        else solve_step(s, was, tolerance, found);
+        else {
+            Carried guess;
+            if (s.wide()) {
+                std::vector<std::int64_t> every(n);
+                std::iota(every.begin(), every.end(), 0);
+                found.keys = keys_of(at, every);
+                guess = carried_over(rough.keys, rough.reaction, found.keys);
+            }
+            solve_step(s, was, guess.values, tolerance, found);
+        }
         const Numbers after = s.wide() ? of_members(bodies.wide, bodies.position, found.velocity) : Numbers();
         const In velocity = s.wide() ? In(after) : In(found.velocity);
         if (repeats == REPEATS || !missed(bodies, velocity, step, margin)) return found;

@@ -238,7 +238,7 @@ class Motion:
             return
         # bodies begin anew where their disks are, as those of a new motion do
         wide = self._wide
-        state = self._snapshot().joined(wide.ids[wide.number], inertia=wide.inertia)
+        state = self.snapshot().joined(wide.ids[wide.number], inertia=wide.inertia)
         assert state.bodies is not None
         self._wide, self.velocity = state.bodies, np.array(state.velocity)
         self._moving = self._wide.motion(state, state.velocity)
@@ -288,7 +288,7 @@ class Motion:
             )  # fmt: skip
             still = np.zeros_like(start if self._wide is None else self._moving)
             moved, error = project(
-                self._snapshot(), contacts, still, near.gap,
+                self.snapshot(), contacts, still, near.gap,
                 scale=-float(near.gap.min()), tolerance=1e-12,
             )  # fmt: skip
             if not error <= 1e-8:
@@ -299,7 +299,8 @@ class Motion:
                 self._turn(moved)
         raise StepError("the disks cannot be pushed apart: they do not fit between the walls")
 
-    def _snapshot(self) -> Snapshot:
+    def snapshot(self) -> Snapshot:
+        """Give the state as a snapshot, with ids from 1 on."""
         return Snapshot(
             position=self.position, velocity=self.velocity, radius=self.radius, mass=self.mass,
             spin=self.spin, bodies=self._wide,
