@@ -1,6 +1,7 @@
 """A scene as the scripts need it: its TOML file, its LAMMPS data file and what was given on the
 command line."""
 
+import json
 import math
 import tomllib
 from dataclasses import dataclass
@@ -80,6 +81,8 @@ def read_scene(path, given):
         )
     if contact["law"] in ("body", "body_hertz"):
         contact |= {"stiffness_N_per_m": BODY_STIFFNESS, "wall_stiffness_N_per_m": BODY_AT_WALLS}
+    if "clearance_m" in scene.get("drive", {}):
+        scene["drive"]["way"] = read_way(Path(path).with_suffix(".way"))
     return scene
 
 
@@ -274,16 +277,45 @@ def penalty_of(scene, disks):
 
 def drive_force(drive, disks, position, velocity):
     """m(u_d - u)/tau (n,2) N: u_d points to the nearest point of the own door (or its centre), and
-    outward beyond the door."""
-    wanted, others = np.empty_like(position), np.ones(len(position), bool)
-    for goal in drive.get("goals", []):
+    outward beyond the door; to the next corner of the way where there is one."""
+    own = np.zeros(len(position), int)
+    for number, goal in enumerate(drive.get("goals", []), start=1):
         first, last = goal["people"]
-        mine = (disks.ids >= first) & (disks.ids <= last)
-        wanted[mine] = direction_to(goal, drive.get("aim", "nearest"), position[mine])
-        others &= ~mine
-    wanted[others] = direction_to(drive, drive.get("aim", "nearest"), position[others])
+        own[(disks.ids >= first) & (disks.ids <= last)] = number
+    wanted = np.empty_like(position)
+    for number, door in enumerate([drive, *drive.get("goals", [])]):
+        mine = own == number
+        wanted[mine] = direction_to(door, drive.get("aim", "nearest"), position[mine])
+    if "way" in drive:
+        turning, corner = next_corner(drive["way"], position, own)
+        to = (corner - position)[turning]
+        wanted[turning] = to / np.hypot(*to.T)[:, None]
     push = drive["speed_m_per_s"] * wanted - velocity
     return disks.mass[:, None] * push / drive["relaxation_time_s"]
+
+
+def read_way(path):
+    """The grid of a way: of each door, row and column the number of the next corner, 0 for the
+    door."""
+    try:
+        way = json.loads(Path(path).read_text(encoding="utf-8"))
+        runs = [np.array(one).reshape(-1, 2) for one in way["next"]]
+        shape = len(runs), *way["rows_columns"]
+        way["next"] = np.concatenate([np.repeat(*one.T[::-1]) for one in runs]).reshape(shape)
+    except (OSError, ValueError, KeyError) as error:
+        raise SceneFileError(f"{path}: not the way of this scene: {error}") from None
+    return way
+
+
+def next_corner(way, position, door):
+    """Who (n,) goes to a corner first, and where it is (n,2) m, of people at (n,2) m who go to the
+    doors (n,)."""
+    column, row = np.floor((position - way["origin_m"]) / way["cell_m"]).T
+    rows, columns = way["rows_columns"]
+    inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
+    column, row = (np.where(inside, each, 0).astype(int) for each in (column, row))
+    found = np.where(inside, way["next"][door, row, column], 0)
+    return found > 0, np.array(way["corners_m"])[found]
 
 
 def direction_to(door, aim, position):

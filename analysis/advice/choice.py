@@ -87,6 +87,10 @@ def left_out(scene: Scene, folder: Path) -> list[str]:
             *lines,
             "islands, disks that carry nothing: not known, the rigid model has no e = 1",
         ]
+    if scene.drive is not None:
+        hidden = f"{scene.hidden} of {n} people have a wall before the door"
+        wanted = "needed, drive.clearance_m" if scene.hidden else "not needed"
+        lines.append(f"way round walls: {hidden}: {wanted}")
     to_press = scene.drive is not None and scene.reconciliation is None
     if to_press and not soft_engines():
         return [

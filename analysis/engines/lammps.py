@@ -30,6 +30,7 @@ from analysis.engines.record import EngineError
 from analysis.lammps_process import WALLS
 from analysis.scene.law import Elastic
 from analysis.scene.scene import Drive, Scene, Wall
+from analysis.scene.way import Way
 from analysis.support.extras import install
 from analysis.support.files import whole_file, write_text
 from analysis.support.frames import write_frame
@@ -304,6 +305,8 @@ def scene_deck(scene: Scene) -> str:
             lines += [line for commands in gates.values() for line in commands]
     if scene.drive and scene.drive.goals:
         lines += _goal_lines(scene.drive)
+    if scene.drive and scene.drive.way:
+        lines += _way_lines(scene.drive, scene.drive.way)
     return (
         f"# The numbers of scenes/{scene.name}.toml for crowd.in. Made from that file.\n"
         + "\n".join(lines)
@@ -392,12 +395,13 @@ def _drive_values(drive: Drive) -> dict[str, object]:
         "outward_x": drive.outward[0],
         "outward_y": drive.outward[1],
     }
-    return values | {"goals": "yes"} if drive.goals else values
+    values |= {"goals": "yes"} if drive.goals else {}
+    return values | ({"way": "yes"} if drive.way else {})
 
 
 def _goal_lines(drive: Drive) -> list[str]:
     """The commands for what goals.in asks of each disk: where its own door is."""
-    ranges = [f"(id>={goal.people[0]})*(id<={goal.people[1]})" for goal in drive.goals]
+    ranges = _ranges(drive)
     mine = [f"(1-{'-'.join(ranges)})", *ranges]
     places = [(*drive.target(exit_), exit_.door_start_m, exit_.outward) for exit_ in drive.doors]
     lines = ["", "# who goes where, of several doors"]
@@ -408,6 +412,33 @@ def _goal_lines(drive: Drive) -> list[str]:
             )
             lines.append(f"variable goal_{name}_{letter} atom {'+'.join(terms)}")
     return lines
+
+
+def _ranges(drive: Drive) -> list[str]:
+    """Who goes to each goal, as formulas that are 1 or 0."""
+    return [f"(id>={goal.people[0]})*(id<={goal.people[1]})" for goal in drive.goals]
+
+
+def _way_lines(drive: Drive, way: Way) -> list[str]:
+    """The commands for what way.in asks: the grid, of each cell the next corner, and the corners."""
+    _, rows, columns = way.next.shape
+    numbers = {"low_x": way.origin[0], "low_y": way.origin[1], "cell": way.cell}
+    numbers |= {"rows": rows, "columns": columns}
+    numbers |= {"cells": way.next.size, "corners": len(way.corners)}
+    mine = "+".join(f"{n}*{own}" for n, own in enumerate(_ranges(drive), start=1)) or "0*id"
+    # a corner has a number from 1, the first stands for the door
+    tables = {"next": np.maximum(way.next, 0).ravel() + 1}
+    tables |= {f"corner_{axis}": way.corners[:, i] for i, axis in enumerate("xy")}
+    return [
+        "",
+        "# the way: a grid, of each of its cells the next corner, and the corners",
+        *(f"variable way_{name} index {value}" for name, value in numbers.items()),
+        f"variable way_door atom {mine}",
+        *(
+            f"variable way_{name} vector [{','.join(map(str, values.tolist()))}]"
+            for name, values in tables.items()
+        ),
+    ]
 
 
 def _wall_values(wall: Wall) -> tuple[str, float, float, float, float, float]:

@@ -14,6 +14,7 @@ from analysis.engines.record import FILE, RunRecord
 from analysis.scene.scene import Drive, Room, Scene, read_room
 from nscd import ContactLaw, Contacts, Snapshot, Walls, find_contacts
 from nscd.arrays import Floats
+from nscd.contacts import NO_WALLS
 from nscd.stepping import Arms
 from nscd.stepping.motion import segments_of
 
@@ -166,6 +167,8 @@ class Setting:
             g = g + pushed / snapshot.mass[:, None]
         if self.kind == "dump":
             return snapshot.velocity, None
+        if drive and drive.needs_way:
+            drive = drive.routed(self.walls or NO_WALLS, float(snapshot.radius.max()))
         wanted = drive.desired_velocity(snapshot.position, snapshot.ids) if drive else None
         if self.kind == "desired":
             if drive is None or wanted is None:

@@ -21,7 +21,7 @@ from analysis.scene.scene import (
     first_problem,
 )
 from analysis.scene.schema import Goal
-from analysis.scene.waiting import MOST_COVER, Doorway, Ends, counts_of, cover_of, places, straight
+from analysis.scene.waiting import MOST_COVER, Doorway, Ends, counts_of, cover_of, places
 from nscd import Snapshot, Walls
 from nscd.arrays import Floats, Indices
 from nscd.stepping import StepError
@@ -154,9 +154,7 @@ def from_geometry(
     except ValidationError as error:
         raise SceneError(first_problem(error)) from None
     notes = _notes(crowd, snapshot, floor, ways, going)
-    if hidden := _hidden(snapshot.position, floor, ways, going, barriers):
-        notes += f"\n{hidden} of them have a wall between them and the door, and push against it."
-    scene = Scene.of(stated, name=name, notes=notes, snapshot=snapshot)
+    scene = Scene.of(stated, name=name, notes=notes, snapshot=snapshot).round_walls()
     scene.check(name)
     return scene
 
@@ -219,22 +217,6 @@ def _notes(
         counts = np.bincount(going, minlength=len(ways))
         notes += f"\nOf them go to one door after the other: {', '.join(map(str, counts))}."
     return notes
-
-
-def _hidden(
-    position: Floats,
-    floor: shapely.Polygon,
-    ways: Sequence[Doorway],
-    going: Indices,
-    barriers: Sequence[Ends],
-) -> int:
-    """How many people at (n,2) m would leave the floor, or cross a barrier, on their straight way
-    to their door."""
-    points = shapely.points(position)
-    return sum(
-        int((~straight(points[going == row], way.ends, floor, barriers)).sum())
-        for row, way in enumerate(ways)
-    )
 
 
 def _drive(

@@ -15,6 +15,7 @@ from pydantic import (
     BaseModel,
     ConfigDict,
     Field,
+    PrivateAttr,
     Strict,
     TypeAdapter,
     ValidationInfo,
@@ -24,7 +25,8 @@ from pydantic import (
 )
 
 from analysis.scene.law import AS_HERTZ, LAWS, NOMINAL, Elastic, Law, hertz_stiffness
-from nscd import Walls, _core
+from analysis.scene.way import Way, way_of
+from nscd import Snapshot, Walls, _core
 from nscd.arrays import Flags, Floats, Indices
 from nscd.stepping import Arms
 
@@ -328,6 +330,8 @@ class OtherFrames(Schema):
 # given: pushed people lose their speed in 0.1 to 1 s.
 PUSH, USUAL_RELAXATION_S = "push_N", 0.5
 Mass = TypeVar("Mass", float, Floats)
+# m: nobody comes beyond a line here.
+NOWHERE = (1e30, 1e30)
 
 
 class Wall(Schema):
@@ -399,7 +403,9 @@ class Drive(Schema, Exit):
     door_start_m, door_end_m: m
     outward: unit vector out of the room
     aim: nearest or centre
-    goals: doors of those who go to another one"""
+    goals: doors of those who go to another one
+    clearance_m: m, kept from corners of walls on the way; who has a wall before the door then walks
+        the shortest way that is wide enough, where left out straight at that wall"""
 
     speed_m_per_s: Positive
     relaxation_time_s: Positive
@@ -408,6 +414,8 @@ class Drive(Schema, Exit):
     outward: Point
     aim: Literal["nearest", "centre"] = "nearest"
     goals: tuple[Goal, ...] = ()
+    clearance_m: Annotated[Number, Field(ge=0)] | None = None
+    _way: Way | None = PrivateAttr(None)
 
     def push(self, mass: Mass) -> Mass:
         """Give m U/τ (N): with how much people of this mass (kg) push who are held."""
@@ -471,16 +479,82 @@ class Drive(Schema, Exit):
         others = ~np.any([mine for _, mine in goals], axis=0) if goals else np.ones(len(ids), bool)
         return [(self, others), *goals]
 
+    @property
+    def needs_way(self) -> bool:
+        """Whether people walk on a way that is not found yet."""
+        return self.clearance_m is not None and self._way is None
+
+    @property
+    def way(self) -> Way | None:
+        """The way on which people go; None where they go straight. Raises ValueError where walls
+        and radii are not known yet (`routed`)."""
+        if self.needs_way:
+            raise ValueError("drive.clearance_m: the way needs walls and radii. Use Drive.routed")
+        return self._way
+
+    def routed(self, walls: Walls, radius: float) -> Drive:
+        """Return the drive with the ways between walls for people of a radius (m), where there is a
+        clearance."""
+        if self.clearance_m is None:
+            return self
+        doors = np.array([(*exit_.door, exit_.outward) for exit_ in self.doors], dtype=float)
+        routed = self.model_copy()
+        routed._way = way_of(walls, doors, radius, self.clearance_m)
+        return routed
+
+    def straight(self) -> Drive:
+        """Return the drive of people who walk straight to their door."""
+        straight = self.model_copy(update={"clearance_m": None})
+        straight._way = None
+        return straight
+
+    def check_way(self, walls: Walls, people: Snapshot) -> None:
+        """Raise ValueError naming the door, and somebody whose way to it is shut or narrower than
+        the widest person."""
+        if self.way is None:
+            return
+        widest = 2 * float(people.radius.max())
+        for number, (exit_, mine) in enumerate(self.exits(people.ids)):
+            (x0, y0), (x1, y1) = exit_.door
+            door = f"the door from ({x0:g}, {y0:g}) to ({x1:g}, {y1:g}) m"
+            if np.hypot(x1 - x0, y1 - y0) < widest:
+                raise ValueError(f"drive: {door} is narrower than the widest person, {widest:g} m")
+            shut = mine & ~exit_.beyond(people.position)
+            shut &= self.way.at(people.position, number, self.way.next) < 0
+            if shut.any():
+                place = people.position[shut][:1]
+                thin = self.routed(walls, 1e-3).way
+                narrow = thin is not None and thin.at(place, number, thin.next)[0] >= 0
+                why = f"is narrower than the widest person, {widest:g} m" if narrow else "is shut"
+                raise ValueError(f"drive: the way of person {people.ids[shut][0]} to {door} {why}")
+
+    def legs(self, position: Floats, ids: Indices) -> Floats:
+        """Give of people at (n,2) m with ids (n,) the segment that they walk to (start, end), and a
+        point of the line behind which they walk outward with its unit vector: (4,n,2)."""
+        legs = np.empty((4, len(position), 2))
+        for number, (exit_, mine) in enumerate(self.exits(ids)):
+            legs[:, mine] = np.array(
+                [*self.target(exit_), exit_.door_start_m, exit_.outward], dtype=float
+            )[:, None]
+            if self.way:
+                turning, corner = self.way.corner(position, number)
+                legs[:2, mine & turning] = corner[mine & turning]
+                legs[2:, mine & turning] = np.array([NOWHERE, (1.0, 0.0)])[:, None]
+        return legs
+
     def desired_velocity(self, position: Floats, ids: Indices | None = None) -> Floats:
         """Compute u_d of disks at position (n,2) m with ids (n,), in m/s, shape (n,2); ids are
         needed where there are goals."""
         place = np.array(position, dtype=np.float64, order="C")
-        if not self.goals:
-            return self._headed(place, self)
-        if ids is None:
+        if ids is None and self.goals:
             raise ValueError("goals: the ids of people say who goes where")
-        velocity = np.empty_like(place)
-        for exit_, mine in self.exits(ids):
+        who = np.arange(len(place)) if ids is None else ids
+        velocity = np.zeros_like(place)
+        if self.way:
+            legs = self.legs(place, who)
+            _core.soft_drive(velocity, place, velocity.copy(), self.speed_m_per_s, 1.0, *legs)
+            return velocity
+        for exit_, mine in self.exits(who):
             velocity[mine] = self._headed(place[mine], exit_)
         return velocity
 
@@ -494,8 +568,10 @@ class Drive(Schema, Exit):
     def gone(self, position: Floats, ids: Indices) -> Flags:
         """Tell who (n,) at (n,2) m has passed the line of the own door."""
         passed = np.zeros(len(position), dtype=bool)
-        for exit_, mine in self.exits(ids):
+        for number, (exit_, mine) in enumerate(self.exits(ids)):
             passed |= mine & exit_.beyond(position)
+            if self.way:
+                passed &= ~(mine & self.way.corner(position, number)[0])
         return passed
 
 

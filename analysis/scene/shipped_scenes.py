@@ -9,8 +9,9 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
-from analysis.scene.anthropometry import apart, bodies_of
+from analysis.scene.anthropometry import Varied, apart, bodies_of
 from analysis.scene.floors import walled
+from analysis.scene.rooms import Crowd, Inside, from_geometry
 from analysis.scene.scene import (
     Analysis,
     ContactModel,
@@ -221,6 +222,35 @@ holds the next off from 0.15 m on, with up to 200 N. That is between the push of
     return made.with_contact(arm_reach_m=0.15, arm_force_N=200.0).model_copy(update={"drive": slow})
 
 
+def _ell(disks: int, seed: int) -> Scene:
+    n = disks or 60
+    corridor = shapely.Polygon([(0, -6), (2.5, -6), (2.5, 2.5), (-6, 2.5), (-6, 0), (0, 0)])
+    doors = [
+        Doorway(ends=((0.0, -6.0), (2.5, -6.0)), start=shapely.box(-6, 0, 0, 2.5)),
+        Doorway(ends=((-6.0, 0.0), (-6.0, 2.5)), start=shapely.box(0, -6, 2.5, 0)),
+    ]
+    pillar = Inside(blocks=[(0.9, 0.9, 1.4, 1.4)])
+    crowd = Crowd(people=n, speed=1.3, varied=Varied(radius_share=0.1, seed=seed))
+    made = from_geometry("ell", corridor, doors, crowd, 12.0, pillar)
+    title = f"two opposing streams of {n} people round a corner with a pillar"
+    return _soft(made, title)
+
+
+def _turns(disks: int, seed: int) -> Scene:
+    n = disks or 60
+    sides = [(0, 0), (7.5, 0), (7.5, 6), (5, 6), (5, 2.5), (2.5, 2.5), (2.5, 6), (0, 6)]
+    doors = [Doorway(ends=((5.0, 6.0), (7.5, 6.0)), start=shapely.box(0, 0, 2.5, 6))]
+    crowd = Crowd(people=n, speed=1.3, varied=Varied(radius_share=0.1, seed=seed))
+    made = from_geometry("turns", shapely.Polygon(sides), doors, crowd, 20.0)
+    return _soft(made, f"{n} people turn two corners to a 2.5 m door")
+
+
+def _soft(scene: Scene, title: str) -> Scene:
+    """A scene of `percussions new` that ships, with bodies that LAMMPS steps quickly."""
+    made = {"title": title, "source": "made for the way"}
+    return scene.with_contact(stiffness_N_per_m=1e5).model_copy(update=made)
+
+
 OF_FIXED_SIZE = ("pair", "pair_oblique", "four_disks", "corridor")
 MAKERS: dict[str, Callable[[int, int], Scene]] = {
     # these are data, in scenes/
@@ -234,11 +264,13 @@ MAKERS: dict[str, Callable[[int, int], Scene]] = {
     "jam": _jam,
     "terrace": _terrace,
     "arms": _arms,
+    "ell": _ell,
+    "turns": _turns,
 }
 # About 2 kB of memory for each.
 MOST_DISKS = 1_000_000
 # Their disks are random.
-SEEDED = ("arch", "arch_masses", "jam", "terrace", "arms")
+SEEDED = ("arch", "arch_masses", "jam", "terrace", "arms", "ell", "turns")
 
 
 def make(name: str, disks: int | None = None, seed: int = 1) -> Scene:
@@ -295,7 +327,7 @@ def variant(scene: Scene, number: int) -> Scene:
             radius=given.radius * random.uniform(1 - RADIUS_SHARE, 1 + RADIUS_SHARE, len(given)),
         )
         crowd = apart(moved, scene.wall_segments())
-        made = scene.model_copy(update=rest | {"snapshot": crowd})
+        made = scene.model_copy(update=rest | {"snapshot": crowd}).rerouted()
         try:
             made.check(f"{scene.name}, crowd {number}")
         except SceneError:
@@ -322,7 +354,7 @@ def with_radius(scene: Scene, more: float) -> Scene:
     larger = dataclasses.replace(scene.snapshot, radius=scene.snapshot.radius + more)
     crowd = apart(larger, scene.wall_segments())
     rest = {"reconciliation": None, "other_frames": None, "other_crowds": ()}
-    made = scene.model_copy(update=rest | {"snapshot": crowd})
+    made = scene.model_copy(update=rest | {"snapshot": crowd}).rerouted()
     made.check(scene.name)
     return made
 

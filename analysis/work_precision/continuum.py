@@ -59,6 +59,10 @@ def crowd_room(scene: Scene) -> Room:
     disks, drive = scene.snapshot, scene.drive
     if drive.goals:
         raise ValueError("it is for a crowd with one door, and this one has several")
+    if drive.way:
+        raise ValueError(
+            "it is for a crowd that walks straight to its door, and this one has a way"
+        )
     enclosed = room_of_walls(scene.wall_segments(), exits=[[drive.door_start_m, drive.door_end_m]])
     hall = shapely.Polygon(enclosed.outline, enclosed.pillars)
     radius = float(disks.radius.mean())

@@ -70,7 +70,8 @@ class SoftModel:
             connected(walls),
         )
         self._law = _law(scene)
-        self._drive = _drive(scene)
+        self._drive, disks = scene.drive, self._disks
+        self._legs = scene.drive.legs(disks.position, disks.ids) if scene.drive else ()
         self._acceleration, self._arms = np.array(scene.acceleration()), scene.contact.arms
         self._ends = np.array(walls.start), np.array(walls.end)
 
@@ -86,7 +87,10 @@ class SoftModel:
         out /= disks.mass[:, None]
         out += self._acceleration
         if self._drive is not None:
-            _core.soft_drive(out, position, velocity, *self._drive)
+            drive = self._drive
+            legs = drive.legs(position, disks.ids) if drive.way else self._legs
+            pace = drive.speed_m_per_s, drive.relaxation_time_s
+            _core.soft_drive(out, position, velocity, *pace, *legs)
 
     def passes_a_wall(self, before: Floats, after: Floats) -> bool:
         """Tell whether a centre that goes straight from `before` to `after` (n,2) m crosses a wall,
@@ -100,22 +104,6 @@ def _near(snapshot: Snapshot, walls: Walls, reach: float) -> tuple[Indices, Indi
     to_wall = walls.nearest_point(snapshot.position[disk], wall) - snapshot.position[disk]
     near = np.hypot(*to_wall.T) - snapshot.radius[disk] <= reach
     return disk[near], wall[near]
-
-
-def _drive(scene: Scene) -> tuple[float, float, Floats, Floats, Floats, Floats] | None:
-    """Speed, τ, and of each disk target (start, end), a point of its door's line and where outward
-    is, (n,2)."""
-    drive = scene.drive
-    if drive is None:
-        return None
-    ways = np.empty((4, len(scene.snapshot), 2))
-    for exit_, mine in drive.exits(scene.snapshot.ids):
-        for way, point in zip(
-            ways, (*drive.target(exit_), exit_.door_start_m, exit_.outward), strict=True
-        ):
-            way[mine] = point
-    start, end, door, outward = ways
-    return drive.speed_m_per_s, drive.relaxation_time_s, start, end, door, outward
 
 
 def _law(scene: Scene) -> tuple[Floats, bool]:

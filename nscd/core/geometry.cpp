@@ -1,6 +1,7 @@
 #include "geometry.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace nscd {
 
@@ -36,6 +37,41 @@ void headed(In position, In start, In end, In outward, In place, double speed, O
         const bool out = beyond || distance == 0.0;
         velocity[i] = speed * (out ? outward[0] : dx / distance);
         velocity[i + 1] = speed * (out ? outward[1] : dy / distance);
+    }
+}
+
+namespace {
+
+struct Line {
+    double x, y, ax, ay, square;
+    Line(const double* a, const double* b) : x(a[0]), y(a[1]), ax(b[0] - x), ay(b[1] - y), square(ax * ax + ay * ay) {}
+    double side(double px, double py) const { return ax * (py - y) - ay * (px - x); }
+    double square_to(double px, double py) const {
+        const double share = square > 0.0 ? std::clamp(((px - x) * ax + (py - y) * ay) / square, 0.0, 1.0) : 0.0;
+        const double dx = x + share * ax - px, dy = y + share * ay - py;
+        return dx * dx + dy * dy;
+    }
+    bool splits(const Line& other) const { return side(other.x, other.y) * side(other.x + other.ax, other.y + other.ay) < 0.0; }
+};
+
+bool far_apart(double a, double b, double c, double d, double most) {
+    return std::max(a, b) + most < std::min(c, d) || std::max(c, d) + most < std::min(a, b);
+}
+
+}  // namespace
+
+void clear_of(In from, In to, In start, In end, double most, Out clear) {
+    for (std::size_t i = 0; i < from.size(); i += 2) {
+        const Line way(&from[i], &to[i]);
+        double least = most * most;
+        for (std::size_t w = 0; w < start.size() && least > 0.0; w += 2) {
+            if (far_apart(from[i], to[i], start[w], end[w], most) || far_apart(from[i + 1], to[i + 1], start[w + 1], end[w + 1], most)) continue;
+            const Line wall(&start[w], &end[w]);
+            if (way.splits(wall) && wall.splits(way)) least = 0.0;
+            least = std::min({least, way.square_to(start[w], start[w + 1]), way.square_to(end[w], end[w + 1]), wall.square_to(from[i], from[i + 1]),
+                              wall.square_to(to[i], to[i + 1])});
+        }
+        clear[i / 2] = std::sqrt(least);
     }
 }
 

@@ -32,4 +32,8 @@ bool is_of_another(const Segments& walls, int wall, double share, double x, doub
 // line through `place` across `outward`. position (n·2) m, start, end, place (2) m, outward (2) unit vector
 void headed(In position, In start, In end, In outward, In place, double speed, Out velocity);
 
+// How far (n) m the nearest of the walls start → end (w·2) m is from the lines from → to (n·2) m, at most `most`; 0 where they
+// meet.
+void clear_of(In from, In to, In start, In end, double most, Out clear);
+
 }  // namespace nscd

@@ -115,6 +115,13 @@ auto headed_of(const Matrix& position, const Vector& start, const Vector& end, c
     return give<2>(std::move(velocity), 2);
 }
 
+auto clear_of_walls(const Matrix& from, const Matrix& to, const Matrix& start, const Matrix& end, double most) {
+    need(from.shape(1) == 2 && from.size() == to.size() && start.shape(1) == 2 && start.size() == end.size(), "clear_of: shapes differ");
+    Numbers clear(from.size() / 2);
+    clear_of(span(from), span(to), span(start), span(end), most, clear);
+    return give(std::move(clear));
+}
+
 // start, answered, first, second, is_wall, normal, gap, reaction, impulse, residual, velocity_error of `FilmAnswer`.
 auto film(const Whole& start, const Whole& ids, const Matrix& position, const Matrix& left, const Vector& radius, const Vector& mass,
           const Segments& walls, double gap, double deepest, double tolerance, bool least) {
@@ -359,6 +366,7 @@ NB_MODULE(_core, m) {
           "normal"_a.noconvert(), "gap"_a.noconvert(), "reaction"_a.noconvert(), "seconds"_a, "slack"_a);
     m.def("headed", &headed_of, "position"_a.noconvert(), "start"_a.noconvert(), "end"_a.noconvert(), "outward"_a.noconvert(),
           "place"_a.noconvert(), "speed"_a);
+    m.def("clear_of", &clear_of_walls, "start"_a.noconvert(), "end"_a.noconvert(), "walls_start"_a.noconvert(), "walls_end"_a.noconvert(), "most"_a);
     m.def("film", &film, "start"_a.noconvert(), "ids"_a.noconvert(), "position"_a.noconvert(), "left"_a.noconvert(), "radius"_a.noconvert(),
           "mass"_a.noconvert(), "walls"_a, "gap"_a, "deepest"_a, "tolerance"_a, "least"_a);
     m.def("components", &components_of, "n"_a, "first"_a.noconvert(), "second"_a.noconvert());

@@ -21,7 +21,7 @@ GOAL = {
 }
 # Keys that the shipped scene leaves out.
 MORE = {
-    "drive": {"goals": [GOAL], "aim": "nearest"},
+    "drive": {"goals": [GOAL], "aim": "nearest", "clearance_m": 0.1},
     "body_force": {"acceleration_m_per_s2": [0.0, -1.0]},
     "contact": {
         "law": "hooke", "friction": 0.2, "wall_stiffness_N_per_m": 1e6, "tangential_ratio": 0.3,

@@ -94,6 +94,8 @@ def import_crowd(
     report = Reconciliation.model_validate(crowd.report.model_dump() | density)
     notes = comment + "\n" + textwrap.fill(report.statement, 110, break_long_words=False)
     scene = crowd.scene.model_copy(update={"notes": notes.strip(), "reconciliation": report})
+    scene = scene.round_walls()
+    scene.check(heads.origin)
     return replace(crowd, scene=scene, report=report)
 
 

@@ -1,0 +1,68 @@
+"""What a way costs: CPU seconds to find the ways of a floor of 200 walls (54 rooms with a doorway in
+each wall) for 1,000 people to one door, and of one look at where all go next.
+
+Usage: python benchmarks/way.py [--repeats N]"""
+
+from itertools import pairwise
+
+import numpy as np
+
+from analysis.scene.schema import Drive
+from benchmarks.machine import describe, head, line, options, timed
+from nscd import Walls
+from nscd.arrays import Floats
+
+ROOM_M, ACROSS, UP, DOORWAY_M = 4.0, 9, 6, 1.0
+
+
+def floor(seed: int) -> tuple[Walls, Drive]:
+    """Make the floor, its doorways at random places, and the drive to its door."""
+    random = np.random.default_rng(seed)
+    lines: list[Floats] = []
+    for axis, (walls, rooms) in enumerate(((ACROSS, UP), (UP, ACROSS))):
+        for wall in range(1, walls):
+            for room in range(rooms):
+                gap = random.uniform(0.5, ROOM_M - DOORWAY_M - 0.5)
+                along = ROOM_M * room + np.array([[0, gap], [gap + DOORWAY_M, ROOM_M]])
+                across = np.full((2, 2), ROOM_M * wall)
+                pair = (across, along) if axis == 0 else (along, across)
+                lines.extend(np.stack(pair, axis=-1))
+    x, y = ROOM_M * ACROSS, ROOM_M * UP
+    outer = [(x, 0), (0, 0), (0, y), (x, y), (x, 2.0)]
+    lines += [np.array(pair, dtype=float) for pair in pairwise(outer)]
+    for _ in range(200 - len(lines)):
+        place = random.uniform(1.0, [x - 1.0, y - 1.0])
+        lines.append(np.stack([place, place + np.array([0.4, 0.3])]))
+    ends = np.array(lines)
+    drive = Drive(
+        speed_m_per_s=1.3,
+        relaxation_time_s=0.5,
+        door_start_m=(x, 0.0),
+        door_end_m=(x, 2.0),
+        outward=(1.0, 0.0),
+        clearance_m=0.15,
+    )
+    return Walls(start=ends[:, 0], end=ends[:, 1]), drive
+
+
+def row(seed: int) -> str:
+    """Time one floor."""
+    walls, drive = floor(seed)
+    place = np.random.default_rng(seed).uniform(0.3, [35.7, 23.7], (1000, 2))
+    seconds, routed = timed(lambda: drive.routed(walls, 0.25))
+    look, _ = timed(lambda: routed.desired_velocity(place))
+    lost = int((routed.way.at(place, 0, routed.way.next) < 0).sum())
+    return line([len(walls), len(place), f"{seconds:.2f}", f"{look:.2g}", lost])
+
+
+def main() -> None:
+    """Print the seconds of each floor."""
+    given = options(__doc__, repeats=5)
+    print(describe())
+    print(head("walls", "people", "ways (CPU s)", "look (CPU s)", "people without a way"))
+    for seed in range(given.repeats):
+        print(row(seed))
+
+
+if __name__ == "__main__":
+    main()

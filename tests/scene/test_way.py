@@ -1,0 +1,187 @@
+"""Ways round corners: lengths against the taut string and a visibility graph, and people who walk
+them."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import shapely
+from scipy.sparse.csgraph import dijkstra
+
+from analysis.percussions.setting import Setting
+from analysis.scene import Crowd, Doorway, Inside, SceneError, read_scene, room
+from analysis.scene.scene import read_room
+from analysis.scene.way import way_of
+from nscd import Walls
+
+
+def between(*lines):
+    ends = np.array([line for points in lines for line in pairwise(points)], float)
+    return Walls(start=ends[:, 0].copy(), end=ends[:, 1].copy())
+
+
+# a corridor of 2 m that turns right at the corner (0, 0)
+ELL = between([(0, -8), (0, 0), (-8, 0), (-8, 2), (2, 2), (2, -8)])
+DOWN = np.array([[(0, -8), (2, -8), (0, -1)]], dtype=float)
+
+
+def taut(place, radius):
+    """From (n,2) m round a disk at the corner, then straight down to the door."""
+    away = np.hypot(*place.T)
+    seen = np.arctan2(place[:, 1], place[:, 0]) - np.arccos(radius / away)
+    turning = np.sqrt(away**2 - radius**2) + radius * seen + 8.0
+    # who is beyond the corner walks straight
+    x, y = place.T
+    aside = np.maximum(0.0, np.maximum(radius - x, x - (2 - radius)))
+    return np.where(seen > 0, turning, np.hypot(aside, y + 8.0))
+
+
+@pytest.mark.parametrize("clearance", [0.0, 0.15])
+def test_the_way_round_a_corner_is_a_taut_string(clearance):
+    way = way_of(ELL, DOWN, 0.2, clearance)
+    random = np.random.default_rng(1)
+    place = random.uniform((-7.5, 0.5), (0.0, 1.5), (200, 2))
+    column, row = np.floor((place - way.origin) / way.cell).T.astype(int)
+    middle = way.origin + way.cell * (np.column_stack([column, row]) + 0.5)
+    length = way.length[0, row, column]
+    assert (length >= taut(middle, 0.98 * 0.2) - 0.01).all()
+    assert (length <= taut(middle, 0.2 + clearance) + 0.01).all()
+
+
+def walked(walls, doors, way, radius, step=0.04):
+    """People from all over the floor who walk alone: start, length of the way walked, how near to a
+    wall they came; those who have not arrived have an infinite length."""
+    lines = shapely.MultiLineString([*np.stack([walls.start, walls.end], axis=1)])
+    shapely.prepare(lines)
+    x, y = np.meshgrid(*(np.arange(way.origin[i], way.origin[i] + 14, 0.37) for i in (0, 1)))
+    place = np.column_stack([x.ravel(), y.ravel()])
+    door = shapely.LineString(doors[0, :2])
+    faces = shapely.get_parts(shapely.polygonize([*lines.geoms, door]))
+    floor = next(face for face in faces if face.boundary.contains(door))
+    inside = shapely.contains_xy(floor, place)
+    inside &= shapely.distance(shapely.points(place), lines) >= radius
+    start = place[inside]
+    place, near = start.copy(), np.full(len(start), np.inf)
+    length = np.zeros(len(start))
+    a, b, outward = doors[0]
+    for _ in range(int(60 / step)):
+        left = (place - a) @ outward < -1e-9
+        left |= way.corner(place, 0)[0]
+        if not left.any():
+            break
+        turning, corner = way.corner(place, 0)
+        share = np.clip((place - a) @ (b - a) / ((b - a) @ (b - a)), 0, 1)
+        to = np.where(turning[:, None], corner, a + share[:, None] * (b - a)) - place
+        to *= (np.minimum(1.0, step / (np.hypot(*to.T) + 1e-300)) * left)[:, None]
+        place, length = place + to, length + np.hypot(*to.T)
+        far = np.abs((place - a) @ outward) > 2 * radius
+        near[far] = np.minimum(near, shapely.distance(shapely.points(place), lines))[far]
+    return start, np.where(left, np.inf, length), near
+
+
+PILLAR = [(0.6, 0.6), (1.2, 0.6), (1.2, 1.2), (0.6, 1.2), (0.6, 0.6)]
+TURNS = between([(0, 0), (0, 2), (6, 2), (6, 8)], [(0, 0), (8, 0), (8, 8)])
+UP = np.array([[(6, 8), (8, 8), (0, 1)]], dtype=float)
+
+
+@pytest.mark.parametrize(
+    ("walls", "doors"),
+    [
+        (ELL, DOWN),
+        (between([(0, -8), (0, 0), (-8, 0), (-8, 2), (2, 2), (2, -8)], PILLAR), DOWN),
+        (TURNS, UP),
+    ],
+    ids=["corner", "pillar", "two corners"],
+)
+def test_who_walks_alone_arrives_on_the_shortest_way_and_touches_nothing(walls, doors):
+    way = way_of(walls, doors, 0.2, 0.15)
+    start, length, near = walked(walls, doors, way, 0.2)
+    assert len(start) > 140
+    assert np.isfinite(length).all()
+    assert near.min() >= 0.2 - 0.01
+    shortest = way.at(start, 0, way.length)
+    away = near > 0.3
+    assert length[away] == pytest.approx(shortest[away], abs=0.25)
+
+
+def test_lengths_among_random_blocks_are_those_of_a_visibility_graph():
+    random = np.random.default_rng(7)
+    for _ in range(2):
+        low = random.uniform((1, 1), (8, 8), (5, 2))
+        blocks = shapely.box(*low.T, *(low + random.uniform(0.5, 2, (5, 2))).T)
+        rings = [
+            np.array(ring.exterior.coords) for ring in shapely.get_parts(shapely.union_all(blocks))
+        ]
+        walls = between([(12, 7), (12, 12), (0, 12), (0, 0), (12, 0), (12, 5)], *rings)
+        doors = np.array([[(12, 5), (12, 7), (1, 0)]], dtype=float)
+        way = way_of(walls, doors, 0.2, 0.0)
+        place = random.uniform(0.5, 11.5, (60, 2))
+        column, row = np.floor((place - way.origin) / way.cell).T.astype(int)
+        place = way.origin + way.cell * (np.column_stack([column, row]) + 0.5)
+        lines = shapely.MultiLineString([*np.stack([walls.start, walls.end], axis=1)])
+        clear = shapely.distance(shapely.points(place), lines) > 0.3
+        clear &= ~shapely.contains_xy(shapely.union_all(blocks), place)
+        oracle = by_visibility(lines, place[clear])
+        found = way.length[0, row[clear], column[clear]]
+        blocked = way.next[0, row[clear], column[clear]] < 0
+        assert (np.isinf(oracle) == blocked).all()
+        assert found[~blocked] == pytest.approx(oracle[~blocked], abs=0.02)
+
+
+def by_visibility(lines, place):
+    """Lengths from (n,2) m to the door x = 12, 5.2 < y < 6.8 among lines, by all pairs of corners."""
+    wide = lines.buffer(0.2, quad_segs=4)
+    corners = shapely.get_coordinates(wide)
+    corners = corners[(corners.min(1) > 0) & (corners.max(1) < 12)]
+    door = np.column_stack([np.full(41, 11.99), np.linspace(5.2, 6.8, 41)])
+    shut = wide.buffer(-1e-6).union(shapely.LineString([(12.05, 0), (12.05, 12)]))
+    shapely.prepare(shut)
+    nodes = np.concatenate([place, corners, door])
+    one, two = np.triu_indices(len(nodes), 1)
+    far = np.hypot(*(nodes[one] - nodes[two]).T)
+    seen = ~shapely.intersects(
+        shut, shapely.linestrings(np.stack([nodes[one], nodes[two]], axis=1))
+    )
+    graph = np.zeros((len(nodes), len(nodes)))
+    graph[one[seen], two[seen]] = far[seen]
+    graph[-41:, -41:] = 0
+    every = dijkstra(
+        graph, directed=False, indices=np.arange(len(nodes) - 41, len(nodes)), min_only=True
+    )
+    return every[: len(place)]
+
+
+@pytest.mark.parametrize(
+    ("barrier", "said"),
+    [
+        ([(-4, -3), (-4, 3)], r"drive: the way of person \d+ to the door from .* is shut"),
+        (
+            [(-4, -3), (-4, 2.7)],
+            r"the way of person \d+ to the door .* is narrower than the widest",
+        ),
+    ],
+)
+def test_a_door_that_nobody_can_reach_is_refused(barrier, said):
+    start = Doorway(ends=((0, -0.5), (0, 0.5)), start=shapely.box(-8, -3, -5, 3))
+    with pytest.raises(SceneError, match=said):
+        room("shut", 8.0, 6.0, [start], Crowd(people=5), inside=Inside(barriers=[barrier]))
+
+
+def test_a_door_narrower_than_a_person_is_no_way():
+    door = Doorway(ends=((0, -0.15), (0, 0.15)), start=shapely.box(-8, -3, -5, 3))
+    inside = Inside(barriers=[((-4, -2), (-4, 2))])
+    with pytest.raises(SceneError, match=r"drive: the door .* is narrower than the widest person"):
+        room("slit", 8.0, 6.0, [door], Crowd(people=5), inside=inside)
+
+
+def test_percussions_of_a_dump_know_the_way():
+    """A room whose file has a clearance sends the people of any snapshot round its walls."""
+    scene = read_scene("ell")
+    stated, _ = read_room("ell")
+    left, tau = Setting.in_room(stated, left_velocity="desired").left(scene.snapshot)
+    people = scene.snapshot
+    assert left == pytest.approx(scene.drive.desired_velocity(people.position, people.ids))
+    assert tau == scene.drive.relaxation_time_s
+    straight = scene.drive.straight().desired_velocity(people.position, people.ids)
+    assert np.abs(left - straight).max() > 0.5
+    assert not scene.drive.gone(people.position, people.ids).any()
