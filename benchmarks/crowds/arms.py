@@ -69,9 +69,9 @@ def picture(found: np.ndarray, path: Path) -> None:
     figure, (axes,) = panels(8.0, 4.5)
     share = found / np.median(found[0], axis=0)
     for place, name in enumerate(SHOWN.values()):
-        if "(N)" in name or "density" in name:
+        if "(N)" in name:
             low, middle, high = np.quantile(share[:, :, place], [0.0, 0.5, 1.0], axis=1)
-            where = 100 * (np.array(REACHES_M) + 0.0015 * (place - 2))
+            where = 100 * (np.array(REACHES_M) + 0.0015 * (place - 1.5))
             axes.errorbar(
                 where, middle, [middle - low, high - middle], marker="o", capsize=3,
                 color=COLOURS[place % len(COLOURS)], label=name.rpartition(" (")[0],

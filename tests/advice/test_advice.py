@@ -301,6 +301,12 @@ def test_what_a_scene_has_no_need_of(tmp_path):
     assert "islands that nothing presses: 1 with 2 disks" in lines
     assert "disks that touch others and carry nothing: 2 of 5" in lines
     assert "contacts that carry nothing: 1 of 2" in lines
+    assert any(line.startswith("arms: who does not touch is farther than 0.2 m") for line in lines)
+    near = changed(resting, position=[[0, 0], [0.5, 0], [1.1, 0], [5.5, 0], [9, 0]])
+    lines = left_out(near, tmp_path / "near")
+    assert any(
+        line.startswith("arms: 1 pairs that do not touch are within 0.2 m") for line in lines
+    )
 
 
 def test_a_promise_covers_how_far_errors_of_nearly_equal_steps_are_apart(scene):
