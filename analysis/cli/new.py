@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from analysis.cli.app import progress, refuse_beside, warn, write_picture
-from analysis.cli.options import Count, Out, Positive, Seed, Share
+from analysis.cli.options import Count, NotNegative, Out, Positive, Seed, Share
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,6 +38,9 @@ def new(
     mass: Positive = 75.0,
     push: Positive = 150.0,
     speed: Positive | None = None,
+    tau: Positive | None = None,
+    law: str = "hooke",
+    friction: NotNegative = 0.0,
     duration: Positive = 10.0,
     seed: Seed = 1,
     out: Out = Path("."),
@@ -56,7 +59,10 @@ def new(
     barrier: Straight wall inside, without thickness: x,y,x,y in m. May be repeated.
     people_from: Radii and masses of a survey: 'ANSUR II', … men, … women.
     radius_spread: Radii are uniform within this share about it.
-    speed: Desired speed in m/s. Default: push · 0.5 s / mass.
+    speed: Desired speed in m/s. Default: push · tau / mass.
+    tau: Relaxation time in s. Default: 0.5, or mass · speed / push with --speed.
+    law: hooke, hertz, body or body_hertz (bodies as soft as people).
+    friction: Coulomb's coefficient.
     duration: Time to simulate, in s.
 
     radius: Mean radius in m.
@@ -77,13 +83,14 @@ def new(
     if people_from is not None:
         sizes = ("radius", "radius_spread", "mass")
         refuse_beside(context, sizes, "--people-from has radii and masses of its own")
+    if speed is not None and tau is not None:
+        refuse_beside(context, ("push",), "--speed and --tau give it: mass · speed / tau")
     varied = Varied(people=people_from, radius_share=radius_spread, seed=seed)
-    crowd = Crowd(people=people, radius=radius, mass=mass, varied=varied, push=push, speed=speed)
-    walls = [_lengths("barrier", text, ",", 4) for text in barrier or ()]
-    inside = Inside(
-        blocks=[_lengths("block", text, ",", 4) for text in block or ()],
-        barriers=[(wall[:2], wall[2:]) for wall in walls],
-    )
+    who: dict[str, Any] = {"people": people, "radius": radius, "mass": mass, "varied": varied}
+    who |= {"push": push, "speed": speed, "relaxation": tau, "law": law, "friction": friction}
+    crowd = Crowd(**who)
+    blocks, walls = _corners("block", block), _corners("barrier", barrier)
+    inside = Inside(blocks=blocks, barriers=[(wall[:2], wall[2:]) for wall in walls])
     with progress():
         if geometry is None:
             length, width = _lengths("room", room or "", "x", 2)
@@ -146,6 +153,11 @@ def _doorway(text: str) -> Doorway:
     corners = _lengths("door", ends, ",", 4)
     given = {"share": _lengths("door share", part, ",", 1)[0]} if colon else {}
     return Doorway(ends=(corners[:2], corners[2:]), **given)
+
+
+def _corners(key: str, texts: list[str] | None) -> Any:
+    """Two corners each, x,y,x,y."""
+    return [_lengths(key, text, ",", 4) for text in texts or ()]
 
 
 def _lengths(key: str, text: str, between: str, wanted: int) -> Any:

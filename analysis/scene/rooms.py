@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from analysis.scene.anthropometry import Varied, apart
 from analysis.scene.floors import polygon_of, walled
+from analysis.scene.law import LAWS
 from analysis.scene.scene import (
     Analysis,
     ContactModel,
@@ -41,7 +42,9 @@ class Crowd:
     radius, mass: m and kg, the means, where `varied` does not bring its own
     varied: how people differ, and the seed of all that is random
     push: N, of a person of mean mass who is held
-    speed: m/s, desired; without it push τ/m̄ with τ = 0.5 s"""
+    speed, relaxation: m/s, desired, and s, τ. Without a speed it is push τ/m̄, without τ that is
+        0.5 s, or m̄ speed/push. With both they give the push.
+    law, friction: of the contacts, as in a scene"""
 
     people: int
     radius: float = 0.2
@@ -49,6 +52,15 @@ class Crowd:
     varied: Varied = field(default_factory=lambda: Varied(radius_share=0.1))
     push: float = 150.0
     speed: float | None = None
+    relaxation: float | None = None
+    law: str = "hooke"
+    friction: float = 0.0
+
+    def push_of(self, mass: float) -> float:
+        """Compute the push (N) of a person of mean mass (kg)."""
+        if self.speed is None or self.relaxation is None:
+            return self.push
+        return mass * self.speed / self.relaxation
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -140,6 +152,9 @@ def from_geometry(
     except StepError as error:
         raise SceneError(f"people: {error}") from None
     widths = " and ".join(f"{np.hypot(*np.subtract(*way.ends)):.3g} m" for way in ways)
+    contact = {"law": crowd.law, "friction": crowd.friction, "restitution": RESTITUTION}
+    if crowd.law not in LAWS or not LAWS[crowd.law].own_stiffness:
+        contact["stiffness_N_per_m"] = 1e6
     before = f"a door of {widths}" if len(ways) == 1 else f"doors of {widths}"
     try:
         stated = Room(
@@ -147,7 +162,7 @@ def from_geometry(
             source="percussions new",
             walls=walls,
             drive=_drive(crowd, float(snapshot.mass.mean()), ways, outward, going),
-            contact=ContactModel(stiffness_N_per_m=1e6, restitution=RESTITUTION),
+            contact=ContactModel.model_validate(contact),
             run=Run(duration_s=duration, frames=max(1, round(10 * duration))),
             analysis=Analysis(kind="driven", time_s=duration),
         )
@@ -210,8 +225,9 @@ def _notes(
 ) -> str:
     radius, mass = snapshot.radius, snapshot.mass
     where = "before a door" if len(ways) == 1 else f"before {len(ways)} doors"
+    push = crowd.push_of(float(mass.mean()))
     notes = f"""{crowd.people} people of radius {radius.mean():.3f} ± {radius.std():.3f} m and mass
-{mass.mean():.1f} ± {mass.std():.1f} kg, push with {crowd.push:g} N. They wait at random places
+{mass.mean():.1f} ± {mass.std():.1f} kg, push with {push:g} N. They wait at random places
 {where} (seed {crowd.varied.seed}). Disks cover {cover_of(radius, floor):.0%} of the floor."""
     if len(ways) > 1:
         counts = np.bincount(going, minlength=len(ways))
@@ -224,9 +240,10 @@ def _drive(
 ) -> Drive:
     """The drive that gives the push, with the speed or the usual relaxation time: to the first door,
     and to the others those who go there."""
-    given: dict[str, Any] = {"push_N": crowd.push}
-    if crowd.speed is not None:
-        given["speed_m_per_s"] = crowd.speed
+    asked = {"speed_m_per_s": crowd.speed, "relaxation_time_s": crowd.relaxation}
+    given: dict[str, Any] = {key: value for key, value in asked.items() if value is not None}
+    if len(given) < 2:
+        given["push_N"] = crowd.push
     first, *others = (
         {
             "door_start_m": way.ends[0],

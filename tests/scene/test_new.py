@@ -40,6 +40,24 @@ def test_a_room_by_command(percussions, tmp_path):
     assert percussions("run", "my_room.toml", "--engine", "rigid").returncode == 0
 
 
+@pytest.mark.parametrize(
+    ("given", "speed", "tau", "push"),
+    [
+        ({"relaxation": 1.0}, 2.0, 1.0, 150.0),
+        ({"speed": 1.5}, 1.5, 0.75, 150.0),
+        ({"speed": 1.5, "relaxation": 0.25, "friction": 0.4}, 1.5, 0.25, 450.0),
+    ],
+)
+def test_speed_tau_and_push_give_each_other(given, speed, tau, push):
+    """Push = m speed/τ."""
+    made = room("small", 4.0, 3.0, 0.8, Crowd(people=4, law="body_hertz", **given))
+    drive, contact = made.drive, made.contact
+    assert (drive.speed_m_per_s, drive.relaxation_time_s) == pytest.approx((speed, tau))
+    assert f"push with {push:g} N" in made.notes
+    assert (contact.law, contact.friction) == ("body_hertz", given.get("friction", 0.0))
+    assert contact.stiffness_N_per_m == pytest.approx(5445.0)
+
+
 def test_people_wait_nearest_to_the_door_without_overlaps_or_order():
     scene = room("big", 30.0, 20.0, 1.2, Crowd(people=600))
     disks = scene.snapshot
@@ -99,6 +117,9 @@ def test_a_floor_with_a_pillar(percussions, tmp_path, form):
             for one in ("mass", "radius", "radius-spread")
         ),
         ("--geometry none --door 1,9,2,9", "none: no such file"),
+        ("--room 20x20 --door 1 --law body --friction 0.4", "friction: law = body has none"),
+        ("--room 20x20 --door 1 --law soft", "law: Input should be 'hooke', "),
+        ("--room 8x6 --door 1 --speed 1 --tau 1 --push 9", "--push: --speed and --tau give it"),
     ],
 )
 def test_what_cannot_be_made_is_one_line(refused, words, says):
