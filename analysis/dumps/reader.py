@@ -93,7 +93,15 @@ def snapshot_of(ts: Timestep, path: str | Path = "", *, needs_velocity: bool = T
             "dump with analysis.dumps.open_bodies(path) and give that universe"
         )
     state = state_of(data, path, needs_velocity)
-    return snapshot_at(state, float(ts.time), f"{path}, step {data['step']}")
+    where = f"{path}, step {data['step']}"
+    snapshot = snapshot_at(state, float(ts.time), where)
+    if "body_inertia" not in data:
+        return snapshot
+    _, first = np.unique(data["mol"], return_index=True)
+    try:
+        return snapshot.joined(data["mol"], inertia=data["body_inertia"][first])
+    except ValueError as error:
+        raise DumpError(f"{where}: {error}") from None
 
 
 def frame_at(times: Sequence[float] | Floats, wanted: float) -> int:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from analysis.engines.penalty import penalty_of, penalty_setting
 from analysis.engines.process import Command, digest_of, version_said
-from analysis.engines.record import Timing
+from analysis.engines.record import EngineError, Timing
 from analysis.scene.scene import Scene
 from analysis.support.files import shipped
 
@@ -57,6 +57,11 @@ class Engine:
 
     def check(self, scene: Scene) -> None:
         """Raise EngineError naming the field of a scene that it cannot run."""
+        if scene.snapshot.bodies is not None:
+            raise EngineError(
+                f"{scene.name}: disks.bodies: {self.TITLE} cannot turn bodies of several disks here: "
+                "use rigid"
+            )
 
     def write_input(self, scene: Scene, decks: Path) -> None:
         """Write all that it reads, but for the scene itself, into a new folder `decks`: copies, since

@@ -185,6 +185,7 @@ class Lammps(Engine):
     def check(self, scene: Scene) -> None:
         """Raise EngineError for more walls that meet others than LAMMPS has groups, for a law that it
         lacks, and where impulses are to be summed and LAMMPS is not in this Python."""
+        super().check(scene)
         _gates(scene)
         law, name, impulses = scene.contact.law, scene.name, scene.run.impulses
         apart, arms = scene.contact.kind.dashpot == "apart", scene.contact.arms

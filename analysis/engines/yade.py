@@ -18,6 +18,7 @@ class Yade(Engine):
 
     def check(self, scene: Scene) -> None:
         """Raise EngineError for hertz with friction, YADE's tangential spring being another there."""
+        super().check(scene)
         contact = scene.contact
         if contact.arms:
             raise EngineError(

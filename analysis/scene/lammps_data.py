@@ -15,8 +15,8 @@ from nscd.arrays import Floats
 SPHERE = 4.0 * np.pi / 3.0
 MARGIN_M = 200.0
 # Columns of a row by section: id, type, diameter, density, x, y, z (and three image flags), and
-# id, vx, vy, vz, wx, wy, wz.
-WIDTHS = {"Atoms": (7, 10), "Velocities": (7,)}
+# id, vx, vy, vz, wx, wy, wz; where disks are joined to bodies, id and body.
+WIDTHS = {"Atoms": (7, 10), "Velocities": (7,), "Molecules": (2,)}
 SECTIONS = " or ".join(WIDTHS)
 
 
@@ -48,6 +48,10 @@ def write_data(path: Path, snapshot: Snapshot, title: str) -> None:
     lines += ["", "Velocities", ""]
     for i, (vx, vy), w in zip(ids, snapshot.velocity.tolist(), snapshot.spin.tolist(), strict=True):
         lines.append(f"{i} {vx!r} {vy!r} 0.0 0.0 0.0 {w!r}")
+    if snapshot.bodies is not None:
+        body = snapshot.bodies.ids[snapshot.bodies.number].tolist()
+        lines += ["", "Molecules", ""]
+        lines += [f"{i} {number}" for i, number in zip(ids, body, strict=True)]
     write_text(path, "\n".join(lines) + "\n")
 
 
@@ -73,7 +77,8 @@ def read_data(path: Path) -> Snapshot:
     sphere) wrote.
 
     Raises ValueError naming the file and the line for anything that is not such a file, and for one
-    that ends early: positions and velocities of all atoms are needed."""
+    that ends early: positions and velocities of all atoms are needed. Disks are joined to the bodies
+    of a section Molecules."""
     rows: dict[str, list[list[float]]] = {section: [] for section in WIDTHS}
     section, count = "", -1
     with open_file(path) as file:
@@ -94,11 +99,20 @@ def read_data(path: Path) -> Snapshot:
             elif words[1:] == ["atoms"]:
                 count = whole_number(words[0], f"{where}: atoms")
     for section, found in rows.items():
-        if len(found) != count or not found:
+        if (len(found) != count or not found) and (found or section != "Molecules"):
             raise ValueError(
                 f"{path}: truncated: {section}: {len(found)} rows for {max(count, 0)} atoms"
             )
-    return _snapshot(path, np.array(rows["Atoms"]), np.array(rows["Velocities"]))
+    snapshot = _snapshot(path, np.array(rows["Atoms"]), np.array(rows["Velocities"]))
+    if not rows["Molecules"]:
+        return snapshot
+    ids, body = np.array(sorted(rows["Molecules"])).T
+    if not np.array_equal(ids, snapshot.ids):
+        raise ValueError(f"{path}: Molecules: the ids differ from those of Atoms")
+    try:
+        return snapshot.joined(body)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
 
 
 def _numbers_of_row(where: str, section: str, words: list[str]) -> list[float]:

@@ -20,6 +20,7 @@ from analysis.scene.anthropometry import apart, bodies_of
 from analysis.scene.lammps_data import read_data, write_data, written_mass
 from analysis.scene.law import LAWS
 from analysis.scene.placement import check_room
+from analysis.scene.rigid_bodies import read_bodies, write_bodies
 from analysis.scene.schema import (
     Analysis,
     ContactModel,
@@ -75,6 +76,7 @@ class SceneError(ValueError):
 
 class _Disks(Schema):
     data: FileName
+    bodies: FileName | None = None
     people: Literal["ANSUR II", "ANSUR II men", "ANSUR II women"] | None = None
     people_seed: Annotated[int, Strict(), Field(ge=0)] = 1
 
@@ -189,6 +191,7 @@ class Scene(Room):
         for name, found in (
             ("body_force", self.body_force),
             ("contact.arm_reach_m", self.contact.arms),
+            ("disks.bodies", self.snapshot.bodies),
         ):
             if found:
                 raise ValueError(f"scene {self.name}: {name}: {what} for scenes without")
@@ -231,11 +234,14 @@ class Scene(Room):
             content["other_frames"] = _entries(self.other_frames.of(self.name))
         head = {key: content.pop(key) for key in ("title", "source")}
         comment = "".join(f"# {line}".rstrip() + "\n" for line in self.notes.splitlines())
+        disks = {"data": f"{self.name}.data"}
+        if self.snapshot.bodies is not None:
+            disks["bodies"] = f"{self.name}.bodies"
         # points read better on one line
         text = re.sub(
             r"\[\n\s+([^\[\]]+?),\n\]",
             lambda m: "[" + re.sub(r",\s+", ", ", m[1]) + "]",
-            tomli_w.dumps(head | {"disks": {"data": f"{self.name}.data"}} | content),
+            tomli_w.dumps(head | {"disks": disks} | content),
         )
         return comment + "\n" + text
 
@@ -250,6 +256,8 @@ class Scene(Room):
         write_data(folder / f"{self.name}.data", self.snapshot, self.title)
         if self.drive and self.drive.way:
             write_text(folder / f"{self.name}.way", self.drive.way.to_json())
+        if self.snapshot.bodies is not None:
+            write_bodies(folder / f"{self.name}.bodies", self.snapshot)
         write_text(folder / f"{self.name}.toml", self.to_toml())
         return folder / f"{self.name}.toml"
 
@@ -259,7 +267,9 @@ class Scene(Room):
         disks = self.snapshot
         arrays = (disks.position, disks.velocity, disks.radius, written_mass(disks))
         state = hashlib.sha256(json.dumps(self._content(), sort_keys=True).encode())
-        for array in (*arrays, disks.spin, disks.ids):
+        of = disks.bodies
+        joined = () if of is None else (of.number, of.inertia)
+        for array in (*arrays, *joined, disks.spin, disks.ids):
             state.update(array.tobytes())
         return state.hexdigest()
 
@@ -344,6 +354,16 @@ def _bodies(path: Path, content: dict[str, Any]) -> Snapshot:
     pushed apart."""
     disks = _Disks.model_validate(content.get("disks"))
     given = read_data(path.parent / disks.data)
+    if (given.bodies is None) != (disks.bodies is None):
+        raise ValueError(
+            f"{path}: disks.bodies: goes with the section Molecules of {disks.data}. Both are needed"
+        )
+    if disks.bodies:
+        if disks.people:
+            raise ValueError(
+                f"{path}: disks.people: bodies of several disks have sizes of their own"
+            )
+        return read_bodies(path.parent / disks.bodies, given)
     if disks.people is None:
         return given
     radius, mass = bodies_of(disks.people, len(given), disks.people_seed)

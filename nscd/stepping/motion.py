@@ -11,7 +11,7 @@ import numpy as np
 
 from nscd import _core
 from nscd.arrays import Flags, Floats, Indices
-from nscd.bodies import Snapshot, Walls
+from nscd.bodies import Bodies, Snapshot, Walls
 from nscd.contacts import NO_WALLS, Contacts, connected
 from nscd.projection import project
 from nscd.solve import CHOICES
@@ -222,10 +222,12 @@ class Motion:
         self._gain = step * np.array(push.acceleration)
         self._arms = push.arms
         self._inertia = 0.5 * self.mass * self.radius**2
-        self._wide = snapshot.wide
+        self._wide: Bodies | None = None
+        self.forget()
+        if snapshot.wide is not None:
+            self._begin(snapshot)
         if push.arms and self._wide is not None:
             raise ValueError("arms: bodies of several disks have none")
-        self.forget()
 
     def __repr__(self) -> str:
         return f"<Motion: {len(self.radius)} disks at {self.time:g} s, steps of {self.step:g} s>"
@@ -234,11 +236,11 @@ class Motion:
         """Begin the next step without the percussions of this one, as a new motion from this state
         does: with friction they are where the search for the next ones begins."""
         self._known: tuple[Any, Any] = np.empty(0, np.int64), np.empty((2, 0))
-        if self._wide is None:
-            return
-        # bodies begin anew where their disks are, as those of a new motion do
-        wide = self._wide
-        state = self.snapshot().joined(wide.ids[wide.number], inertia=wide.inertia)
+        if (wide := self._wide) is not None:  # they begin anew where their disks are
+            self._begin(self.snapshot().joined(wide.ids[wide.number], inertia=wide.inertia))
+
+    def _begin(self, state: Snapshot) -> None:
+        """Take over the bodies of several disks of a state."""
         assert state.bodies is not None
         self._wide, self.velocity = state.bodies, np.array(state.velocity)
         self._moving = self._wide.motion(state, state.velocity)

@@ -31,6 +31,8 @@ BODIES, CONTACTS, IMPULSES = NAMES = ("bodies.dump", "contacts.dump", "impulses.
 BODY_COLUMNS = (
     "id", "type", "x", "y", "z", "radius", "mass", "vx", "vy", "vz", "omegaz", "fx", "fy",
 )  # fmt: skip
+# Of bodies of several disks: their number and inertia (kg m²).
+JOINED_COLUMNS = ("mol", "body_inertia")
 DRIVE_COLUMNS = ("drive_x", "drive_y")
 
 
@@ -133,9 +135,9 @@ class _Run:
                 self.step += 1
                 if self.step % every == 0:
                     self._write(windows.close(self.step * h), before)
-                    before = self.motion.velocity.copy()
                     # a run that goes on from this frame does not know them either
                     self.motion.forget()
+                    before = self.motion.velocity.copy()
         except StepError as error:
             where = f"t = {self.step * h:.6g} s (step {self.step})"
             _say(f"GUARD unsolved at {where}: {error}")
@@ -152,6 +154,9 @@ class _Run:
         columns = [disks.ids, np.ones(len(disks), int), *motion.position.T, none, disks.radius]
         columns += [disks.mass, *motion.velocity.T, none, motion.spin, *mean_force.T]
         names: tuple[str, ...] = BODY_COLUMNS
+        if (bodies := disks.bodies) is not None:
+            names = names + JOINED_COLUMNS
+            columns += [part[bodies.number] for part in (bodies.ids, bodies.inertia)]
         if drive := self.scene.drive:
             desired = drive.desired_velocity(motion.position, disks.ids)
             names = names + DRIVE_COLUMNS

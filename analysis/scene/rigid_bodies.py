@@ -1,0 +1,60 @@
+"""Mass, centre and inertia of bodies of several disks, in the file that LAMMPS' fix rigid/small takes
+as its `infile`."""
+
+from pathlib import Path
+
+import numpy as np
+
+from analysis.support.files import write_text
+from analysis.support.reading import NUMBER, lines_of, open_file
+from nscd import Snapshot
+
+# id, mass, centre, inertia xx yy zz xy xz yz, velocity, angular momentum (3 each), three image flags
+COLUMNS, INERTIA = 20, 7
+# Masses of the bodies and the sums of their disks' may differ by this share: files have 13 digits.
+SAME = 1e-9
+
+
+def write_bodies(path: Path, snapshot: Snapshot) -> None:
+    """Write the bodies of a snapshot: their number, then a line of 20 numbers for each."""
+    bodies = snapshot.bodies
+    assert bodies is not None
+    motion = bodies.motion(snapshot, snapshot.velocity).tolist()
+    lines = [f"{len(bodies)} # id mass centre inertia velocity angular momentum image (SI units)"]
+    rows = zip(bodies.ids, bodies.mass, bodies.centre, bodies.inertia, motion, strict=True)
+    for body, mass, (x, y), inertia, (vx, vy, spin) in rows:
+        i = float(inertia)
+        place = f"{float(x)!r} {float(y)!r} 0.0 {i!r} {i!r} {i!r} 0.0 0.0 0.0"
+        moving = f"{vx!r} {vy!r} 0.0 0.0 0.0 {i * spin!r} 0 0 0"
+        lines.append(f"{body} {float(mass)!r} {place} {moving}")
+    write_text(path, "\n".join(lines) + "\n")
+
+
+def read_bodies(path: Path, disks: Snapshot) -> Snapshot:
+    """Give joined disks the inertias of the file. Raises ValueError naming file, line or body for what
+    is no such file, bodies that have no disks or are missing, and another mass than the disks'."""
+    bodies, rows = disks.bodies, []
+    assert bodies is not None
+    with open_file(path) as file:
+        for number, line in enumerate(lines_of(file, path), start=1):
+            words = line.decode("utf-8", "replace").split("#")[0].split()
+            if not words or number == 1:
+                continue
+            if len(words) != COLUMNS or not all(NUMBER.fullmatch(word) for word in words):
+                raise ValueError(f"{path}, line {number}: {COLUMNS} numbers of a body are needed")
+            rows.append([float(word) for word in words])
+    table = np.array(sorted(rows)).reshape(-1, COLUMNS)
+    if not np.array_equal(table[:, 0], bodies.ids):
+        odd = sorted(set(table[:, 0].tolist()) ^ set(bodies.ids.tolist()))
+        raise ValueError(
+            f"{path}: body {odd[0] if odd else table[0, 0]:g}: one line, and disks of it, are needed"
+        )
+    off = np.abs(table[:, 1] - bodies.mass) > SAME * bodies.mass
+    if off.any():
+        worst = int(np.argmax(off))
+        own = f"{table[worst, 1]:g} kg where its disks have {bodies.mass[worst]:g} kg"
+        raise ValueError(f"{path}: body {bodies.ids[worst]}: {own}")
+    try:
+        return disks.joined(bodies.ids[bodies.number], inertia=table[:, INERTIA])
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
