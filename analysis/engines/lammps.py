@@ -425,7 +425,8 @@ def _way_lines(drive: Drive, way: Way) -> list[str]:
     _, rows, columns = way.next.shape
     numbers = {"low_x": way.origin[0], "low_y": way.origin[1], "cell": way.cell}
     numbers |= {"rows": rows, "columns": columns}
-    numbers |= {"cells": way.next.size, "corners": len(way.corners)}
+    # `compute slice` ends before its second number, and wants it to be there
+    numbers |= {"cells": way.next.size + 1, "corners": len(way.corners) + 1}
     mine = "+".join(f"{n}*{own}" for n, own in enumerate(_ranges(drive), start=1)) or "0*id"
     # a corner has a number from 1, the first stands for the door
     tables = {"next": np.maximum(way.next, 0).ravel() + 1}
@@ -436,7 +437,7 @@ def _way_lines(drive: Drive, way: Way) -> list[str]:
         *(f"variable way_{name} index {value}" for name, value in numbers.items()),
         f"variable way_door atom {mine}",
         *(
-            f"variable way_{name} vector [{','.join(map(str, values.tolist()))}]"
+            f"variable way_{name} vector [{','.join(map(str, [*values.tolist(), 0]))}]"
             for name, values in tables.items()
         ),
     ]

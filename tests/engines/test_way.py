@@ -1,7 +1,10 @@
 """The engines on one way: the same directions, and LAMMPS and YADE the same walk."""
 
+import dataclasses
+
 import numpy as np
 import pytest
+import shapely
 
 from analysis.scene.scene import read_scene
 from analysis.scene.schema import Run
@@ -12,12 +15,23 @@ from nscd import Snapshot
 def spread():
     """The two streams of `ell`, moved about their corridors so that everybody stands alone."""
     scene = read_scene("ell")
-    x, y = np.meshgrid(np.arange(-5.7, 2.4, 0.63), np.arange(-5.7, 2.4, 0.63))
-    place = np.column_stack([x.ravel(), y.ravel()]) + 0.03
-    corridor = (place.min(1) > 0.3) | (place[:, 1] > 0.3) | (place[:, 0] > 0.3)
-    pillar = (place > 0.6).all(1) & (place < 1.7).all(1)
-    place = np.random.default_rng(1).permutation(place[corridor & ~pillar & (place.max(1) < 2.2)])
-    place = place[: len(scene.snapshot)]
+    way = scene.drive.way
+    # people of either door, one for each corner as far as there is room, the last corner first
+    random, mine = np.random.default_rng(1), ([], [])
+    floor = shapely.box(-6, 0, 2.5, 2.5) | shapely.box(0, -6, 2.5, 2.5)
+    floor -= shapely.box(0.9, 0.9, 1.4, 1.4)
+    lines = shapely.MultiLineString([(wall.start_m, wall.end_m) for wall in scene.walls])
+    for corner in [*range(len(way.corners) - 1, -1, -1), *[0] * 60]:
+        for door, people in enumerate(mine):
+            own = way.origin + way.cell * (np.argwhere(way.next[door] == corner)[:, ::-1] + 0.5)
+            free = shapely.distance(shapely.points(own), lines) > 0.23
+            free &= shapely.contains_xy(floor, own)
+            others = np.array([*mine[0], *mine[1]]).reshape(-1, 2)
+            free &= (np.hypot(*(own[:, None] - others).T) > 0.45).all(0)
+            if free.any() and len(people) < 30:
+                people.append(random.choice(own[free]))
+    place = np.array([*mine[0], *mine[1]])
+    assert [len(people) for people in mine] == [30, 30]
     crowd = Snapshot(
         position=place,
         velocity=np.zeros_like(place),
@@ -25,7 +39,15 @@ def spread():
         mass=scene.snapshot.mass,
     )
     run = Run(duration_s=0.9, frames=3)
-    return scene.model_copy(update={"snapshot": crowd, "run": run}).rerouted()
+    scene = scene.model_copy(update={"snapshot": crowd, "run": run}).rerouted()
+    # the same way with its corners in another order, so that somebody goes to the last one
+    way, last = scene.drive.way, len(scene.drive.way.corners) - 1
+    used = int(way.at(place[:1], 0, way.next)[0])
+    swapped = np.where(way.next == used, last, np.where(way.next == last, used, way.next))
+    corners = way.corners.copy()
+    corners[[used, last]] = corners[[last, used]]
+    scene.drive._way = dataclasses.replace(way, next=swapped, corners=corners)
+    return scene
 
 
 def test_all_engines_walk_the_same_way(simulate, spread):
