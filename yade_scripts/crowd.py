@@ -102,12 +102,16 @@ def main(words):
     # where YADE looks for the commands of its observers
     main_module = sys.modules["__main__"]
     main_module.crowd_springs, main_module.crowd_joints = crowd.press, crowd.walls.take_back
+    main_module.crowd_give = crowd.walls.give
     for name in crowd.after:
         setattr(main_module, f"crowd_{name}", getattr(crowd, name))
     names = ["bodies.dump", "contacts.dump"]
     if scene["run"].get("impulses"):
         names.append("impulses.dump")
     with contextlib.ExitStack() as files:
+        for wall in crowd.walls.giving.values():
+            wall.file = files.enter_context((out / f"wall_{wall.name}.txt").open("w"))
+            wall.file.write("# step displacement_m velocity_m_per_s\n0 0 0\n")
         crowd.run(*(files.enter_context((out / name).open("w")) for name in names))
     if crowd.broken:
         print(crowd.broken, flush=True)
@@ -152,6 +156,7 @@ class Crowd:
             interactions(self.law),
             runner("springs", initRun=True, dead=not self.law.spring),
             runner("joints", initRun=True, dead=not self.walls.joints),
+            runner("give", initRun=True, dead=not self.walls.giving),
             NewtonIntegrator(damping=0.0),
             *self.after.values(),
         ]
@@ -182,8 +187,10 @@ class Crowd:
         if self.guarded:
             stored = sum(self.law.energy(i) for i in self.walls.touching())
             self.guard = Guard(self.scene, self.disks, self.penalty, stored, self._apart)
+            self.guard.moved = self.walls.moved
             self._every(self.guard.interval, "look")
         self._first_half_step(force)
+        self.walls.begin(self.penalty.time_step)
         O.dt = self.penalty.time_step
         self._every(self.penalty.frame_interval, "write")
         if "drive" in self.scene:
@@ -264,6 +271,7 @@ class Crowd:
     def write(self):
         """Called after the step of a frame."""
         position, velocity, force = self._instant()
+        self.walls.write(self.penalty.time_step)
         half, inertia = 0.5 * self.penalty.time_step, 0.5 * self.disks.mass * self.disks.radius**2
         torque = np.array([O.forces.t(body)[2] for body in range(len(self.states))])
         spin = np.array([state.angVel[2] for state in self.states]) - half * torque / inertia

@@ -52,6 +52,7 @@ class Guard:
         self.weight = disks.mass[:, None] * acceleration(scene)
         walls = np.array([(wall["start_m"], wall["end_m"]) for wall in scene.get("walls", [])])
         self.walls = walls.reshape(-1, 2, 2)
+        self.moved = lambda: np.zeros((len(self.walls), 2))  # what walls that give have (m)
         self.before = disks.position  # at the last look
         self.isolated = not drive and not len(self.walls) and not self.weight.any()
         self.momentum = disks.mass @ disks.velocity
@@ -120,7 +121,7 @@ class Guard:
         """Whether the straight way of a centre since the last look crosses a wall."""
         before, self.before = self.before, position
         passed = np.zeros(len(position), bool)
-        for start, end in self.walls:
+        for start, end in self.walls + self.moved()[:, None]:
             sides = [_turn(end - start, place - start) for place in (before, position)]
             ends = [_turn(position - before, corner - before) for corner in (start, end)]
             passed |= (sides[0] * sides[1] < 0) & (ends[0] * ends[1] <= 0)

@@ -74,6 +74,31 @@ def _nearest(point, low, high):
     return low + share * along
 
 
+class Giving:
+    """A wall that gives, as a mass on a spring with a damper: s its way along its normal (m), speed half
+    a step behind it (m/s), as those of YADE's disks are."""
+
+    def __init__(self, wall, body):
+        (x0, y0), (x1, y1) = wall["start_m"], wall["end_m"]
+        length = math.hypot(x1 - x0, y1 - y0)
+        self.name, self.body, self.state = wall["name"], body, O.bodies[body].state
+        self.normal = np.array([(y0 - y1) / length, (x1 - x0) / length])
+        self.mass, self.spring = wall["mass_kg"], wall.get("stiffness_N_per_m", 0.0)
+        self.damper, self.s, self.speed = wall.get("damping_N_s_per_m", 0.0), 0.0, 0.0
+
+    def change(self, force, time_step):
+        """What a step (s) under a force (2,) N changes the speed by; the damper acts on the mean of the
+        speeds before and after it."""
+        given = force @ self.normal - self.spring * self.s - self.damper * self.speed
+        return time_step * given / (self.mass + 0.5 * time_step * self.damper)
+
+    def go(self, change, time_step):
+        """Change the speed, with which YADE moves the box in this step."""
+        self.speed, self.last = self.speed + change, change
+        self.s += time_step * self.speed
+        self.state.vel = Vector3(*map(float, self.speed * self.normal), 0.0)
+
+
 class Walls:
     """The boxes of a scene's walls, their numbers from 1 by body, and the contacts that count."""
 
@@ -82,6 +107,12 @@ class Walls:
         self.collider, self.looked, self.near_ends = collider, 0, []
         self.material, self.states = O.materials.append(material), states
         self.numbers = {self._add(wall): number for number, wall in enumerate(walls, start=1)}
+        bodies = {number: body for body, number in self.numbers.items()}
+        self.giving = {
+            number: Giving(wall, bodies[number])
+            for number, wall in enumerate(walls, start=1)
+            if "mass_kg" in wall
+        }
         joints = joints_of(walls)
         self.joints = {body: joints[n] for body, n in self.numbers.items() if n in joints}
         self.double = set()
@@ -99,6 +130,38 @@ class Walls:
             material=self.material,
         )
         return O.bodies.append(box)
+
+    def give(self):
+        """Called when the forces of a step are summed, before YADE moves what has a speed."""
+        if O.dt > 0 and O.iter > 0:
+            for one in self.giving.values():
+                one.go(one.change(np.array(tuple(O.forces.f(one.body).xy())), O.dt), O.dt)
+
+    def write(self, time_step):
+        """Write where walls that give are in the step of a frame, from which YADE has moved them on."""
+        for one in self.giving.values():
+            now = one.s - time_step * one.speed, one.speed - 0.5 * one.last
+            one.file.write(f"{O.iter} %.17g %.17g\n" % now)
+
+    def moved(self):
+        """How far (w,2) m each wall has given."""
+        far = np.zeros((len(self.numbers), 2))
+        for number, one in self.giving.items():
+            far[number - 1] = one.s * one.normal
+        return far
+
+    def begin(self, time_step):
+        """Make the first half step from rest, under the forces of the contacts that count."""
+        for one in self.giving.values():
+            force = np.zeros(2)
+            for contact in O.interactions.withBody(one.body):
+                if contact.isReal:
+                    pressing = np.array(
+                        tuple((contact.phys.normalForce + contact.phys.shearForce).xy())
+                    )
+                    force += pressing if contact.id2 == one.body else -pressing
+            one.go(0.5 * one.change(force, time_step), time_step)
+            one.state.pos = one.state.pos + time_step * one.state.vel
 
     def take_back(self):
         """Called when the forces of a step are summed: take those back that a wall gives at a point

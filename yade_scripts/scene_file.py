@@ -249,6 +249,15 @@ def penalty_of(scene, disks):
         STEP_FRACTION * math.sqrt(mass.min() / stiffest) / max(1.0, 2 * most),
         CROSSING_FRACTION * disks.radius.min() / (speed_most(scene, disks) + 1e-300),
     )
+    wall_damping = 2 * ratio * math.sqrt(wall_k * mass.max())
+    for wall in scene.get("walls", []):  # each that gives, pressed by all who have room
+        if "mass_kg" in wall:
+            room = math.dist(wall["start_m"], wall["end_m"]) // (2 * float(disks.radius.min())) + 1
+            count = min(len(mass), room)
+            springs = wall.get("stiffness_N_per_m", 0.0) + count * stiffest
+            dashpots = wall.get("damping_N_s_per_m", 0.0) + count * wall_damping + 1e-300
+            most = min(math.sqrt(wall["mass_kg"] / springs), wall["mass_kg"] / dashpots)
+            safe = min(safe, STEP_FRACTION * most)
     between = run["duration_s"] / run["frames"]
     if run.get("time_step_s"):
         step, interval = run["time_step_s"], max(1, round(between / run["time_step_s"]))
@@ -265,7 +274,7 @@ def penalty_of(scene, disks):
         wall_tangential_stiffness=tangential * wall_k,
         restitution=(restitution_of(most) ** power, restitution_of(ratio) ** power),
         damping=2 * ratio * math.sqrt(k * mass.max() / 2),
-        wall_damping=2 * ratio * math.sqrt(wall_k * mass.max()),
+        wall_damping=wall_damping,
         springs=springs,
         wall_springs=wall_springs,
         safe_time_step=safe,

@@ -76,7 +76,7 @@ def left_out(scene: Scene, folder: Path) -> list[str]:
     lines = [
         "friction cone: μ = 0, one unknown per contact instead of two",
         f"spin: no tangential forces, {2 * n} unknown velocities instead of {3 * n}",
-        "slope: the ground is flat, no force but walking acts",
+        "slope, walls that give: the ground is flat, and all walls stand",
         _arms(scene),
     ]
     if scene.drive is not None and scene.contact.restitution:

@@ -5,6 +5,7 @@ import dataclasses
 import functools
 import importlib.util
 import itertools
+import math
 import shutil
 import sys
 from dataclasses import dataclass
@@ -24,7 +25,7 @@ from analysis.dumps import (
 from analysis.dumps.contacts import arm_rows, summed
 from analysis.engines.base import Engine
 from analysis.engines.guard import energy_besides, speed_most
-from analysis.engines.penalty import Penalty, penalty_of
+from analysis.engines.penalty import Penalty, giving_step, penalty_of
 from analysis.engines.process import Command, python_command, version_said
 from analysis.engines.record import EngineError
 from analysis.lammps_process import WALLS
@@ -187,6 +188,11 @@ class Lammps(Engine):
         lacks, and where impulses are to be summed and LAMMPS is not in this Python."""
         super().check(scene)
         _gates(scene)
+        if scene.giving() and scene.contact.kind.dashpot == "apart":
+            raise EngineError(
+                f"{scene.name}: walls.mass_kg: LAMMPS does not know the whole force on a wall with "
+                f"contact.law = {scene.contact.law}. Use yade. {NEARLY}"
+            )
         law, name, impulses = scene.contact.law, scene.name, scene.run.impulses
         apart, arms = scene.contact.kind.dashpot == "apart", scene.contact.arms
         if (apart or arms) and not self.has_lepton():
@@ -300,6 +306,11 @@ def scene_deck(scene: Scene) -> str:
         gates = _gates(scene)
         named = (f"at_{wall.name}" if wall.name in gates else "none" for wall in scene.walls)
         lines.append(f"variable wall_gate index {' '.join(named)}")
+        if scene.giving():
+            stiffest = scene.contact.stiffest(float(snapshot.radius.mean()))
+            most = giving_step(scene, stiffest, penalty_of(scene).wall_damping)
+            lines += ["", "# walls that give", f"variable step_most index {most}"]
+            lines += [line for wall in scene.giving() for line in _giving_lines(wall)]
         lines += ["", "# who may touch a wall", *_near_lines(scene)]
         if gates:
             lines += ["", "# walls that meet: for whom each of them answers"]
@@ -315,6 +326,18 @@ def scene_deck(scene: Scene) -> str:
     )
 
 
+def _giving_lines(wall: Wall) -> list[str]:
+    """The commands for what giving.in asks of a wall: mass, spring, damper, normal, and from where on
+    and how far it goes along that turned to the right."""
+    values = {
+        **dict(zip(("mass", "spring", "damper"), wall.oscillator or (), strict=True)),
+        **dict(zip(("normal_x", "normal_y"), wall.normal, strict=True)),
+        **dict(zip(("from_x", "from_y"), wall.start_m, strict=True)),
+        "length": math.dist(wall.start_m, wall.end_m),
+    }
+    return [f"variable give_{key}_{wall.name} equal {one + 0.0}" for key, one in values.items()]
+
+
 def _near_lines(scene: Scene) -> list[str]:
     """The commands for the region of all who are within two largest radii, and the reach of arms, of
     a wall's block."""
@@ -323,6 +346,8 @@ def _near_lines(scene: Scene) -> list[str]:
     names, lines = [f"near_{wall.name}" for wall in scene.walls], []
     for name, wall in zip(names, scene.walls, strict=True):
         low, high = np.sort([wall.start_m, wall.end_m], axis=0) + np.array([[-reach], [reach]])
+        if wall.oscillator:  # it may go anywhere
+            low, high = np.full(2, -1e6), np.full(2, 1e6)
         lines.append(f"region {name} block {low[0]} {high[0]} {low[1]} {high[1]} INF INF")
     return [*lines, _joined("near_walls", "union", names)]
 

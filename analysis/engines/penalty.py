@@ -1,6 +1,7 @@
 """The penalty law in numbers: damping for an asked restitution, the restitution really obtained, a
 time step, and what friction does at the joints of walls."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -82,6 +83,8 @@ def penalty_of(scene: Scene) -> Penalty:
     shortest = float(np.sqrt(lightest / stiffest) / max(1.0, 2 * largest_ratio))
     crossing = float(scene.snapshot.radius.min()) / (speed_most(scene) + 1e-300)
     safe = min(STEP_FRACTION * shortest, CROSSING_FRACTION * crossing)
+    wall_damping = 2 * ratio * float(np.sqrt(wall_k * heaviest))
+    safe = min(safe, giving_step(scene, stiffest, wall_damping))
     try:
         step, interval = divided(run, run.time_step_s or safe)
     except OverflowError as error:
@@ -93,7 +96,7 @@ def penalty_of(scene: Scene) -> Penalty:
         stiffness=k,
         damping=2 * ratio * float(np.sqrt(k * heaviest / 2)),
         wall_stiffness=wall_k,
-        wall_damping=2 * ratio * float(np.sqrt(wall_k * heaviest)),
+        wall_damping=wall_damping,
         damping_ratio=ratio,
         restitution_least=restitution_of(largest_ratio) ** power,
         restitution_most=restitution_of(ratio) ** power,
@@ -105,6 +108,18 @@ def penalty_of(scene: Scene) -> Penalty:
         steps=interval * run.frames,
         frame_interval=interval,
     )
+
+
+def giving_step(scene: Scene, stiffness: float, damping: float) -> float:
+    """Return the safe step (s) of walls that give, each pressed by as many of the smallest disks as have
+    room: 0.1 min(√(m/K), m/C) with all springs K and dashpots C on it; infinite where none gives."""
+    narrow, longest = 2 * float(scene.snapshot.radius.min()), np.inf
+    for wall in scene.giving():
+        mass, k, c = wall.oscillator or (np.inf, 0.0, 0.0)
+        count = min(len(scene.snapshot), math.dist(wall.start_m, wall.end_m) // narrow + 1)
+        springs, dashpots = k + count * stiffness, c + count * damping + 1e-300
+        longest = min(longest, STEP_FRACTION * min(math.sqrt(mass / springs), mass / dashpots))
+    return float(longest)
 
 
 def penalty_setting(scene: Scene) -> str:

@@ -106,7 +106,12 @@ class Rigid(Engine):
 
     def check(self, scene: Scene) -> None:
         """Raise EngineError for a step in which a disk could cross a wall, or in which arms give more
-        than they take."""
+        than they take, and for walls that give."""
+        if giving := scene.giving():
+            raise EngineError(
+                f"{scene.name}: walls.mass_kg: the rigid engine's walls stand, {giving[0].name} gives: "
+                "use lammps or yade"
+            )
         smallest, step = float(scene.snapshot.radius.min()), timing(scene).time_step
         if step > (most := ARMS_SAFE * arms_time(scene)):
             raise EngineError(

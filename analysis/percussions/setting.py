@@ -90,7 +90,7 @@ class Setting:
         """Take walls, drive and contact tolerance from a room, and friction too from a scene; `rest`:
         other fields."""
         parts: dict[str, Any] = {
-            "walls": room.wall_segments(),
+            "walls": _standing(room),
             "wall_names": tuple(wall.name for wall in room.walls),
             "drive": room.drive,
             "acceleration": room.acceleration(),
@@ -189,6 +189,15 @@ class Setting:
         if window is None:
             raise ValueError("left velocity `free` needs a window > 0 s (--window)")
         return snapshot.velocity + window * added, window
+
+
+def _standing(room: Room) -> Walls:
+    """The walls of a room. Raises ValueError where one gives: where it is, only its run knows."""
+    if giving := room.giving():
+        raise ValueError(
+            f"walls.mass_kg: {giving[0].name} gives. Percussions are for walls that stand"
+        )
+    return room.wall_segments()
 
 
 def setting_beside(dump: Path, room: Path | None = None, **given: Any) -> Setting:

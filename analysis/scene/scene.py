@@ -37,6 +37,7 @@ from analysis.scene.schema import (
 from analysis.support.files import or_shipped, shipped, write_text
 from analysis.support.reading import UnreadableError, read_text
 from nscd import Snapshot, Walls, _core
+from nscd.segments import connect
 from nscd.stepping import StepError
 
 __all__ = [
@@ -192,6 +193,7 @@ class Scene(Room):
             ("body_force", self.body_force),
             ("contact.arm_reach_m", self.contact.arms),
             ("disks.bodies", self.snapshot.bodies),
+            ("walls.mass_kg", self.giving()),
         ):
             if found:
                 raise ValueError(f"scene {self.name}: {name}: {what} for scenes without")
@@ -209,6 +211,7 @@ class Scene(Room):
                 raise SceneError(
                     f"{origin}: drive.goals: number {number}: nobody has an id from {first} to {last}"
                 )
+        self._check_giving(origin)
         try:
             warnings = check_room(self.snapshot, self.wall_segments(), self.door())
             if self.drive:
@@ -217,9 +220,25 @@ class Scene(Room):
         except ValueError as error:
             raise SceneError(f"{origin}: {error}") from None
 
+    def _check_giving(self, origin: str) -> None:
+        """Refuse a wall that gives and meets others, and one with arms or a crowd to the other side."""
+        meeting = connect(*(getattr(self.wall_segments(), end) for end in ("start", "end")))
+        for number, wall in enumerate(self.walls):
+            others = np.delete(meeting.vertex, number, axis=0)
+            met = np.isin(meeting.vertex[number], others).any() or meeting.inner[number].any()
+            if wall.oscillator and met:
+                raise SceneError(
+                    f"{origin}: walls.{number}: {wall.name} gives (mass_kg) and meets another wall: end "
+                    "it 1 mm before that"
+                )
+            if wall.oscillator and self.contact.arms:
+                raise SceneError(
+                    f"{origin}: walls.{number}: {wall.name} gives (mass_kg): not with contact.arm_reach_m"
+                )
+
     def _content(self) -> dict[str, Any]:
         """What the scene file says, but for the name of its data file."""
-        walls = [wall.model_dump() for wall in self.walls]
+        walls = [wall.model_dump(exclude_none=True) for wall in self.walls]
         tables = {key: getattr(self, key) for key in TABLES}
         return (
             {"title": self.title, "source": self.source}

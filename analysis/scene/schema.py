@@ -335,14 +335,41 @@ NOWHERE = (1e30, 1e30)
 
 
 class Wall(Schema):
-    """Name a straight wall.
+    """Name a straight wall, which stands, or gives along its normal n as a mass on a spring with a
+    damper: m s'' + c s' + k s = F·n with the force F of all contacts on it.
 
     name: a word of letters, digits and underscores
-    start_m, end_m: m"""
+    start_m, end_m: m
+    mass_kg: kg, m of a wall that gives
+    stiffness_N_per_m, damping_N_s_per_m: N/m and N·s/m, k and c; 0 where left out"""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z]\w{0,99}$")]
     start_m: Point
     end_m: Point
+    mass_kg: Positive | None = None
+    stiffness_N_per_m: Annotated[Number, Field(ge=0)] | None = None  # noqa: N815
+    damping_N_s_per_m: Annotated[Number, Field(ge=0)] | None = None  # noqa: N815
+
+    @property
+    def oscillator(self) -> tuple[float, float, float] | None:
+        """Give m, k and c of a wall that gives; None of one that stands."""
+        if self.mass_kg is None:
+            return None
+        return self.mass_kg, self.stiffness_N_per_m or 0.0, self.damping_N_s_per_m or 0.0
+
+    @property
+    def normal(self) -> Point:
+        """Give the unit vector along which a wall gives: to the left on the way from start to end."""
+        along = self.end_m[0] - self.start_m[0], self.end_m[1] - self.start_m[1]
+        length = math.hypot(*along)
+        return -along[1] / length, along[0] / length
+
+    @model_validator(mode="after")
+    def _has_mass(self) -> Wall:
+        for key in ("stiffness_N_per_m", "damping_N_s_per_m"):
+            if getattr(self, key) is not None and self.mass_kg is None:
+                raise ValueError(f"{key}: a wall that gives needs a mass: give mass_kg")
+        return self
 
 
 class Exit:
@@ -680,6 +707,10 @@ class Room(Schema):
             start=np.array([wall.start_m for wall in self.walls]).reshape(-1, 2),
             end=np.array([wall.end_m for wall in self.walls]).reshape(-1, 2),
         )
+
+    def giving(self) -> list[Wall]:
+        """List the walls that give."""
+        return [wall for wall in self.walls if wall.oscillator]
 
     def acceleration(self) -> Point:
         """Give the acceleration (x, y) m/s² of the body force; 0 where there is none."""

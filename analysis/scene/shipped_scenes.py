@@ -251,6 +251,30 @@ def _soft(scene: Scene, title: str) -> Scene:
     return scene.with_contact(stiffness_N_per_m=1e5).model_copy(update=made)
 
 
+def _rail(disks: int, seed: int) -> Scene:
+    scene = _terrace(disks, seed)
+    lower, _, upper = scene.walls
+    rail = Wall(
+        name="rail", start_m=(0.0, 0.001), end_m=(0.0, LANE_M - 0.001), mass_kg=100.0,
+        stiffness_N_per_m=2e5, damping_N_s_per_m=4000.0,
+    )  # fmt: skip
+    sides = (
+        lower.model_copy(update={"end_m": (1.0, 0.0)}),
+        upper.model_copy(update={"start_m": (1.0, LANE_M)}),
+    )
+    notes = """The crowd of `terrace` before a barrier that gives: 100 kg on a spring of 2·10⁵ N/m with a
+damper of 4,000 N·s/m (an example). Closed form: at rest it has given by the sum of m g
+sin(slope) over the stiffness."""
+    changes = {
+        "name": "rail",
+        "title": f"{len(scene.snapshot)} people lean on a barrier that gives",
+    }
+    run = Run(duration_s=4.0, frames=80, impulses=True)
+    return scene.model_copy(
+        update={"walls": (sides[0], rail, sides[1]), "notes": notes, "run": run, **changes}
+    )
+
+
 OF_FIXED_SIZE = ("pair", "pair_oblique", "four_disks", "corridor")
 MAKERS: dict[str, Callable[[int, int], Scene]] = {
     # these are data, in scenes/
@@ -266,11 +290,12 @@ MAKERS: dict[str, Callable[[int, int], Scene]] = {
     "arms": _arms,
     "ell": _ell,
     "turns": _turns,
+    "rail": _rail,
 }
 # About 2 kB of memory for each.
 MOST_DISKS = 1_000_000
 # Their disks are random.
-SEEDED = ("arch", "arch_masses", "jam", "terrace", "arms", "ell", "turns")
+SEEDED = ("arch", "arch_masses", "jam", "terrace", "arms", "ell", "turns", "rail")
 
 
 def make(name: str, disks: int | None = None, seed: int = 1) -> Scene:

@@ -54,6 +54,7 @@ def whole():
     content = tomllib.loads((shipped("scenes") / "gate.toml").read_text(encoding="utf-8"))
     for key, more in MORE.items():
         content[key] = content.get(key, {}) | more
+    content["walls"][0] |= {"mass_kg": 10.0, "stiffness_N_per_m": 1e4, "damping_N_s_per_m": 1.0}
     return content
 
 

@@ -1,0 +1,113 @@
+"""Walls that give: a load that is put on, a single impact, two engines that agree, and walls that cannot
+be."""
+
+import numpy as np
+import pytest
+
+from analysis.engines import EngineError
+from analysis.engines import run as engine_runs
+from analysis.percussions.setting import setting_beside
+from analysis.scene.scene import SceneError, Wall, read_scene
+from analysis.scene.schema import BodyForce
+from tests.crowds import disks_at, scene_at
+from tests.engines.at_hand import require
+
+ENGINES = ["lammps", "yade"]
+TURN = np.radians(30.0)
+ALONG, NORMAL = (np.array([np.cos(TURN + a), np.sin(TURN + a)]) for a in (0.0, np.pi / 2))
+
+
+def before_a_wall(velocity, force=None, mass=30.0, contact=None, **oscillator):
+    """One disk of 75 kg that touches a slanted wall, which gives along NORMAL."""
+    disk = disks_at([0.25 * -NORMAL], [velocity * NORMAL])
+    rail = Wall(
+        name="rail", start_m=tuple(-2 * ALONG), end_m=tuple(2 * ALONG), mass_kg=mass, **oscillator
+    )
+    scene = scene_at(
+        disk, name="giving", contact={"stiffness_N_per_m": 4e6, "restitution": 0.1} | (contact or {}),
+        run={"duration_s": 0.5, "frames": 50},
+        body_force=BodyForce(acceleration_m_per_s2=tuple(force * NORMAL)) if force else None,
+    )  # fmt: skip
+    return scene.model_copy(update={"walls": (rail,)})
+
+
+def moved(scene, name, folder):
+    """Step, displacement and velocity of the wall, frame by frame, of a run by an engine."""
+    require(name)
+    engine_runs.simulate(scene, name, folder)
+    return np.loadtxt(folder / "wall_rail.txt").T
+
+
+def test_a_load_that_is_put_on_overshoots_as_a_damped_oscillator_does(tmp_path):
+    """Disk and wall move as one: (M + m) s'' + c s' + k s = m g. The largest deflection is 1 + exp(−π ζ/√(1
+    − ζ²)) of m g/k. Two engines write the same numbers."""
+    g, spring, damper, together = 2.0, 1e4, 300.0, 105.0
+    scene = before_a_wall(0.0, g, stiffness_N_per_m=spring, damping_N_s_per_m=damper)
+    omega = np.sqrt(spring / together)
+    zeta = damper / (2 * together * omega)
+    root = np.sqrt(1 - zeta**2)
+    found = [moved(scene, name, tmp_path / name) for name in ENGINES]
+    time = np.linspace(0.0, 0.5, 51)
+    phase = root * omega * time
+    still = 75.0 * g / spring
+    decay = np.exp(-zeta * omega * time)
+    by_hand = still * (1 - decay * (np.cos(phase) + zeta / root * np.sin(phase)))
+    speed = still * decay * omega / root * np.sin(phase)
+    for _, s, v in found:
+        np.testing.assert_allclose(s, by_hand, rtol=0, atol=5e-3 * still)
+        assert s.max() == pytest.approx(still * (1 + np.exp(-np.pi * zeta / root)), rel=3e-3)
+        np.testing.assert_allclose(v, speed, rtol=0, atol=5e-3 * still * omega)
+    np.testing.assert_allclose(found[0], found[1], rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_a_single_impact_gives_the_wall_two_m_v_over_both_masses(tmp_path, name):
+    """Elastic, on a wall without a spring: momentum is kept, V' = 2 m v/(m + M)."""
+    scene = before_a_wall(1.0, mass=50.0, contact={"restitution": 1.0})
+    scene = scene.with_run(duration_s=0.05, frames=5)
+    _, way, speed = moved(scene, name, tmp_path / name)
+    assert speed[-1] == pytest.approx(2 * 75 / 125, rel=2e-3)
+    assert way[-1] - way[-2] == pytest.approx(0.01 * speed[-1], rel=1e-6)
+    last = (tmp_path / name / "bodies.dump").read_text(encoding="utf-8").splitlines()[-1].split()
+    after = np.array([float(last[7]), float(last[8])]) @ NORMAL
+    assert 75 * after + 50 * speed[-1] == pytest.approx(75.0, rel=1e-9)
+
+
+def test_what_cannot_have_walls_that_give_says_so(tmp_path):
+    scene = before_a_wall(1.0, stiffness_N_per_m=1e4)
+    with pytest.raises(
+        EngineError, match=r"giving: walls.mass_kg: the rigid engine's walls stand, ra"
+    ):
+        engine_runs.check_before(scene, "rigid", tmp_path / "no")
+    soft = scene.with_contact(law="body")
+    with pytest.raises(
+        EngineError, match=r"walls.mass_kg: LAMMPS does not know .* = body. Use yade"
+    ):
+        engine_runs.check_before(soft, "lammps", tmp_path / "no")
+    path = scene.write(tmp_path)
+    (tmp_path / "bodies.dump").write_text("", encoding="utf-8")
+    with pytest.raises(
+        ValueError, match=r"walls.mass_kg: rail gives. Percussions are for walls that"
+    ):
+        setting_beside(tmp_path / "bodies.dump", path)
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ("stiffness_N_per_m = 1e4", "walls.0: stiffness_N_per_m: a wall that gives needs a mass"),
+        ("damping_N_s_per_m = 1.0", "walls.0: damping_N_s_per_m: a wall that gives needs a mass"),
+        ("mass_kg = 0.0", "walls.0.mass_kg: "),
+        ("mass_kg = 1.0\nstiffness_N_per_m = -1.0", "walls.0.stiffness_N_per_m: "),
+        ("mass_kg = 50.0", "walls.0: lower gives (mass_kg) and meets another wall: end it 1 mm"),
+    ],
+)
+def test_a_wall_that_cannot_give_is_refused_by_its_key(tmp_path, keys, said):
+    path = read_scene("terrace").write(tmp_path)
+    text = path.read_text(encoding="utf-8")
+    path.write_text(
+        text.replace('\n\n[[walls]]\nname = "barrier"', f'\n{keys}\n\n[[walls]]\nname = "barrier"')
+    )
+    with pytest.raises(SceneError) as refused:
+        read_scene(path)
+    assert str(refused.value).startswith(f"{path}: {said}")
