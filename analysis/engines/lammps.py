@@ -201,6 +201,11 @@ class Lammps(Engine):
                 f"{name}: contact.{what}: this LAMMPS has no pair_style lepton/sphere (its package "
                 f"LEPTON)" + (f". {NEARLY}" if apart and not arms else "")
             )
+        if arms and scene.contact.friction:
+            raise EngineError(
+                f"{name}: contact.arm_reach_m: LAMMPS cannot write friction beside arms. Use rigid, or "
+                "leave one out"
+            )
         if apart and impulses:
             raise EngineError(
                 f"{name}: run.impulses: LAMMPS sums none with contact.law = {law}. {NEARLY}"

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from nscd.arrays import Floats
 
 IDS, PAIRS, LOOK = b"impulse_ids", b"impulse_pairs", "impulse_look"
+NEAR_IDS, NEAR = b"impulse_near_ids", b"impulse_near"
 # As LAMMPS' library numbers them; a wall's fix has whether it is touched, force, place and radius.
 PER_ATOM, LOCAL, ARRAY, ROWS, WALL_COLUMNS = 1, 2, 2, 4, 8
 OUT = "impulses.dump"
@@ -40,6 +41,9 @@ def main(words: Sequence[str]) -> int:
     engine.file(f"{decks}/crowd.in")
     engine.command(f"compute {IDS.decode()} all property/local patom1 patom2 cutoff radius")
     engine.command(f"compute {PAIRS.decode()} all pair/local fx fy p1 p2 cutoff radius")
+    if float(engine.extract_variable("arm_reach")):
+        engine.command(f"compute {NEAR_IDS.decode()} all property/local patom1 patom2")
+        engine.command(f"compute {NEAR.decode()} all pair/local fx fy")
     engine.command(f"fix {LOOK} all external pf/callback 1 1")
     walls = (Path(decks) / WALLS).read_text(encoding="utf-8").split()
     with (Path(engine.extract_variable("out")) / OUT).open("w", encoding="utf-8") as file:
@@ -57,6 +61,7 @@ class _Look:
     def __init__(self, engine: Any, walls: Sequence[str], file: IO[str]) -> None:
         self.engine, self.file, self.sums = engine, file, _core.EngineSums()
         self.fixes = [f"wall_{name}".encode() for name in walls]
+        self.walls, self.arms = walls, bool(float(engine.extract_variable("arm_reach")))
         self.interval = int(engine.extract_variable("frame_interval"))
         self.time_step = float(engine.extract_variable("time_step"))
         self.extract_fix, self.extract_compute = (
@@ -86,6 +91,23 @@ class _Look:
         for place, fix in enumerate(self.fixes, start=1):
             found = self.extract_fix(self.engine.lmp, fix, PER_ATOM, ARRAY, 0, 0)
             self.sums.add_wall(place, disks, _array(found, count, WALL_COLUMNS), times)
+        if self.arms:
+            self._add_arms(ids, disks, times)
+
+    def _add_arms(self, touching: Floats, disks: Any, times: float) -> None:
+        """The same of pushes through arms: of pairs that do not touch, whose forces have none of
+        bodies, and at walls, where they are apart from those of bodies."""
+        ids, push = self._local(NEAR_IDS, 2), self._local(NEAR, 2)
+        keys, known = (each @ np.array([2.0**26, 1.0]) for each in (ids, touching))
+        apart = ~np.isin(keys, known)
+        self.sums.add_pairs(ids[apart], np.pad(push[apart], ((0, 0), (0, 2))), times)
+        for place, name in enumerate(self.walls, start=1):
+            rows = np.zeros((len(disks), WALL_COLUMNS))
+            for column, way in enumerate("xy", start=1):
+                variable = f"arm_push_{way}_{name}"
+                rows[:, column] = self.engine.extract_variable(variable, f"at_{name}")
+            rows[:, 0] = rows[:, 1:3].any(1)
+            self.sums.add_wall(place, disks, rows, times)
 
     def _local(self, name: bytes, columns: int) -> Floats:
         """The rows of a local compute, computed for this step where it is not yet."""

@@ -137,6 +137,8 @@ def test_what_cannot_run_arms_is_refused_before_anything_runs(tmp_path, monkeypa
         simulate_into(
             scene.with_run(rigid_step_s=0.1, duration_s=1.0, frames=1), "rigid", tmp_path / "run"
         )
+    with pytest.raises(EngineError, match=r"arm_reach_m: LAMMPS cannot write friction beside arms"):
+        simulate_into(scene.with_contact(friction=0.3), "lammps", tmp_path / "run")
     monkeypatch.setattr(LAMMPS, "has_lepton", lambda: False)
     with pytest.raises(EngineError, match=r"contact\.arm_reach_m: this LAMMPS has no pair_style"):
         simulate_into(scene, "lammps", tmp_path / "run")

@@ -18,6 +18,8 @@ from nscd import _core
 from nscd.stress import Kernel, smear, stress_field
 from tests.engines.at_hand import require
 
+ROUGH, ARMS = {"friction": 0.4}, {"arm_reach_m": 0.15, "arm_force_N": 300.0}
+
 
 def colliding(**contact):
     """40 people in a room who run in all directions, without drive."""
@@ -29,13 +31,16 @@ def colliding(**contact):
 
 
 @pytest.mark.parametrize(
-    ("name", "friction", "error"),
-    [("lammps", 0.0, 1e-9), ("lammps", 0.4, 1e-9), ("yade", 0.0, 1e-9), ("yade", 0.4, 1e-9), ("rigid", 0.0, 1e-4)],
+    ("name", "contact", "error"),
+    [
+        ("lammps", {}, 1e-9), ("lammps", ROUGH, 1e-9), ("lammps", ARMS, 1e-9),
+        ("yade", {}, 1e-9), ("yade", ROUGH, 1e-9), ("rigid", {}, 1e-4), ("rigid", ARMS, 1e-4),
+    ],
 )  # fmt: skip
-def test_impulses_of_a_window_are_the_change_of_momentum(tmp_path, name, friction, error):
+def test_impulses_of_a_window_are_the_change_of_momentum(tmp_path, name, contact, error):
     """Without drive, m (u_end − u_start) of everybody is what the contacts of the window give."""
     require(name)
-    scene = colliding(friction=friction)
+    scene = colliding(**contact)
     simulate(scene, name, tmp_path / "run")
     index = index_dump(tmp_path / "run" / "impulses.dump", "ENTRIES")
     trajectory = open_bodies(tmp_path / "run" / "bodies.dump").trajectory
