@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from analysis.dumps import snapshot_of
 from crowd_percussions import (
     ContactLaw,
     Crowd,
@@ -152,7 +153,48 @@ def wall_load() -> None:
     _save(figure, "wall_load")
 
 
+def way() -> None:
+    """Draw the ways of people who turn two corners, and where two streams block each other."""
+    figure, panels = plt.subplots(1, 2, figsize=(9, 4.4), layout="constrained")
+    titles = ("turns: ways in 20 s", "ell: after 12 s, with desired directions")
+    for axes, name, title in zip(panels, ("turns", "ell"), titles, strict=True):
+        scene = read_scene(name)
+        with tempfile.TemporaryDirectory() as folder:
+            simulate(scene, "rigid", Path(folder) / "run")
+            bodies = open_bodies(Path(folder) / "run" / "bodies.dump")
+            frames = [snapshot_of(step) for step in bodies.trajectory]
+        assert scene.drive is not None
+        for wall in scene.walls:
+            axes.plot(*zip(wall.start_m, wall.end_m, strict=True), color=INK, lw=2)
+        for exit_ in scene.drive.doors:
+            axes.plot(*zip(*exit_.door, strict=True), color="#2e7d32", lw=3, ls=":")
+        if name == "turns":
+            _disks(axes, frames[0].position, frames[0].radius)
+            for person in range(0, len(scene.snapshot), 4):
+                axes.plot(
+                    *np.array([one.position[person] for one in frames]).T, color=FORCE, lw=0.8
+                )
+        else:
+            last = frames[-1]
+            _disks(axes, last.position, last.radius)
+            wanted = scene.drive.desired_velocity(last.position, last.ids)
+            for _, mine in scene.drive.exits(last.ids):
+                axes.quiver(
+                    *last.position[mine].T,
+                    *wanted[mine].T,
+                    color=FORCE if mine[0] else "#1f5fa8",
+                    scale=30,
+                    width=0.006,
+                )
+        (x0, y0), (x1, y1) = scene.wall_segments().start.min(0), scene.wall_segments().start.max(0)
+        axes.set(xlim=(x0 - 0.2, x1 + 0.2), ylim=(y0 - 0.2, y1 + 0.2), aspect="equal")
+        axes.set_title(title)
+        axes.set(xlabel="x (m)", ylabel="y (m)")
+    figure.savefig(FOLDER.parents[1] / "results" / "pictures" / "way.png", dpi=100)
+    plt.close(figure)
+
+
 if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)
-    for draw in (percussion, row, window, wall_load):
+    for draw in (percussion, row, window, wall_load, way):
         draw()

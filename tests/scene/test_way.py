@@ -8,11 +8,12 @@ import pytest
 import shapely
 from scipy.sparse.csgraph import dijkstra
 
+from analysis.engines.programs.rigid import motion_of
 from analysis.percussions.setting import Setting
 from analysis.scene import Crowd, Doorway, Inside, SceneError, read_scene, room
 from analysis.scene.scene import read_room
 from analysis.scene.way import way_of
-from nscd import Walls
+from nscd import Snapshot, Walls
 
 
 def between(*lines):
@@ -185,3 +186,23 @@ def test_percussions_of_a_dump_know_the_way():
     straight = scene.drive.straight().desired_velocity(people.position, people.ids)
     assert np.abs(left - straight).max() > 0.5
     assert not scene.drive.gone(people.position, people.ids).any()
+
+
+def test_who_is_alone_arrives_after_the_length_of_the_way_and_one_relaxation():
+    """From rest, x = U (t − τ (1 − exp(−t/τ))): the arrival is τ after that at full speed, and each
+    turn of a corner costs at most the relaxation once more."""
+    scene, tau = read_scene("turns"), 0.1
+    quick = scene.drive.model_copy(update={"relaxation_time_s": tau})
+    scene = scene.model_copy(update={"drive": quick})
+    place, speed = np.array([[1.2, 5.0]]), quick.speed_m_per_s
+    body = {"radius": scene.snapshot.radius.max(keepdims=True), "mass": np.array([75.0])}
+    alone = Snapshot(position=place, velocity=np.zeros((1, 2)), **body)
+    motion = motion_of(scene.model_copy(update={"snapshot": alone}), alone)
+    walked, before = 0.0, place
+    while not scene.drive.gone(motion.position, alone.ids).any():
+        motion.advance()
+        walked += float(np.hypot(*(motion.position - before).T).sum())
+        before = motion.position.copy()
+    length = float(scene.drive.way.at(place, 0, scene.drive.way.length)[0])
+    assert walked == pytest.approx(length, rel=0.02)
+    assert 0.9 * tau < motion.time - length / speed < 3 * tau + 0.02 * length / speed
