@@ -206,17 +206,23 @@ class Walls:
     """Hold w straight fixed walls without thickness. A door is the space between two.
 
     start, end: (w,2) m
+    period_x: m, two places along x that are one: who leaves at the one comes in at the other
 
     Raises ValueError naming the field for a wrong shape, what is not a finite number, a magnitude
-    beyond 10¹⁰⁰, or a wall of no length.
+    beyond 10¹⁰⁰, a wall of no length, or a period that does not rise.
 
     >>> Walls(start=[[0, 0.5], [0, -3]], end=[[0, 3], [0, -0.5]])  # with a door of 1 m
     <Walls: 2>"""
 
     start: Floats
     end: Floats
+    period_x: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
+        if self.period_x and not -np.inf < self.period_x[0] < self.period_x[1] < np.inf:
+            raise ValueError(
+                f"period_x: {self.period_x} m. Two finite numbers that rise are needed"
+            )
         object.__setattr__(self, "start", read_only(self.start, (-1, 2), "start"))
         object.__setattr__(self, "end", read_only(self.end, (len(self.start), 2), "end"))
         length = np.hypot(*(self.end - self.start).T)
@@ -226,8 +232,27 @@ class Walls:
     def __len__(self) -> int:
         return len(self.start)
 
+    def __bool__(self) -> bool:
+        return len(self) > 0 or self.period_x is not None
+
     def __repr__(self) -> str:
         return f"<Walls: {len(self)}>"
+
+    def within(self, position: Floats) -> Floats:
+        """Give the places (n,2) m within the period that are those at (n,2) m."""
+        if not self.period_x:
+            return position
+        low, high = self.period_x
+        turns = np.floor((position[:, 0] - low) / (high - low))
+        return position - np.outer(turns * (high - low), [1.0, 0.0])
+
+    def shortest(self, way: Floats) -> Floats:
+        """Give ways (k,2) m from one place to another the shorter way round, where there is a
+        period."""
+        if not self.period_x:
+            return way
+        period = self.period_x[1] - self.period_x[0]
+        return way - np.outer(period * np.round(way[:, 0] / period), [1.0, 0.0])
 
     def nearest_point(self, position: Floats, wall: Indices) -> Floats:
         """Find the point (k,2) m of wall number wall[i] (k,) that is nearest to position[i] (k,2)

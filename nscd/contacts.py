@@ -288,7 +288,8 @@ def _rounding(snapshot: Snapshot, walls: Walls | None) -> float:
 @functools.lru_cache(maxsize=8)
 def connected(walls: Walls) -> _core.Walls:
     """Tell how walls meet, found once: the frames of a film have the same ones."""
-    return _core.Walls(*connect(walls.start, walls.end))
+    low, high = walls.period_x or (0.0, 0.0)
+    return _core.Walls(*connect(walls.start, walls.end), low, high - low)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -67,6 +67,13 @@ def read_scene(path, given):
             scene[table][key] = type(scene[table].get(key, 0.0))(float(text))
         except ValueError:
             raise SceneFileError(f"{name}={text}: not a number") from None
+    if "period_x_m" in scene:
+        raise SceneFileError(f"{path}: period_x_m: YADE has none here: use lammps or rigid")
+    for way in (drive := scene.get("drive", {}), *drive.get("goals", [])):
+        if way and "door_start_m" not in way:  # a door far ahead, at which nobody arrives
+            x, y = way["outward"]
+            for key, s in (("door_start_m", 0.5), ("door_end_m", -0.5)):
+                way[key] = [1e29 * (x - s * y), 1e29 * (y + s * x)]
     contact = scene["contact"]
     if contact["law"] not in LAWS:
         raise SceneFileError(f"{path}: contact.law: {contact['law']}. There are {', '.join(LAWS)}")

@@ -1,7 +1,9 @@
 """A frame of a dump, what every reader of frames refuses, and what is said of a dump that cannot be
 used."""
 
+import re
 from collections.abc import Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
@@ -61,16 +63,25 @@ class Frames:
             raise DumpError(f"{where}: units {units[:40]}. Only si is read here")
 
     def check_box(self, where: str, triclinic: bool, flags: Sequence[str]) -> None:
-        """Refuse a box that is not along x and y, or periodic there: contacts across its boundary
-        would be missed."""
+        """Refuse a box that is not along x and y, or periodic there, where contacts across its boundary
+        would be missed: unless scene.toml beside it has the period along x."""
         if triclinic:
             raise DumpError(f"{where}: a triclinic box. Only boxes along x and y are read here")
         for axis, flag in zip("xy", flags, strict=False):
-            if "p" in flag:
+            if "p" in flag and not (axis == "x" and self.has_period):
                 raise DumpError(
                     f"{where}: the box is periodic in {axis} ({' '.join(flags)}): contacts across "
-                    "its boundary would be missed. Write the dump with boundary f or s in x and y"
+                    "its boundary would be missed. Write the dump with boundary f or s in x and y. Or "
+                    "put a scene.toml with period_x_m beside it"
                 )
+
+    @cached_property
+    def has_period(self) -> bool:
+        """Whether scene.toml beside the dump has a period along x."""
+        beside = self.path.parent / "scene.toml"
+        return beside.is_file() and bool(
+            re.search(r"^period_x_m\s*=", beside.read_text(encoding="utf-8"), re.MULTILINE)
+        )
 
     def check_columns(self, where: str, names: Sequence[str], step: int) -> None:
         """Take the names of columns, which are those of the frames before; refuse others."""

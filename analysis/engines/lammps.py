@@ -162,6 +162,8 @@ def _wall_rows(table: Floats, number: int, spring: Elastic | None) -> Floats:
 NEARLY = "Nearly the same (within 8 %): law = body_hertz"
 # LAMMPS has 32 groups, `all` and `near_walls` among them.
 MOST_MEETING = 30
+# What walls go on beyond the end of a period: much more than a skin.
+BEYOND_M = 1.0
 SHARED = Path("/dev/shm")
 
 
@@ -269,9 +271,28 @@ def _remove_shared_memory_of_the_dead() -> None:
                 left.unlink(missing_ok=True)
 
 
+def _beyond(scene: Scene) -> Scene:
+    """The scene with walls that go on beyond the ends of its period, as disks may until they are next
+    looked for."""
+    if not scene.period_x_m:
+        return scene
+    low, high = scene.period_x_m
+    more = BEYOND_M + 2 * float(scene.snapshot.radius.max())
+
+    def moved(point: tuple[float, float]) -> tuple[float, float]:
+        x, y = point
+        return (low - more if x == low else high + more if x == high else x), y
+
+    walls = tuple(
+        wall.model_copy(update={"start_m": moved(wall.start_m), "end_m": moved(wall.end_m)})
+        for wall in scene.walls
+    )
+    return scene.model_copy(update={"walls": walls})
+
+
 def scene_deck(scene: Scene) -> str:
     """Return the numbers of a scene as variables for crowd.in."""
-    contact, timing, snapshot = scene.contact, scene.run, scene.snapshot
+    contact, timing, snapshot = scene.contact, scene.run, (scene := _beyond(scene)).snapshot
     values: dict[str, object] = {
         "mass_least": float(snapshot.mass.min()),
         "mass_most": float(snapshot.mass.max()),
@@ -294,6 +315,7 @@ def scene_deck(scene: Scene) -> str:
     }
     if scene.drive:
         values |= _drive_values(scene.drive)
+    values |= dict(zip(("period_low", "period_high"), scene.period_x_m or (), strict=False))
     if scene.body_force:
         values |= dict(zip(("gravity_x", "gravity_y"), scene.acceleration(), strict=True))
     if contact.arms:

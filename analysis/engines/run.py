@@ -51,6 +51,7 @@ def check_bodies(path: Path, record: RunRecord, scene: Scene) -> Floats:
     order = np.argsort(scene.snapshot.ids)
     position, mass = scene.snapshot.position[order], scene.snapshot.mass[order]
     weight = mass[:, None] * np.array(scene.acceleration())
+    walls, before, moved = scene.wall_segments(), position, np.zeros_like(position)
     try:
         index = index_dump(path)
         if missing := [name for name in NEEDED if name not in index.columns]:
@@ -69,7 +70,9 @@ def check_bodies(path: Path, record: RunRecord, scene: Scene) -> Floats:
                 raise garbage(record, f"{other}: not those of the scene's disks", step)
             turning = 0.5 * (row["radius"] * row["omegaz"]) ** 2
             kinetic = 0.5 * float(mass @ (row["vx"] ** 2 + row["vy"] ** 2 + turning))
-            moved = np.column_stack([row["x"], row["y"]]) - position
+            place = np.column_stack([row["x"], row["y"]])
+            moved = moved + walls.shortest(place - before)
+            before = place
             energies.append((kinetic, float((weight * moved).sum())))
     except (DumpError, ValueError) as error:
         raise damaged(record, error, path.parent) from None

@@ -20,6 +20,8 @@ class Yade(Engine):
         """Raise EngineError for hertz with friction, YADE's tangential spring being another there."""
         super().check(scene)
         contact = scene.contact
+        if scene.period_x_m:
+            raise EngineError(f"{scene.name}: period_x_m: YADE has none here: use lammps or rigid")
         if contact.arms:
             raise EngineError(
                 f"{scene.name}: contact.arm_reach_m: YADE cannot push before bodies touch: use "

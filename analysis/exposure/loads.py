@@ -96,11 +96,13 @@ def _most_within(place: Floats, force: Floats, stretch: float) -> float:
 def _crowd(scene: Scene, window: Window) -> dict[str, Floats]:
     """Density (1/m²) of the half disk of 2 m before the door (the one with most people before it),
     and density times the variance of the velocities of those in it (1/s²)."""
-    if scene.drive is None:
+    if scene.drive is None or not scene.drive.gates:
         return {"density": np.zeros(0), "crowd_pressure": np.zeros(0)}
     now = window.now
     before = []
     for exit_ in scene.drive.doors:
+        if not exit_.has_door:
+            continue
         close = np.hypot(*(now.position - np.mean(exit_.door, axis=0)).T) <= NEAR_M
         before.append(close & ~exit_.beyond(now.position))
     near = max(before, key=np.count_nonzero)

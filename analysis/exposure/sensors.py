@@ -118,7 +118,7 @@ def _directions(scene: Scene, window: Window, who: int) -> Floats:
         wall = scene.walls[second[row] - 1]
         ends = np.array(wall.start_m), np.array(wall.end_m)
         other[row] = nearest_on_segment(centre[None], *ends)[0]
-    way = other - centre
+    way = scene.wall_segments().shortest(other - centre)
     return np.asarray(np.degrees(np.arctan2(way[:, 1], way[:, 0])))
 
 

@@ -193,9 +193,9 @@ def still_on(axes: Axes, reel: Reel, shown: Frame, files: tuple[Path, ...] = ())
 
 def _in_view(reel: Reel, now: Snapshot) -> Floats:
     """What a still shows (n,2) m: people, the doors, and without people the walls."""
-    doors = [np.array(one.door) for one in reel.scene.drive.doors] if reel.scene.drive else []
+    doors = [np.array(one) for one in reel.scene.drive.gates] if reel.scene.drive else []
     walls = [np.array([wall.start_m, wall.end_m]) for wall in reel.scene.walls]
-    return np.concatenate([now.position, *(doors if len(now) else walls)])
+    return np.concatenate([now.position, *(doors if len(now) and doors else walls)])
 
 
 # Places are whole multiples of this (m), and forces of the largest power of ten that leaves their
@@ -242,7 +242,8 @@ def _reel(reel: Reel) -> dict[str, Any]:
         "bodies": bodies_label(reel.scene).split(",")[0] if reel.engine else "",
         "walls": [[*wall.start_m, *wall.end_m] for wall in walls],
         "names": [wall.name for wall in walls],
-        "doors": [[*p, *q] for p, q in (e.door for e in drive.doors)] if drive else [],
+        "doors": [[*p, *q] for p, q in drive.gates] if drive else [],
+        "period": float(np.ptp(reel.scene.period_x_m or 0.0)),
         "ids": ids.tolist(),
         "radius": [round(people[one] / PLACE_M) for one in ids.tolist()],
         "step": step,

@@ -55,10 +55,12 @@ def circles(snapshot: Snapshot, chosen: Flags | None = None) -> list[Circle]:
 
 
 def contact_lines(snapshot: Snapshot, contacts: Contacts) -> Floats:
-    """Return lines from the first disk's centre to the second's, or to the wall, (k,2,2) m."""
+    """Return lines from the first disk's centre to the second's, or to the wall, (k,2,2) m; across
+    the end of a period they lead out of it."""
     end = contacts.point.copy()
     pairs = ~contacts.is_wall
-    end[pairs] = snapshot.position[contacts.second[pairs]]
+    beyond = contacts.gap[pairs] + snapshot.radius[contacts.second[pairs]]
+    end[pairs] += beyond[:, None] * contacts.normal[pairs]
     return np.stack([snapshot.position[contacts.first], end], axis=1)
 
 
@@ -226,7 +228,7 @@ def scene_picture(scene: Scene) -> Figure:
     snapshot, drive = scene.snapshot, scene.drive
     shown = snapshot.position
     if drive and drive.goals:
-        shown = np.concatenate([shown, *(exit_.door for exit_ in drive.doors)])
+        shown = np.concatenate([shown, *map(np.array, drive.gates)])
     size = size_of(shown, float(snapshot.radius.max()))
     figure, (axes,) = panels(*size)
     draw_disks(axes, snapshot, PALE_BLUE)
@@ -241,8 +243,7 @@ def scene_picture(scene: Scene) -> Figure:
         length = 1.5 * snapshot.radius.mean() / np.hypot(*velocity.T).max()
         draw_vectors(axes, x, length * v, color=ORANGE, width=0.003, label=label)
     if drive:
-        for number, exit_ in enumerate(drive.doors):
-            (x0, y0), (x1, y1) = exit_.door
+        for number, ((x0, y0), (x1, y1)) in enumerate(drive.gates):
             name = None if number else "door"
             axes.plot([x0, x1], [y0, y1], color=GREEN, lw=3, ls=":", label=name)
     if axes.get_legend_handles_labels()[0]:

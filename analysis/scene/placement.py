@@ -1,5 +1,7 @@
 """Is a crowd inside its room: overlaps, walls and doors of an initial state."""
 
+from itertools import pairwise
+
 import numpy as np
 import shapely
 
@@ -57,4 +59,8 @@ def rooms_of(position: Floats, walls: Walls, doors: Walls | None) -> list[shapel
 
 
 def _lines(segments: Walls) -> list[shapely.LineString]:
-    return [shapely.LineString(pair) for pair in zip(segments.start, segments.end, strict=True)]
+    lines = [shapely.LineString(pair) for pair in zip(segments.start, segments.end, strict=True)]
+    for end in segments.period_x or ():  # a room is shut where a period ends
+        there = np.unique([y for line in lines for x, y in line.coords if x == end])
+        lines += [shapely.LineString([(end, y0), (end, y1)]) for y0, y1 in pairwise(there)]
+    return lines

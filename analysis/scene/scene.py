@@ -194,6 +194,11 @@ class Scene(Room):
             ("contact.arm_reach_m", self.contact.arms),
             ("disks.bodies", self.snapshot.bodies),
             ("walls.mass_kg", self.giving()),
+            ("period_x_m", self.period_x_m),
+            (
+                "drive.outward without a door",
+                self.drive and len(self.drive.gates) < len(self.drive.doors),
+            ),
         ):
             if found:
                 raise ValueError(f"scene {self.name}: {name}: {what} for scenes without")
@@ -213,6 +218,7 @@ class Scene(Room):
                 )
         self._check_giving(origin)
         try:
+            self.check_period(self.snapshot)
             warnings = check_room(self.snapshot, self.wall_segments(), self.door())
             if self.drive:
                 self.drive.check_way(self.wall_segments(), self.snapshot)
@@ -242,6 +248,7 @@ class Scene(Room):
         tables = {key: getattr(self, key) for key in TABLES}
         return (
             {"title": self.title, "source": self.source}
+            | ({"period_x_m": self.period_x_m} if self.period_x_m else {})
             | ({"walls": walls} if walls else {})
             | {key: _entries(table) for key, table in tables.items() if table}
         )
@@ -251,7 +258,8 @@ class Scene(Room):
         content = self._content()
         if self.other_frames:
             content["other_frames"] = _entries(self.other_frames.of(self.name))
-        head = {key: content.pop(key) for key in ("title", "source")}
+        tops = ("title", "source", "period_x_m")
+        head = {key: content.pop(key) for key in tops if key in content}
         comment = "".join(f"# {line}".rstrip() + "\n" for line in self.notes.splitlines())
         disks = {"data": f"{self.name}.data"}
         if self.snapshot.bodies is not None:
@@ -295,7 +303,12 @@ class Scene(Room):
 
 def _entries(part: Schema) -> dict[str, Any]:
     """What a table of a scene file says: keys that have something to say."""
-    return {key: value for key, value in part.model_dump(exclude_none=True).items() if value != ()}
+    said = {key: value for key, value in part.model_dump(exclude_none=True).items() if value != ()}
+    if isinstance(part, Drive):
+        for exit_, table in zip(part.doors, (said, *said.get("goals", ())), strict=True):
+            for key in () if exit_.has_door else ("door_start_m", "door_end_m"):
+                del table[key]
+    return said
 
 
 def scene_names() -> list[str]:

@@ -43,6 +43,15 @@ Length = Annotated[Number, Field(ge=-1e30, le=1e30)]
 Point = tuple[Length, Length]
 
 
+def _rising(ends: Point) -> Point:
+    if not ends[0] < ends[1]:
+        raise ValueError(f"from {ends[0]:g} to {ends[1]:g} m. The first must be less")
+    return ends
+
+
+Period = Annotated[Point, AfterValidator(_rising)]
+
+
 def _file_name(name: str) -> str:
     if not re.fullmatch(r"[^./\\\x00-\x1f][^/\\\x00-\x1f]{0,99}", name):
         raise ValueError(f"{name!r} is not the name of a file in one folder")
@@ -372,6 +381,23 @@ class Wall(Schema):
         return self
 
 
+# m: a door so far ahead that everybody walks along `outward` and nobody arrives.
+AHEAD = 1e29
+
+
+def _ahead(given: Any) -> Any:
+    """Put a door far ahead where none is given."""
+    if not isinstance(given, dict) or {"door_start_m", "door_end_m"} & given.keys():
+        return given
+    try:
+        x, y = map(float, given["outward"])
+    except (KeyError, TypeError, ValueError):
+        return given
+    start, end = ((x - 0.5 * s * y, y + 0.5 * s * x) for s in (1, -1))
+    doors = {"door_start_m": start, "door_end_m": end}
+    return given | {key: (AHEAD * x, AHEAD * y) for key, (x, y) in doors.items()}
+
+
 class Exit:
     """Say where somebody wants to go: what a drive and its goals have in common."""
 
@@ -385,6 +411,11 @@ class Exit:
             raise ValueError("outward must be a unit vector")
         if self.door_start_m == self.door_end_m:
             raise ValueError("door_start_m and door_end_m are the same point")
+
+    @property
+    def has_door(self) -> bool:
+        """Whether there is a door to walk to."""
+        return bool(np.abs(self.door).max() < 0.1 * AHEAD)
 
     @property
     def door(self) -> tuple[Point, Point]:
@@ -401,13 +432,18 @@ class Goal(Schema, Exit):
     """Send some people to a door of their own.
 
     people: ids, the first and the last
-    door_start_m, door_end_m: m
+    door_start_m, door_end_m: m; left out, they walk along `outward`
     outward: unit vector out of the room"""
 
     people: tuple[Count, Count]
     door_start_m: Point
     door_end_m: Point
     outward: Point
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_direction(cls, given: Any) -> Any:
+        return _ahead(given)
 
     @model_validator(mode="after")
     def _in_order(self) -> Goal:
@@ -427,7 +463,7 @@ class Drive(Schema, Exit):
 
     speed_m_per_s: m/s, |u_d|
     relaxation_time_s: s, τ
-    door_start_m, door_end_m: m
+    door_start_m, door_end_m: m; left out, people walk along `outward` and arrive nowhere
     outward: unit vector out of the room
     aim: nearest or centre
     goals: doors of those who go to another one
@@ -447,6 +483,11 @@ class Drive(Schema, Exit):
     def push(self, mass: Mass) -> Mass:
         """Give m U/τ (N): with how much people of this mass (kg) push who are held."""
         return mass * self.speed_m_per_s / self.relaxation_time_s
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_direction(cls, given: Any) -> Any:
+        return _ahead(given)
 
     @model_validator(mode="before")
     @classmethod
@@ -474,6 +515,8 @@ class Drive(Schema, Exit):
     @model_validator(mode="after")
     def _one_goal_each(self) -> Drive:
         self._check_door()
+        if self.clearance_m is not None and len(self.gates) < len(self.doors):
+            raise ValueError("clearance_m: only where there are doors to walk to")
         ranges = sorted(goal.people for goal in self.goals)
         for (_, last), (first, _) in pairwise(ranges):
             if first <= last:
@@ -482,8 +525,13 @@ class Drive(Schema, Exit):
 
     @property
     def doors(self) -> tuple[Exit, ...]:
-        """All doors, the drive's own first."""
+        """All doors, the drive's own first; those far ahead too."""
         return (self, *self.goals)
+
+    @property
+    def gates(self) -> list[tuple[Point, Point]]:
+        """The ends (m) of the doors that there are, the drive's own first."""
+        return [exit_.door for exit_ in self.doors if exit_.has_door]
 
     @property
     def ways(self) -> int:
@@ -682,10 +730,13 @@ class Analysis(Schema):
 
 
 class Room(Schema):
-    """Hold a scene without its disks: what `percussions import` puts a crowd into."""
+    """Hold a scene without its disks: what `percussions import` puts a crowd into.
+
+    period_x_m: m, two places along x that are one: who leaves at the one comes in at the other"""
 
     title: str
     source: str
+    period_x_m: Period | None = None
     walls: tuple[Wall, ...] = ()
     drive: Drive | None = None
     body_force: BodyForce | None = None
@@ -706,11 +757,49 @@ class Room(Schema):
         return Walls(
             start=np.array([wall.start_m for wall in self.walls]).reshape(-1, 2),
             end=np.array([wall.end_m for wall in self.walls]).reshape(-1, 2),
+            period_x=self.period_x_m,
         )
 
     def giving(self) -> list[Wall]:
         """List the walls that give."""
         return [wall for wall in self.walls if wall.oscillator]
+
+    def check_period(self, snapshot: Snapshot) -> None:
+        """Raise ValueError naming the field for a period that is shorter than two diameters, disks
+        that are not in it, and walls that do not go on across its ends."""
+        if self.period_x_m is None:
+            return
+        low, high = self.period_x_m
+        reach = 2 * float(snapshot.radius.max())
+        reach += self.contact.arms.reach if self.contact.arms else 0.0
+        if not high - low > 2 * reach:
+            said = "two diameters" + (" and reaches of arms" if self.contact.arms else "")
+            raise ValueError(
+                f"period_x_m: {high - low:g} m. More than {said}, {2 * reach:g} m, is needed"
+            )
+        x = snapshot.position[:, 0]
+        if (out := (x < low) | (x >= high)).any():
+            who = snapshot.ids[np.argmax(out)]
+            raise ValueError(f"period_x_m: disk {who} is not in it, from {low:g} to {high:g} m")
+        if snapshot.wide is not None:
+            raise ValueError("period_x_m: only for people of one disk each, without disks.bodies")
+        if self.giving():
+            raise ValueError(f"period_x_m: wall {self.giving()[0].name} gives. Leave out mass_kg")
+        if self.drive and self.drive.gates:
+            raise ValueError(
+                "period_x_m: a corridor without end has no door. Leave out door_start_m"
+            )
+        ends = {point for wall in self.walls for point in (wall.start_m, wall.end_m)}
+        for wall in self.walls:
+            (x0, y0), (x1, y1) = sorted([wall.start_m, wall.end_m])
+            for at, end, other in ((x0, low, high), (x1, high, low)):
+                if at == end and y0 == y1 and (other, y0) in ends:
+                    continue
+                if (at - end) * (other - end) < reach * (high - low):
+                    raise ValueError(
+                        f"period_x_m: wall {wall.name} comes within {reach:g} m of x = {end:g} m. It "
+                        "must keep away, or be level there and go on at the other end"
+                    )
 
     def acceleration(self) -> Point:
         """Give the acceleration (x, y) m/s² of the body force; 0 where there is none."""
@@ -718,7 +807,7 @@ class Room(Schema):
 
     def door(self) -> Walls | None:
         """Give the doors as segments, where there is a drive."""
-        if self.drive is None:
+        if self.drive is None or not self.drive.gates:
             return None
-        ends = np.array([exit_.door for exit_ in self.drive.doors])
+        ends = np.array(self.drive.gates)
         return Walls(start=ends[:, 0], end=ends[:, 1])

@@ -275,6 +275,46 @@ sin(slope) over the stiffness."""
     )
 
 
+# m: of the corridor of `two_way`, and between its rows and columns of people.
+LONG_M, BROAD_M, APART_M = 8.0, 2.0, 0.5
+
+
+def _two_way(disks: int, seed: int) -> Scene:
+    n = disks or 40
+    notes = f"""{n} people in a corridor, {LONG_M:g} m long and {BROAD_M:g} m broad, that begins again where it
+ends. The first half of them walks to the right, the others to the left. Closed form: walls without
+friction and contacts give nothing along it, so that its momentum is what the drive gives."""
+    rng = np.random.default_rng([seed, 7])
+    columns, rows = int(LONG_M / APART_M), int(BROAD_M / APART_M)
+    if n > columns * rows:
+        raise SceneError(f"--disks {n}: two_way has room for {columns * rows}")
+    place = rng.permutation(np.stack(np.divmod(np.arange(columns * rows), rows), axis=1))[:n]
+    place = APART_M * (place + 0.5) + rng.uniform(-0.03, 0.03, (n, 2))
+    goal = {"people": (n // 2 + 1, n), "outward": (-1.0, 0.0)}
+    drive = {"speed_m_per_s": 1.0, "relaxation_time_s": 0.5, "outward": (1.0, 0.0), "goals": [goal]}
+    return Scene(
+        name="two_way",
+        title=f"{n} people walk both ways in a corridor without end",
+        source="made for this product",
+        notes=notes,
+        period_x_m=(0.0, LONG_M),
+        snapshot=Snapshot(
+            position=place.round(9),
+            velocity=np.zeros((n, 2)),
+            radius=(0.2 * rng.uniform(0.9, 1.1, n)).round(9),
+            mass=np.full(n, MASS_KG),
+        ),
+        walls=tuple(
+            Wall(name=name, start_m=(0.0, y), end_m=(LONG_M, y))
+            for name, y in (("lower", 0.0), ("upper", BROAD_M))
+        ),
+        drive=Drive.model_validate(drive),
+        contact=ContactModel(stiffness_N_per_m=1e5, restitution=0.1),
+        run=Run(duration_s=6.0, frames=60),
+        analysis=Analysis(kind="driven", time_s=6.0),
+    )
+
+
 OF_FIXED_SIZE = ("pair", "pair_oblique", "four_disks", "corridor")
 MAKERS: dict[str, Callable[[int, int], Scene]] = {
     # these are data, in scenes/
@@ -291,11 +331,12 @@ MAKERS: dict[str, Callable[[int, int], Scene]] = {
     "ell": _ell,
     "turns": _turns,
     "rail": _rail,
+    "two_way": _two_way,
 }
 # About 2 kB of memory for each.
 MOST_DISKS = 1_000_000
 # Their disks are random.
-SEEDED = ("arch", "arch_masses", "jam", "terrace", "arms", "ell", "turns", "rail")
+SEEDED = ("arch", "arch_masses", "jam", "terrace", "arms", "ell", "turns", "rail", "two_way")
 
 
 def make(name: str, disks: int | None = None, seed: int = 1) -> Scene:

@@ -1,6 +1,9 @@
 #include "contacts.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <tuple>
+#include <utility>
 
 namespace nscd {
 
@@ -125,7 +128,10 @@ Carried carried_over(std::span<const std::int64_t> keys, In values, std::span<co
     return of;
 }
 
+static Touching touching_round(In position, In radius, Segments walls, double most);
+
 Touching touching(In position, In radius, const Segments& walls, double most) {
+    if (walls.period > 0.0 && radius.size()) return touching_round(position, radius, walls, most);
     Touching found;
     const std::size_t room = 3 * radius.size() + 64;
     found.first.reserve(room), found.second.reserve(room), found.vector.reserve(2 * room);
@@ -137,6 +143,41 @@ Touching touching(In position, In radius, const Segments& walls, double most) {
     found.pairs = std::int64_t(found.size());
     if (walls.w) find_walls(found, position, radius, walls, most);
     return found;
+}
+
+// With a period: of disks at their places in it, and of pairs also with images of the first disks behind its end.
+static Touching touching_round(In position, In radius, Segments walls, double most) {
+    const std::size_t n = radius.size();
+    const double low = walls.low, period = std::exchange(walls.period, 0.0);
+    Numbers place(position.begin(), position.end()), size(radius.begin(), radius.end());
+    for (std::size_t i = 0; i < n; ++i) place[2 * i] -= period * std::floor((place[2 * i] - low) / period);
+    Touching at_walls;
+    if (walls.w) find_walls(at_walls, place, radius, walls, most);
+    const double reach = (2.0 * *std::max_element(radius.begin(), radius.end()) + most) * MARGIN;
+    Places image;
+    for (std::size_t i = 0; i < n; ++i)
+        if (place[2 * i] <= low + reach) {
+            image.push_back(Index(i)), size.push_back(radius[i]);
+            place.push_back(place[2 * i] + period), place.push_back(place[2 * i + 1]);
+        }
+    walls.w = 0;
+    Touching found = touching(place, size, walls, most);
+    if (found.pairs < 0) return found;
+    std::vector<std::tuple<std::int64_t, std::int64_t, std::size_t>> rows;
+    for (std::size_t c = 0; c < found.size(); ++c) {
+        const std::int64_t a = found.first[c], b = found.second[c] < std::int64_t(n) ? found.second[c] : image[found.second[c] - n];
+        if (a < std::int64_t(n) && a != b) rows.emplace_back(std::min(a, b), std::max(a, b), c);
+    }
+    std::sort(rows.begin(), rows.end());
+    Touching all;
+    for (const auto& [a, b, c] : rows) {
+        const double sign = found.first[c] == a ? 1.0 : -1.0;
+        push(all, a, b, sign * found.vector[2 * c], sign * found.vector[2 * c + 1], found.distance[c], found.gap[c]);
+    }
+    all.pairs = std::int64_t(all.size());
+    for (std::size_t c = 0; c < at_walls.size(); ++c)
+        push(all, at_walls.first[c], at_walls.second[c], at_walls.vector[2 * c], at_walls.vector[2 * c + 1], at_walls.distance[c], at_walls.gap[c]);
+    return all;
 }
 
 }  // namespace nscd

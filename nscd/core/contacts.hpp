@@ -24,7 +24,7 @@ struct Touching {
 
 // All pairs i < j of disks with a gap |x_j − x_i| − r_i − r_j of at most `most` m, by (i, j); then all disks
 // whose nearest point of a wall is at most r + most away, and that wall itself answers for, by (disk, wall).
-// position (n·2) m, radius (n) m
+// position (n·2) m, radius (n) m. With a period also pairs across its ends.
 Touching touching(In position, In radius, const Segments& walls, double most);
 
 // A number of each contact from the ids of who touches: rising, as the contacts do.

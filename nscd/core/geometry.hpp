@@ -17,6 +17,7 @@ struct Segments {
     Places vertex;         // (w·2) numbers of the two ends, the same where walls meet
     Flags inner;           // (w·2) whether an end lies within another wall
     double far = 0.0;      // m, the largest coordinate
+    double low = 0.0, period = 0.0;  // m; x and x + period are one place, and places from `low` on stand for all; 0: none
 };
 
 // Where on a wall, 0 to 1, its nearest point to (x, y) is.

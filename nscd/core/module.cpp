@@ -18,11 +18,13 @@ Numbers numbers(const auto& given) { return Numbers(given.data(), given.data() +
 Places places(const auto& given) { return Places(given.data(), given.data() + given.size()); }
 
 // Connected walls, as `nscd.segments.connect` finds them.
-Segments walls_of(const Matrix& start, const Matrix& along, const Given<Index, 2>& vertex, const Given<bool, 2>& inner) {
+Segments walls_of(const Matrix& start, const Matrix& along, const Given<Index, 2>& vertex, const Given<bool, 2>& inner,
+                  double low, double period) {
     need(start.shape(1) == 2 && along.size() == start.size() && vertex.size() == start.size() && inner.size() == start.size(), "walls: shapes differ");
-    Segments walls{int(start.shape(0)), numbers(start), numbers(along), places(vertex), Flags(inner.data(), inner.data() + inner.size()), 0.0};
+    Segments walls{int(start.shape(0)), numbers(start), numbers(along), places(vertex), Flags(inner.data(), inner.data() + inner.size()), 0.0, low, period};
     for (std::size_t i = 0; i < walls.start.size(); ++i)
         walls.far = std::max({walls.far, std::abs(walls.start[i]), std::abs(walls.start[i] + walls.along[i])});
+    if (period > 0.0) walls.far = std::max({walls.far, std::abs(low), std::abs(low + period)});
     return walls;
 }
 
@@ -353,7 +355,8 @@ NB_MODULE(_core, m) {
     nscd::bind_others(m);
     nb::set_leak_warnings(false);  // what a cache of Python holds to the end is no leak
     nb::class_<Segments>(m, "Walls")
-        .def(nb::new_(&walls_of), "start"_a.noconvert(), "along"_a.noconvert(), "vertex"_a.noconvert(), "inner"_a.noconvert())
+        .def(nb::new_(&walls_of), "start"_a.noconvert(), "along"_a.noconvert(), "vertex"_a.noconvert(), "inner"_a.noconvert(), "low"_a = 0.0,
+             "period"_a = 0.0)
         .def("__len__", [](const Segments& walls) { return walls.w; });
     m.def("touching", &touching_of, "position"_a.noconvert(), "radius"_a.noconvert(), "walls"_a, "most"_a);
     m.def("neighbours", &neighbours, "position"_a.noconvert(), "radius"_a.noconvert(), "walls"_a, "margin"_a);

@@ -185,6 +185,8 @@ class Motion:
     taken, and not on their spins. A contact of a turning body may overlap by (h ω)²/2 times its
     lever, which the next step takes back; their centres move with u⁺ under a body force too.
 
+    With a period (`Walls.period_x`) positions are those within it.
+
     position, velocity (n,2) m, m/s; spin (n,) rad/s; time s: the state, changed by each step.
 
     Sources: Jean, Comput. Methods Appl. Mech. Eng. 177 (1999) 235; the drive is implicit in u.
@@ -214,7 +216,7 @@ class Motion:
         self.spin = np.array(snapshot.spin)
         self.time, self.step = snapshot.time, step
         self.radius, self.mass = np.array(snapshot.radius), np.array(snapshot.mass)
-        self._walls = segments_of(walls)
+        self._walls, self._round = segments_of(walls), walls or NO_WALLS
         push = push or Push()
         self._desired = push.desired
         self._share = step / push.relaxation_time if push.desired else 0.0
@@ -228,6 +230,9 @@ class Motion:
             self._begin(snapshot)
         if push.arms and self._wide is not None:
             raise ValueError("arms: bodies of several disks have none")
+        if self._round.period_x and self._wide is not None:
+            raise ValueError("period_x: bodies of several disks have none")
+        self.position = self._round.within(self.position)
 
     def __repr__(self) -> str:
         return f"<Motion: {len(self.radius)} disks at {self.time:g} s, steps of {self.step:g} s>"
@@ -282,7 +287,8 @@ class Motion:
         for _ in range(PUSHES):
             near = self._near(reach)
             if near.gap.min(initial=0.0) >= -TOUCHING * self.radius.mean():
-                return float(np.hypot(*(self.position - start).T).max(initial=0.0))
+                way = self._round.shortest(self.position - start)
+                return float(np.hypot(*way.T).max(initial=0.0))
             contacts = Contacts(
                 first=near.first.astype(np.int64), second=np.where(near.second < 0, near.wall, near.second),
                 is_wall=near.second < 0, normal=near.normal, gap=near.gap,
@@ -296,7 +302,7 @@ class Motion:
             if not error <= 1e-8:
                 break
             if self._wide is None:
-                self.position = self.position + moved
+                self.position = self._round.within(self.position + moved)
             else:
                 self._turn(moved)
         raise StepError("the disks cannot be pushed apart: they do not fit between the walls")
@@ -375,7 +381,7 @@ class Motion:
             self.time += h
             return done
         before, self.velocity, self.spin = self.velocity, velocity, spin
-        self.position = self.position + h * self._drift(before, done)
+        self.position = self._round.within(self.position + h * self._drift(before, done))
         self.time += h
         return done
 

@@ -117,7 +117,11 @@ document.querySelectorAll(".film").forEach(async (root) => {
 
   function end(reel, frame, i) {  // of the line of a contact: the other person, or the nearest of the wall
     const b = frame.b[i];
-    if (b >= 0) return frame.at.get(b);
+    if (b >= 0) {
+      // across the end of a period, out of it
+      const [x, y] = frame.at.get(b), far = x - frame.at.get(frame.a[i])[0];
+      return [reel.period && Math.abs(far) > reel.period / 2 ? x - Math.sign(far) * reel.period : x, y];
+    }
     const [x, y] = frame.at.get(frame.a[i]), [x0, y0, x1, y1] = reel.walls[-b - 1];
     const [dx, dy] = [x1 - x0, y1 - y0];
     const along = Math.min(1, Math.max(0, ((x - x0) * dx + (y - y0) * dy) / (dx * dx + dy * dy)));
