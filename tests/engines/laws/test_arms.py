@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.engines import LAMMPS, EngineError
+from analysis.engines import LAMMPS, YADE, EngineError
 from analysis.engines.programs.rigid import motion_of
 from analysis.engines.run import simulate as simulate_into
 from analysis.percussions.snapshot import percussions_of
@@ -142,6 +142,10 @@ def test_what_cannot_run_arms_is_refused_before_anything_runs(tmp_path, monkeypa
     monkeypatch.setattr(LAMMPS, "has_lepton", lambda: False)
     with pytest.raises(EngineError, match=r"contact\.arm_reach_m: this LAMMPS has no pair_style"):
         simulate_into(scene, "lammps", tmp_path / "run")
+    with pytest.raises(
+        EngineError, match=r"arm_reach_m: YADE cannot push before bodies touch: use"
+    ):
+        YADE.check(scene)
     for what in ("charts are", "advice is"):
         with pytest.raises(ValueError, match=rf"meeting: contact\.arm_reach_m: {what} for scenes"):
             scene.check_plain(what)
