@@ -43,6 +43,7 @@ def report(
     from analysis.engines.run import run_ahead
     from analysis.exposure.limits import limits_of_people
     from analysis.motion.study import study_motion
+    from analysis.percussions.setting import standing_walls
     from analysis.report.page import Reported, write_report
     from analysis.report.runs import films_of, motion_of, runs_of, snapshot_runs
     from analysis.report.sheet import write_sheets
@@ -52,6 +53,8 @@ def report(
     limits_of_people(own := tuple(limits or ()))  # a wrong file is refused before anything runs
     soft = _with_springs(names := engine or [known.NAME for known in ENGINES])
     read = [read_scene(scene) for scene in scenes]
+    for one in read:
+        standing_walls(one)
     chosen = [(one, stiffness or [one.contact.stiffness_N_per_m]) for one in read]
     motions = [motion_of(one, names, ks, seeds, runs) for one, ks in chosen]
     say_runs(needed := runs_of(chosen, soft, motions, runs))

@@ -90,7 +90,7 @@ class Setting:
         """Take walls, drive and contact tolerance from a room, and friction too from a scene; `rest`:
         other fields."""
         parts: dict[str, Any] = {
-            "walls": _standing(room),
+            "walls": standing_walls(room),
             "wall_names": tuple(wall.name for wall in room.walls),
             "drive": room.drive,
             "acceleration": room.acceleration(),
@@ -191,8 +191,8 @@ class Setting:
         return snapshot.velocity + window * added, window
 
 
-def _standing(room: Room) -> Walls:
-    """The walls of a room. Raises ValueError where one gives: where it is, only its run knows."""
+def standing_walls(room: Room) -> Walls:
+    """Give the walls of a room. Raises ValueError where one gives: where it is, only its run knows."""
     if giving := room.giving():
         raise ValueError(
             f"walls.mass_kg: {giving[0].name} gives. Percussions are for walls that stand"

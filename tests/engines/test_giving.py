@@ -73,7 +73,8 @@ def test_a_single_impact_gives_the_wall_two_m_v_over_both_masses(tmp_path, name)
     assert 75 * after + 50 * speed[-1] == pytest.approx(75.0, rel=1e-9)
 
 
-def test_what_cannot_have_walls_that_give_says_so(tmp_path):
+def test_what_cannot_have_walls_that_give_says_so(tmp_path, refused):
+    assert "walls.mass_kg: rail gives. Percussions are" in refused("report", "rail", "--seeds", "0")
     scene = before_a_wall(1.0, stiffness_N_per_m=1e4)
     with pytest.raises(
         EngineError, match=r"giving: walls.mass_kg: the rigid engine's walls stand, ra"
