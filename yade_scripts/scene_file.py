@@ -89,7 +89,7 @@ def read_scene(path, given):
     if contact["law"] in ("body", "body_hertz"):
         contact |= {"stiffness_N_per_m": BODY_STIFFNESS, "wall_stiffness_N_per_m": BODY_AT_WALLS}
     if "clearance_m" in scene.get("drive", {}):
-        scene["drive"]["way"] = read_way(Path(path).with_suffix(".way"))
+        scene["drive"]["way"] = read_way(Path(path).with_suffix(".way"), scene)
     return scene
 
 
@@ -310,13 +310,16 @@ def drive_force(drive, disks, position, velocity):
     return disks.mass[:, None] * push / drive["relaxation_time_s"]
 
 
-def read_way(path):
+def read_way(path, scene):
     """The grid of a way: of each door, row and column the number of the next corner, 0 for the
     door."""
+    walls = [[*wall["start_m"], *wall["end_m"]] for wall in scene.get("walls", [])]
     try:
         way = json.loads(Path(path).read_text(encoding="utf-8"))
         runs = [np.array(one).reshape(-1, 2) for one in way["next"]]
         shape = len(runs), *way["rows_columns"]
+        if way["walls_m"] != walls:
+            raise ValueError("the walls are others, `percussions run` writes it again")
         way["next"] = np.concatenate([np.repeat(*one.T[::-1]) for one in runs]).reshape(shape)
     except (OSError, ValueError, KeyError) as error:
         raise SceneFileError(f"{path}: not the way of this scene: {error}") from None

@@ -282,7 +282,8 @@ class Scene(Room):
                 write_data(folder / file, crowd, self.title)
         write_data(folder / f"{self.name}.data", self.snapshot, self.title)
         if self.drive and self.drive.way:
-            write_text(folder / f"{self.name}.way", self.drive.way.to_json())
+            way = self.drive.way.to_json(self.wall_segments())
+            write_text(folder / f"{self.name}.way", way)
         if self.snapshot.bodies is not None:
             write_bodies(folder / f"{self.name}.bodies", self.snapshot)
         write_text(folder / f"{self.name}.toml", self.to_toml())

@@ -52,9 +52,11 @@ class Way:
         found = np.maximum(self.at(position, door, self.next), 0).astype(np.int64)
         return found > 0, self.corners[found]
 
-    def to_json(self) -> str:
-        """Write out the grid and its next corners as lists of number of cells and corner, by row."""
+    def to_json(self, walls: Walls) -> str:
+        """Write out the walls that it is of, the grid, and its next corners as lists of number of
+        cells and corner, by row."""
         content = {
+            "walls_m": np.concatenate([walls.start, walls.end], axis=1).tolist(),
             "origin_m": self.origin.tolist(),
             "cell_m": self.cell,
             "rows_columns": self.next.shape[1:],

@@ -1,6 +1,7 @@
 """Ways round corners: lengths against the taut string and a visibility graph, and people who walk
 them."""
 
+import importlib
 from itertools import pairwise
 
 import numpy as np
@@ -13,6 +14,7 @@ from analysis.percussions.setting import Setting
 from analysis.scene import Crowd, Doorway, Inside, SceneError, read_scene, room
 from analysis.scene.scene import read_room
 from analysis.scene.way import way_of
+from analysis.support.files import shipped
 from nscd import Snapshot, Walls
 
 
@@ -206,3 +208,14 @@ def test_who_is_alone_arrives_after_the_length_of_the_way_and_one_relaxation():
     length = float(scene.drive.way.at(place, 0, scene.drive.way.length)[0])
     assert walked == pytest.approx(length, rel=0.02)
     assert 0.9 * tau < motion.time - length / speed < 3 * tau + 0.02 * length / speed
+
+
+def test_yade_refuses_the_way_of_other_walls(tmp_path, monkeypatch):
+    """Somebody has moved a wall by hand and runs the script itself."""
+    monkeypatch.syspath_prepend(str(shipped("yade_scripts")))
+    scripts = importlib.import_module("scene_file")
+    path = read_scene("turns").write(tmp_path)
+    scripts.read_scene(path, {})
+    path.write_text(path.read_text().replace("\nstart_m = [5.0, 6.0]", "\nstart_m = [5.0, 5.5]"))
+    with pytest.raises(scripts.SceneFileError, match=r"turns\.way: .*the walls are others"):
+        scripts.read_scene(path, {})
