@@ -77,6 +77,10 @@ def read_scene(path, given):
     contact = scene["contact"]
     if contact["law"] not in LAWS:
         raise SceneFileError(f"{path}: contact.law: {contact['law']}. There are {', '.join(LAWS)}")
+    if "bodies" in scene["disks"]:
+        raise SceneFileError(
+            f"{path}: disks.bodies: YADE cannot turn bodies of several disks here: use lammps or rigid"
+        )
     if "arm_reach_m" in contact:
         raise SceneFileError(
             f"{path}: contact.arm_reach_m: YADE cannot push before bodies touch: use lammps or rigid"

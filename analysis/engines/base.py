@@ -60,7 +60,7 @@ class Engine:
         if scene.snapshot.bodies is not None:
             raise EngineError(
                 f"{scene.name}: disks.bodies: {self.TITLE} cannot turn bodies of several disks here: "
-                "use rigid"
+                "use lammps or rigid"
             )
 
     def write_input(self, scene: Scene, decks: Path) -> None:

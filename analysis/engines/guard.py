@@ -19,7 +19,7 @@ import numpy as np
 from analysis.engines.process import killed_by
 from analysis.engines.record import FAILED, STOPPED, EngineError, RunRecord
 from analysis.scene.scene import Scene
-from nscd import find_contacts
+from nscd import Snapshot, find_contacts
 from nscd.arrays import Flags, Floats
 from nscd.stepping.motion import segments_of
 
@@ -157,6 +157,16 @@ def speed_most(scene: Scene) -> float:
     return (max(speed, scene.drive.speed_m_per_s) if scene.drive else speed) + added
 
 
+def turning_inertia(disks: Snapshot) -> Floats:
+    """Moments of inertia (n,) kg m² whose ½ I ω² the motion of the centres has not: of a disk, or its
+    part by mass of its body's less Σ m |x − c|²."""
+    if (of := disks.bodies) is None:
+        return disks.inertia
+    apart = disks.mass * ((disks.position - of.centre[of.number]) ** 2).sum(1)
+    own = (of.inertia - np.bincount(of.number, apart)) / of.mass
+    return np.asarray(disks.mass * own[of.number])
+
+
 def energy_besides(scene: Scene) -> float:
     """Energy at the start that is not the motion of the centres (J): spins, ½ I ω², overlaps and
     arms."""
@@ -171,7 +181,7 @@ def energy_besides(scene: Scene) -> float:
     r, s = snapshot.radius[contacts.first], snapshot.radius[second]
     # against a wall the effective radius is the disk's own
     effective = np.where(contacts.is_wall, r, r * s / (r + s))
-    spinning = 0.5 * float(snapshot.inertia @ snapshot.spin**2)
+    spinning = 0.5 * float(turning_inertia(snapshot) @ snapshot.spin**2)
     return (
         spinning
         + reached

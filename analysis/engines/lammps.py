@@ -25,7 +25,7 @@ from analysis.dumps import (
 from analysis.dumps.contacts import arm_rows, summed
 from analysis.engines.base import Engine
 from analysis.engines.guard import energy_besides, speed_most
-from analysis.engines.penalty import Penalty, giving_step, penalty_of
+from analysis.engines.penalty import Penalty, contact_masses, giving_step, penalty_of
 from analysis.engines.process import Command, python_command, version_said
 from analysis.engines.record import EngineError
 from analysis.lammps_process import WALLS
@@ -36,6 +36,7 @@ from analysis.support.extras import install
 from analysis.support.files import whole_file, write_text
 from analysis.support.frames import write_frame
 from nscd.arrays import Floats, Indices
+from nscd.bodies import Bodies
 from nscd.segments import ROUNDING_M, Segments, connect
 from nscd.stepping import Arms
 
@@ -139,11 +140,28 @@ class _PairLaw:
             disks[:, self.bodies.columns.index(name)] for name in ("vx", "vy", "fx", "fy", "mass")
         ]
         half = 0.5 * self.penalty.time_step if self.bodies.steps[frame] else 0.0
-        velocity = np.column_stack(
-            [get[0] - half * get[2] / get[4], get[1] - half * get[3] / get[4]]
-        )
+        gain = np.column_stack(get[2:4]) / get[4][:, None]
+        if "mol" in self.bodies.columns:
+            gain = self._gain_of_bodies(disks, np.column_stack(get[2:4]), get[4])
+        velocity = np.column_stack(get[:2]) - half * gain
         relative: Floats = velocity[rank[:, 0]] - velocity[rank[:, 1]]
         return relative
+
+    def _gain_of_bodies(self, disks: Floats, force: Floats, mass: Floats) -> Floats:
+        """Accelerations (n,2) m/s² of disks, A + α × (x − c), of bodies that forces on their disks (n,2)
+        N and the torques of friction move."""
+        names = ("mol", "x", "y", "tqz", "body_inertia")
+        mol, x, y, torque, inertia = (disks[:, self.bodies.columns.index(name)] for name in names)
+        of = np.unique(mol, return_inverse=True)[1]
+
+        def of_body(values: Floats) -> Floats:
+            return np.asarray(np.bincount(of, values)[of])
+
+        total = of_body(mass)
+        off_x, off_y = (part - of_body(mass * part) / total for part in (x, y))
+        turning = of_body(off_x * force[:, 1] - off_y * force[:, 0] + torque) / inertia
+        moving = [of_body(part) / total for part in force.T]
+        return np.column_stack([moving[0] - turning * off_y, moving[1] + turning * off_x])
 
 
 def _wall_rows(table: Floats, number: int, spring: Elastic | None) -> Floats:
@@ -188,7 +206,7 @@ class Lammps(Engine):
     def check(self, scene: Scene) -> None:
         """Raise EngineError for more walls that meet others than LAMMPS has groups, for a law that it
         lacks, and where impulses are to be summed and LAMMPS is not in this Python."""
-        super().check(scene)
+        self._check_bodies(scene)
         _gates(scene)
         if scene.giving() and scene.contact.kind.dashpot == "apart":
             raise EngineError(
@@ -218,6 +236,23 @@ class Lammps(Engine):
                 f"not found. Install it with: {self.INSTALL}"
             )
 
+    def _check_bodies(self, scene: Scene) -> None:
+        """Raise EngineError for bodies of several disks that LAMMPS cannot turn."""
+        if (of := scene.snapshot.bodies) is None:
+            return
+        where, alone = f"{scene.name}: disks.bodies", np.bincount(of.number) < 2
+        if alone.any():
+            raise EngineError(
+                f"{where}: body {of.ids[np.argmax(alone)]} is one disk. LAMMPS joins two at least: "
+                "use rigid"
+            )
+        if scene.contact.arms:
+            raise EngineError(f"{where}: with contact.arm_reach_m. Such bodies have no arms")
+        if version_said(self.find(), self.ASK, r"\b(rigid/small)\b") is None:
+            raise EngineError(
+                f"{where}: this LAMMPS has no fix rigid/small (its package RIGID): use rigid"
+            )
+
     def write_input(self, scene: Scene, decks: Path) -> None:
         """Write copies of the decks, and the numbers of the scene."""
         _remove_shared_memory_of_the_dead()
@@ -231,6 +266,7 @@ class Lammps(Engine):
     ) -> Command:
         """Return the command that runs what `write_input` wrote."""
         given = {"decks": decks, "deck": f"{decks}/scene.in", "data": "scene.data", "out": out}
+        given |= {"bodies": "scene.bodies"}
         given |= {"dt": repr(time_step_s)} | ({} if guard else {"guard": "no"})
         variables = [word for name, value in given.items() for word in ("-var", name, value)]
         words = ["-nonbuf", *variables]
@@ -242,10 +278,11 @@ class Lammps(Engine):
     def on_ranks(self, command: Command, ranks: int, scene: Scene) -> Command:
         """Return the command for so many ranks of MPI. Raises EngineError where it cannot be
         shared."""
-        if scene.run.impulses:
-            raise EngineError(
-                f"{scene.name}: ranks: run.impulses: LAMMPS sums impulses on one rank only"
-            )
+        if scene.run.impulses or scene.snapshot.bodies is not None:
+            what = "run.impulses: LAMMPS sums impulses"
+            if scene.snapshot.bodies is not None:
+                what = "disks.bodies: LAMMPS turns them here"
+            raise EngineError(f"{scene.name}: ranks: {what} on one rank only")
         beside = Path(command.words[0]).with_name("mpiexec")
         starter = str(beside) if beside.is_file() else shutil.which("mpiexec")
         if starter is None:
@@ -294,8 +331,7 @@ def scene_deck(scene: Scene) -> str:
     """Return the numbers of a scene as variables for crowd.in."""
     contact, timing, snapshot = scene.contact, scene.run, (scene := _beyond(scene)).snapshot
     values: dict[str, object] = {
-        "mass_least": float(snapshot.mass.min()),
-        "mass_most": float(snapshot.mass.max()),
+        **dict(zip(("mass_least", "mass_most"), contact_masses(snapshot), strict=True)),
         "radius_least": float(snapshot.radius.min()),
         "radius_mean": float(snapshot.radius.mean()),
         "radius_most": float(snapshot.radius.max()),
@@ -344,6 +380,7 @@ def scene_deck(scene: Scene) -> str:
             lines += [line for commands in gates.values() for line in commands]
     if scene.drive and scene.drive.goals:
         lines += _goal_lines(scene.drive)
+    lines += _inertia_lines(snapshot.bodies)
     if scene.drive and scene.drive.way:
         lines += _way_lines(scene.drive, scene.drive.way)
     return (
@@ -363,6 +400,15 @@ def _giving_lines(wall: Wall) -> list[str]:
         "length": math.dist(wall.start_m, wall.end_m),
     }
     return [f"variable give_{key}_{wall.name} equal {one + 0.0}" for key, one in values.items()]
+
+
+def _inertia_lines(of: Bodies | None) -> list[str]:
+    """The commands that give disks the inertias of their bodies, for the dump."""
+    if of is None:
+        return []
+    inertias = zip(of.ids.tolist(), of.inertia.tolist(), strict=True)
+    lines = [f"set mol {body} d_body_inertia {inertia}" for body, inertia in inertias]
+    return ["", "# inertias of bodies (kg m2)", *lines]
 
 
 def _near_lines(scene: Scene) -> list[str]:

@@ -9,6 +9,7 @@ import numpy as np
 from analysis.engines.guard import speed_most
 from analysis.engines.record import Timing, divided
 from analysis.scene.scene import Scene
+from nscd import Snapshot
 from nscd.segments import connect
 
 # A damping ratio beyond this costs time steps and changes the restitution by less than 0.0024.
@@ -65,17 +66,27 @@ class Penalty(Timing):
     friction: float
 
 
+def contact_masses(disks: Snapshot) -> tuple[float, float]:
+    """The smallest and largest mass (kg) that a contact without friction can meet: of a body of mass M
+    and inertia I, 1/(1/M + l²/I) at the largest lever l, and M."""
+    if (of := disks.bodies) is None:
+        return float(disks.mass.min()), float(disks.mass.max())
+    lever = np.hypot(*(disks.position - of.centre[of.number]).T)
+    met = 1 / (1 / of.mass[of.number] + lever**2 / of.inertia[of.number])
+    return float(met.min()), float(of.mass.max())
+
+
 def penalty_of(scene: Scene) -> Penalty:
     """The numbers of the scene's contact law and run. The safe time step is 0.1 √(m/k) / max(1, 2ζ)
-    at the lightest disk and the stiffest contact, and at most what takes a disk of the smallest
+    at the lightest disk (`contact_masses`) and the stiffest contact, and at most what takes a disk of the smallest
     radius and the fastest speed asked for 0.05 r on its way."""
-    contact, run, mass = scene.contact, scene.run, scene.snapshot.mass
+    contact, run = scene.contact, scene.run
     k, wall_k = contact.stiffness_N_per_m, contact.at_walls
     tangential = contact.tangential_ratio if contact.friction else 0.0
     # damping on approach only gives the root of what a clipped dashpot gives
     power = 0.5 if contact.kind.dashpot == "apart" else 1.0
     ratio = damping_ratio_for(contact.restitution ** (1 / power))
-    lightest, heaviest = float(mass.min()), float(mass.max())
+    lightest, heaviest = contact_masses(scene.snapshot)
     # the dashpot of hertz grows with the masses: every contact has the same damping ratio
     by_mass = np.sqrt(heaviest / lightest) if contact.kind.dashpot != "tangent" else 1.0
     largest_ratio = ratio * by_mass

@@ -28,6 +28,7 @@ from analysis.engines.guard import (
     energy_besides,
     full_disk,
     garbage,
+    turning_inertia,
 )
 from analysis.engines.penalty import friction_at_joints
 from analysis.engines.process import run_command
@@ -51,6 +52,7 @@ def check_bodies(path: Path, record: RunRecord, scene: Scene) -> Floats:
     order = np.argsort(scene.snapshot.ids)
     position, mass = scene.snapshot.position[order], scene.snapshot.mass[order]
     weight = mass[:, None] * np.array(scene.acceleration())
+    inertia = turning_inertia(scene.snapshot)[order]
     walls, before, moved = scene.wall_segments(), position, np.zeros_like(position)
     try:
         index = index_dump(path)
@@ -68,8 +70,9 @@ def check_bodies(path: Path, record: RunRecord, scene: Scene) -> Floats:
             row = dict(zip(NEEDED, table[:, columns].T, strict=True))
             if other := _not_of(scene, row, start=frame == 0):
                 raise garbage(record, f"{other}: not those of the scene's disks", step)
-            turning = 0.5 * (row["radius"] * row["omegaz"]) ** 2
-            kinetic = 0.5 * float(mass @ (row["vx"] ** 2 + row["vy"] ** 2 + turning))
+            kinetic = 0.5 * float(
+                mass @ (row["vx"] ** 2 + row["vy"] ** 2) + inertia @ row["omegaz"] ** 2
+            )
             place = np.column_stack([row["x"], row["y"]])
             moved = moved + walls.shortest(place - before)
             before = place

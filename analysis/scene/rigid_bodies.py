@@ -20,7 +20,7 @@ def write_bodies(path: Path, snapshot: Snapshot) -> None:
     bodies = snapshot.bodies
     assert bodies is not None
     motion = bodies.motion(snapshot, snapshot.velocity).tolist()
-    lines = [f"{len(bodies)} # id mass centre inertia velocity angular momentum image (SI units)"]
+    lines = [f"{len(bodies)}"]  # LAMMPS takes no comment on this line
     rows = zip(bodies.ids, bodies.mass, bodies.centre, bodies.inertia, motion, strict=True)
     for body, mass, (x, y), inertia, (vx, vy, spin) in rows:
         i = float(inertia)

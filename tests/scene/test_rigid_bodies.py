@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from analysis.dumps import open_bodies, snapshot_of
-from analysis.engines import EngineError, engine
 from analysis.engines.programs.rigid import main
 from analysis.scene.scene import SceneError, read_scene
 from tests.crowds import disks_at
@@ -44,12 +43,6 @@ def test_the_rigid_engine_turns_them_and_goes_on_to_the_same_digits(scene, tmp_p
     (out / "bodies.dump").write_bytes(whole[: len(whole) * 3 // 4])
     assert main([str(tmp_path / "two.toml"), "--out", str(out)]) == 0
     assert (out / "bodies.dump").read_bytes() == whole
-
-
-@pytest.mark.parametrize("name", ["lammps", "yade"])
-def test_other_engines_refuse_bodies_by_name(scene, name):
-    with pytest.raises(EngineError, match=r"disks\.bodies: .*: use rigid"):
-        engine(name).check(scene)
 
 
 BAD = {
