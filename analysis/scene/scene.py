@@ -129,7 +129,7 @@ class Scene(Room):
     @property
     def hidden(self) -> int:
         """Count the people who have a wall on the straight line to their door."""
-        if self.drive is None:
+        if self.drive is None or not all(exit_.has_door for exit_ in self.drive.doors):
             return 0
         place, walls = self.snapshot.position, self.wall_segments()
         start, end = self.drive.straight().legs(place, self.snapshot.ids)[:2]

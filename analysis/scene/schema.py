@@ -515,6 +515,8 @@ class Drive(Schema, Exit):
     @model_validator(mode="after")
     def _one_goal_each(self) -> Drive:
         self._check_door()
+        if self.clearance_m is not None and not all(one.has_door for one in self.doors):
+            raise ValueError("clearance_m: a way leads to a door. Give door_start_m and door_end_m")
         if self.clearance_m is not None and len(self.gates) < len(self.doors):
             raise ValueError("clearance_m: only where there are doors to walk to")
         ranges = sorted(goal.people for goal in self.goals)

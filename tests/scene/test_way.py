@@ -170,6 +170,14 @@ def test_a_door_that_nobody_can_reach_is_refused(barrier, said):
         room("shut", 8.0, 6.0, [start], Crowd(people=5), inside=Inside(barriers=[barrier]))
 
 
+def test_a_way_needs_a_door(tmp_path):
+    text = read_scene("turns").to_toml()
+    bare = "\n".join(line for line in text.splitlines() if not line.startswith("door_"))
+    (tmp_path / "bare.toml").write_text(bare)
+    with pytest.raises(SceneError, match=r"bare\.toml: drive: clearance_m: a way leads to a door"):
+        read_room(tmp_path / "bare.toml", (0.2, 75.0))
+
+
 def test_a_door_narrower_than_a_person_is_no_way():
     door = Doorway(ends=((0, -0.15), (0, 0.15)), start=shapely.box(-8, -3, -5, 3))
     inside = Inside(barriers=[((-4, -2), (-4, 2))])
