@@ -265,10 +265,10 @@ def penalty_of(scene, disks):
         if "mass_kg" in wall:
             room = math.dist(wall["start_m"], wall["end_m"]) // (2 * float(disks.radius.min())) + 1
             count = min(len(mass), room)
-            springs = wall.get("stiffness_N_per_m", 0.0) + count * stiffest
-            dashpots = wall.get("damping_N_s_per_m", 0.0) + count * wall_damping + 1e-300
-            most = min(math.sqrt(wall["mass_kg"] / springs), wall["mass_kg"] / dashpots)
-            safe = min(safe, STEP_FRACTION * most)
+            pulls = wall.get("stiffness_N_per_m", 0.0) + count * stiffest
+            damps = wall.get("damping_N_s_per_m", 0.0) + count * wall_damping + 1e-300
+            fastest = min(math.sqrt(wall["mass_kg"] / pulls), wall["mass_kg"] / damps)
+            safe = min(safe, STEP_FRACTION * fastest)
     between = run["duration_s"] / run["frames"]
     if run.get("time_step_s"):
         step, interval = run["time_step_s"], max(1, round(between / run["time_step_s"]))

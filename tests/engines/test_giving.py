@@ -73,6 +73,14 @@ def test_a_single_impact_gives_the_wall_two_m_v_over_both_masses(tmp_path, name)
     assert 75 * after + 50 * speed[-1] == pytest.approx(75.0, rel=1e-9)
 
 
+def test_engines_agree_under_another_law(tmp_path):
+    scene = before_a_wall(1.0, stiffness_N_per_m=1e5, contact={"law": "hertz"})
+    scene = scene.with_run(duration_s=0.05, frames=5)
+    first, second = (moved(scene, name, tmp_path / name) for name in ENGINES)
+    assert first[1][-1] > 0.01
+    np.testing.assert_allclose(first, second, rtol=0, atol=1e-10)
+
+
 def test_what_cannot_have_walls_that_give_says_so(tmp_path, refused):
     assert "walls.mass_kg: rail gives. Percussions are" in refused("report", "rail", "--seeds", "0")
     scene = before_a_wall(1.0, stiffness_N_per_m=1e4)
