@@ -133,9 +133,9 @@ def test_what_nobody_knows_is_varied_one_thing_at_a_time(reported):
         means = sorted(study.models[k].interval(key).mean for k in (0, 4))
         assert [least, most] == means
     bars, matters, _ = notes(study, [])
-    assert "last 0.2 s, rigid. Thick: stiffness, friction, push, radius varied." in bars
+    assert "last 0.2 s, rigid. Pale: stiffness, friction, push, radius varied." in bars
     assert (
-        "Thick: stiffness, friction varied."
+        "Pale: stiffness, friction varied."
         in notes(replace(study, models=study.models[:4]), [])[0]
     )
     widest = next(iter(range_of(study, "contact_largest").factors.values()))
