@@ -254,9 +254,8 @@ document.querySelectorAll(".film").forEach(async (root) => {
     const parts = {
       difference: () => [line(of.more, false, "more in soft bodies"), line(of.less, true, "more in rigid bodies")],
       open: () => [line(of.known, false, "fixed by equilibrium"), line(of.open, true, "not unique: within the range of the table"), line("#666", true, "not known")],
-      force: () => unit === "N" ? [dot(NOBODY, "0"), dot(film.above[0], `&lt; ${number(film.limits[0].number)}`),
-        ...film.limits.map(({ number: from }, k, all) => dot(film.above[k + 1], k + 1 < all.length
-          ? `${number(from)}–${number(all[k + 1].number)}` : `&gt; ${number(from)}`))]
+      force: () => unit === "N" ? [dot(NOBODY, "0"), ...film.limits.map((limit, k) => dot(film.above[k], `&lt; ${number(limit.number)}`)),
+        dot(film.above[film.limits.length], `&gt; ${number(film.limits.at(-1).number)}`)]
         : [dot(NOBODY, "0"), `<i style="background:linear-gradient(to right, ${film.shades.join(",")});width:6rem"></i>`],
     }[by]();
     if (by !== "open") parts.push(`<span><b class="wedge"></b> ${number(+scales[unit].toPrecision(2), unit)}</span>`);
