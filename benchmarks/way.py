@@ -1,12 +1,16 @@
 """What a way costs: CPU seconds to find the ways of a floor of 200 walls (54 rooms with a doorway in
-each wall) for 1,000 people to one door, and of one look at where all go next.
+each wall) for 1,000 people to one door, of one look at where all go next, and of runs.
 
 Usage: python benchmarks/way.py [--repeats N]"""
 
+import tempfile
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 
+from analysis.engines.run import simulate
+from analysis.scene.scene import read_scene
 from analysis.scene.schema import Drive
 from benchmarks.machine import describe, head, line, options, timed
 from nscd import Walls
@@ -55,13 +59,27 @@ def row(seed: int) -> str:
     return line([len(walls), len(place), f"{seconds:.2f}", f"{look:.2g}", lost])
 
 
+def run(engine: str, clearance: float | None) -> str:
+    """Time 1 s of `arch`, where everybody sees the door, straight or with a way."""
+    scene = read_scene("arch").with_run(duration_s=1.0, frames=4)
+    assert scene.drive is not None
+    drive = scene.drive.model_copy(update={"clearance_m": clearance})
+    with tempfile.TemporaryDirectory() as folder:
+        walking = scene.model_copy(update={"drive": drive}).rerouted()
+        return f"{simulate(walking, engine, Path(folder) / 'run').cpu_seconds:.2f}"
+
+
 def main() -> None:
-    """Print the seconds of each floor."""
+    """Print the seconds of each floor, and of runs of `arch`."""
     given = options(__doc__, repeats=5)
     print(describe())
     print(head("walls", "people", "ways (CPU s)", "look (CPU s)", "people without a way"))
     for seed in range(given.repeats):
         print(row(seed))
+    print(head("engine", "arch, straight (CPU s)", "with a way"))
+    for engine in ("lammps", "rigid"):
+        for _ in range(given.repeats):
+            print(line([engine, run(engine, None), run(engine, 0.15)]))
 
 
 if __name__ == "__main__":

@@ -332,5 +332,6 @@ def test_restitution_is_left_out_of_a_pressed_crowd_only(tmp_path):
         left_out(read_scene(name), tmp_path / name) for name in ("gate", "four_disks")
     )
     assert any(line.startswith("restitution e = 0.1: ") for line in pressed)
-    assert "way round walls: 0 of 55 people have a wall before the door: not needed" in pressed
+    way = "way round walls: 0 of 55 people have a wall before the door: not needed, "
+    assert any(line.startswith(way) for line in pressed)
     assert not any("restitution" in line for line in impact)
