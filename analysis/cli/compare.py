@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from analysis.cli.app import show, warn
-from analysis.cli.options import Positive, RigidLaw
+from analysis.cli.options import NO_RUN, InputFile, OfFile, Out, Positive, RigidLaw, is_run
 
 if TYPE_CHECKING:
     from analysis.motion.pairwise import WindowComparison
@@ -20,8 +20,11 @@ MOST_ROWS = 12
 
 
 def compare(
-    runs: list[Path],
+    runs: list[InputFile],
     *,
+    of_file: OfFile,
+    radius: Positive | None = None,
+    out: Out | None = None,
     time: float | None = None,
     window: Positive | None = None,
     last: Positive | None = None,
@@ -40,7 +43,13 @@ def compare(
     Writes windows.csv, window_contacts.csv and windows.json into the folder of each run but the
     first. Writes comparison.csv and comparison.json (the snapshot) into the folder of each.
 
-    runs: Folders of finished runs.
+    Files are compared frame by frame. Two LAMMPS dumps or trajectories of one crowd are compared by
+    their percussions. The own contact forces of a dump are compared with its percussions.
+    That writes NAME_frames.csv and NAME_frame_contacts.csv.
+
+    runs: Folders of finished runs, or dump or trajectory files.
+    radius: Of a trajectory: radius of each person in m. Default: 0.18.
+    out: Of files: folder for the results. Default: compare.
     time: Instant in s, instead of the scene's.
     window: Only impulses over windows of so many s (at least 0.1), no instant.
     last: Only windows of the last so many s. Default: all.
@@ -51,6 +60,20 @@ def compare(
     from analysis.engines.record import RunRecord
     from analysis.engines.rigid import NAME as RIGID
 
+    folders = [is_run(one) for one in runs]
+    if not all(folders):
+        for name, value in {"time": time, "window": window, "last": last}.items():
+            if value is not None:
+                raise ValueError(f"--{name}: only of runs. Of files give --frames")
+        if any(folders):
+            raise ValueError(
+                f"{runs[folders.index(True)]}: a folder. Give runs only, or files only"
+            )
+        _by_files(runs, of_file, radius, out or Path("compare"))
+        return
+    of_file.given(radius).refuse(NO_RUN)
+    if out is not None:
+        raise ValueError(f"--out: {NO_RUN}")
     if window is not None:
         if len(runs) < 2:
             raise ValueError("window: two runs or more are compared by windows")
@@ -70,11 +93,63 @@ def compare(
     raise typer.Exit(not well)
 
 
-def _by_windows(first: Path, other: Path, window: float | None, last: float | None) -> None:
-    from analysis.exposure.loads import MEASURES, SHORTEST_S
-    from analysis.motion.pairwise import compare_windows, write_windows
+def _by_files(files: list[Path], of_file: OfFile, radius: float | None, out: Path) -> None:
+    """Compare files by the frames that they share: own forces with percussions, then percussions of
+    the first with those of each other."""
+    from analysis.film.files import open_any, paired
+    from analysis.film.frame import ENGINE, RIGID
+    from analysis.motion.pairwise import compare_frames, write_frames
+
+    if of_file.contacts and len(files) > 1:
+        raise ValueError("--contacts: of one dump. Several have theirs beside them")
+    sources = [open_any(file, of_file.given(radius)) for file in files]
+    made = []
+    for one in sources:
+        if one.own:
+            every = one.frames(of_file.frames)
+            pairs = (
+                (each.window(one.file, ENGINE), each.window(one.file, RIGID)) for each in every
+            )
+            titles = (f"{one.file.name}, own forces", "percussions")
+            made.append((f"{one.file.stem}_own", compare_frames(one.scene, titles, pairs)))
+    first, *others = sources
+    for one in others:
+        both = paired(first.frames(of_file.frames), one.frames(of_file.frames))
+        pairs = ((a.window(first.file, RIGID), b.window(one.file, RIGID)) for a, b in both)
+        titles = (str(first.file), str(one.file))
+        made.append((one.file.stem, compare_frames(first.scene, titles, pairs)))
+    if not made:
+        raise ValueError(
+            f"{files[0]}: nothing to compare with. Give its own forces (--contacts) or a second file"
+        )
+    for stem, compared in made:
+        times = compared.windows["end_s"]
+        span = f"{len(times)} frames, from {times[0]:.4g} to {times[-1]:.4g} s"
+        _show_pair(compared, f"{compared.scene}: forces of {span}", "frames")
+        show(*_window_rows(compared, "at (s)"), title="frame by frame, second against first")
+        print(*write_frames(out, stem, compared), sep="\n")
+
+
+def _show_pair(compared: WindowComparison, title: str, of: str) -> None:
+    """Print the means of both over windows or frames."""
+    from analysis.exposure.loads import MEASURES
     from analysis.motion.study import more_words
     from analysis.pages.numbers import decimals, significant
+
+    rows = []
+    for key, found in compared.paired().items():
+        measure, means = MEASURES[key], [significant(found.first), significant(found.second)]
+        more = more_words(found.more, found.relative, measure.unit)
+        row = [more, decimals(found.autocorrelation, 2), significant(found.independent, 2)]
+        rows.append([f"{measure.title} ({measure.unit})", *means, *row])
+    head = [f"mean over {of}", *compared.titles, "second above first", "its autocorrelation"]
+    show([*head, f"independent {of}"], rows, title=title)
+
+
+def _by_windows(first: Path, other: Path, window: float | None, last: float | None) -> None:
+    from analysis.exposure.loads import SHORTEST_S
+    from analysis.motion.pairwise import compare_windows, write_windows
+    from analysis.pages.numbers import significant
 
     compared = compare_windows(first, other, window or SHORTEST_S, last)
     paths = write_windows(other, compared, (first, other))
@@ -84,20 +159,15 @@ def _by_windows(first: Path, other: Path, window: float | None, last: float | No
         f"{significant(ends[0] - starts[0])} s, {len(starts)} from {starts[0]:.4g} "
         f"to {ends[-1]:.4g} s"
     )
-    rows = []
-    for key, found in compared.paired().items():
-        measure, means = MEASURES[key], [significant(found.first), significant(found.second)]
-        more = more_words(found.more, found.relative, measure.unit)
-        row = [more, decimals(found.autocorrelation, 2), significant(found.independent, 2)]
-        rows.append([f"{measure.title} ({measure.unit})", *means, *row])
-    head = ["mean over windows", *compared.titles, "second above first", "its autocorrelation"]
-    show([*head, "independent windows"], rows, title=title)
+    _show_pair(compared, title, "windows")
     print("one pair of runs: no verdict. Replicates have one: percussions report SCENE --seeds 5")
     show(*_window_rows(compared), title="window by window, second against first")
     print(*paths, sep="\n")
 
 
-def _window_rows(compared: WindowComparison) -> tuple[list[str], list[list[str]]]:
+def _window_rows(
+    compared: WindowComparison, when: str = "to (s)"
+) -> tuple[list[str], list[list[str]]]:
     """The agreement in some windows, evenly chosen."""
     from analysis.pages.numbers import decimals, percent
 
@@ -115,7 +185,7 @@ def _window_rows(compared: WindowComparison) -> tuple[list[str], list[list[str]]
         [percent(share) for share in shown["sum_difference"]],
     ]
     rows = [list(row) for row in zip(*columns, strict=True)]
-    head = ["to (s)", "contacts of both", "of one only", "per contact", "correlation", "per person"]
+    head = [when, "contacts of both", "of one only", "per contact", "correlation", "per person"]
     return [*head, "load on walls", "sum of all"], rows
 
 

@@ -1,17 +1,26 @@
 """percussions exposure."""
 
-from pathlib import Path
+from __future__ import annotations
 
-from analysis.cli.app import show
-from analysis.cli.options import Positive
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from analysis.cli.app import progress, show, warn
+from analysis.cli.options import NO_RUN, InputFile, OfFile, Out, Positive, is_run
+
+if TYPE_CHECKING:
+    from analysis.exposure.loads import RunLoads
 
 
 def exposure(
-    run: Path,
+    run: InputFile,
     *,
     limits: list[Path] | None = None,
     sensors: Path | None = None,
     window: Positive = 0.1,
+    of_file: OfFile,
+    radius: Positive | None = None,
+    out: Out | None = None,
 ) -> None:
     """List who carries more than the limits, for how long, and the loads on walls.
 
@@ -19,9 +28,14 @@ def exposure(
     the folder of the run. The rigid engine always sums impulses. LAMMPS and YADE sum them in
     a run with --impulses.
 
-    run: Folder of a finished run with impulses.
+    Of a LAMMPS dump or a trajectory the forces are the percussions of single frames, no sums of
+    impulses. They need a room with a drive.
+
+    run: Folder of a finished run with impulses, or a dump or trajectory file.
     sensors: TOML file of mats on walls and vests on people: their readings go to sensors.csv.
     window: Window over which forces are means, in s.
+    radius: Of a trajectory: radius of each person in m. Default: 0.18.
+    out: Folder for the results. Default: that of the run, or exposure.
 
     Example: percussions exposure out/arch/rigid_moreau_jean --limits mine.toml"""
     from analysis.exposure.limits import known_limits
@@ -29,12 +43,40 @@ def exposure(
     from analysis.exposure.sensors import write_sensors
 
     known = known_limits(limits or [])
-    found = read_exposure(run, window)
+    if is_run(run):
+        of_file.given(radius).refuse(NO_RUN)
+        if out is not None:
+            raise ValueError(f"--out: {NO_RUN}")
+        found, folder = read_exposure(run, window), run
+        what = f"forces are impulses over windows of {found.duration[0]:g} s. The run lasts"
+    else:
+        if sensors is not None:
+            raise ValueError(f"--sensors: {run} is no run with impulses")
+        found, folder = _of_file(run, of_file, radius), out or Path("exposure")
+        apart = float(found.duration.max())
+        if apart > window:
+            warn(
+                f"{run}: frames are up to {apart:g} s apart, too far for windows of {window:g} s. "
+                "Loads between frames are not seen"
+            )
+        what = (
+            f"forces are those of {len(found.time)} single frames, not sums of impulses. It lasts"
+        )
     written = [write_sensors(run, sensors)] if sensors else []
-    written += write_exposure(found, known, run)
-    title = (
-        f"{found.scene.title}: forces are impulses over windows of {found.duration[0]:g} s. "
-        f"The run lasts {found.time[-1]:g} s"
-    )
+    written += write_exposure(found, known, folder)
+    title = f"{found.scene.title}: {what} {found.time[-1]:g} s"
     show(HEAD, exposure_rows(found, known), numbers_from=len(HEAD), title=title)
     print(*written, sep="\n")
+
+
+def _of_file(file: Path, of_file: OfFile, radius: float | None) -> RunLoads:
+    from analysis.exposure.loads import loads_of_frames
+    from analysis.film.files import open_any
+    from analysis.film.frame import ENGINE, RIGID
+
+    source, model = open_any(file, of_file.given(radius)), ENGINE if of_file.contacts else RIGID
+    with progress():
+        windows = [one.window(file, model) for one in source.frames(of_file.frames)]
+    if len(windows) < 2:
+        raise ValueError(f"{file}: one frame only. Times above limits need two")
+    return loads_of_frames(source.scene, windows)

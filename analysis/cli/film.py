@@ -5,20 +5,25 @@ from __future__ import annotations
 import contextlib
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
-from analysis.cli.app import command_line, progress, show, show_page
-from analysis.cli.options import InputFile, Out, Positive, Processes, Unit
+from analysis.cli.app import command_line, progress, show, show_page, warn
+from analysis.cli.options import NO_RUN, InputFile, OfFile, Out, Positive, Processes, is_run
 from analysis.support.extras import load
 
 if TYPE_CHECKING:
-    from analysis.film.frame import Reel
+    from analysis.film.frame import Frames, Reel
 
+MEASURED = (
+    "no door and no drive: the left velocity is the measured one, and percussions are impulses. Forces "
+    "need --room with a [drive]"
+)
 RADII = (0.16, 0.17, 0.18, 0.19, 0.20)
 
 
@@ -32,29 +37,24 @@ class Form(StrEnum):
 def film(
     target: list[InputFile],
     *,
-    frames: str | None = None,
-    room: InputFile | None = None,
+    of_file: OfFile,
     radius: list[Positive] | None = None,
-    mass: Positive = 75.0,
-    unit: Unit | None = None,
-    frame_rate: Positive | None = None,
     export: list[Form] | None = None,
     parquet: bool = False,
     jobs: Processes = 1,
     scheduler: str | None = None,
     out: Out = Path("film"),
 ) -> None:
-    """Make a film of the contact forces of a run, or of a real trajectory.
+    """Make a film of the contact forces of a run, of a LAMMPS dump, or of a real trajectory.
 
     Writes film.html, which opens offline and plays, and film.csv. Runs (of LAMMPS, YADE and the
     rigid engine, side by side) show what the engine wrote, the percussions of the same places, and
-    the difference. In a trajectory heads become disks that do not overlap, in every frame.
+    the difference. A dump of disks shows its own contact forces where it has some. In a trajectory
+    heads become disks that do not overlap, in every frame.
 
     Exit status 1 if the percussions of a frame are not solved.
 
-    target: Folders of finished runs of one scene, or one trajectory file.
-    frames: first:last:step, both ends included. Default: about 50.
-    room: Of a trajectory: TOML file with walls and drive.
+    target: Folders of finished runs of one scene, or one dump or trajectory file.
     radius: Of a trajectory: radius in m. May be repeated: the middle one counts, all make the band.
         Default: 0.16, 0.17, 0.18, 0.19 and 0.20.
     export: Write files for ParaView or OVITO too. May be repeated.
@@ -70,23 +70,16 @@ def film(
 
     if parquet:
         load("pyarrow")
-    chosen = None if frames is None else Frames.parse(frames)
-    folders = [_is_folder(one) for one in target]
+    chosen = None if of_file.frames is None else Frames.parse(of_file.frames)
+    folders = [is_run(one) for one in target]
     if all(folders):
-        if room or radius or unit or frame_rate:
-            raise ValueError("--room, --radius, --unit and --frame-rate: only of a trajectory file")
+        replace(of_file, frames=None).given(radius[0] if radius else None).refuse(NO_RUN)
         make = partial(exports.film_runs, target, chosen)
     elif len(target) > 1:
         odd = target[folders.index(False)]
-        raise ValueError(f"{odd}: no folder of a run. Give folders of runs, or one trajectory file")
-    elif room is None:
-        raise ValueError("--room: a trajectory needs a TOML file with walls and drive")
+        raise ValueError(f"{odd}: no folder of a run. Give folders of runs, or one file")
     else:
-        from analysis.scene.real.trajectory import Recording
-
-        recording = Recording.read(target[0], unit=unit, frame_rate=frame_rate)
-        radii = sorted(radius or RADII)
-        make = partial(exports.film_heads, recording, room, radii, chosen, mass=mass)
+        make = partial(_of_file, target[0], of_file, radius, chosen)
     reels = _made(make, jobs, scheduler)
     print(*write_table(reels, out, parquet=parquet), sep="\n")
     for form in dict.fromkeys(export or []):
@@ -101,10 +94,21 @@ def film(
     raise typer.Exit(bool(unsolved))
 
 
-def _is_folder(target: Path) -> bool:
-    if not target.exists():
-        raise ValueError(f"{target}: no such file or folder")
-    return target.is_dir()
+def _of_file(
+    file: Path, of_file: OfFile, radii: list[float] | None, chosen: Frames | None, **how: Any
+) -> list[Reel]:
+    """The reels of a dump, or of a trajectory with each radius."""
+    from analysis.film import export as exports
+    from analysis.film.files import open_any
+
+    given = of_file.given(radii[0] if radii else None)
+    source = open_any(file, given)
+    if source.recording is None:
+        return exports.film_dump(source, chosen, **how)
+    if source.measured:
+        warn(MEASURED)
+    every = sorted(radii or RADII)
+    return exports.film_heads(source.recording, of_file.room, every, chosen, given=given, **how)
 
 
 def _made(make: Callable[..., list[Reel]], jobs: int, scheduler: str | None) -> list[Reel]:

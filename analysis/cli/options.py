@@ -212,3 +212,44 @@ class Taken:
     def of_dump(self) -> dict[str, Any]:
         """Give what is said of the dump."""
         return drop_none(time_step=self.time_step, unit=self.unit)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OfFile:
+    """How frames are taken from a file that is no run: a LAMMPS dump of disks, or a trajectory.
+
+    frames: first:last:step, both ends included. Default: of a film about 50, else all.
+    room: Of a file: TOML file with walls and drive. Default: scene.toml beside a dump. Where it has
+        no walls, a trajectory of JuPedSim (SQLite, HDF5) or of Jülich's archive (HDF5) gives
+        its own. Without a drive percussions are those of the measured velocities, not forces.
+    contacts: Of a dump: dump of its own contact forces in N, with columns first second is_wall nx
+        ny overlap fx fy. Default: NAME_contacts.dump beside NAME.dump, or contacts.dump beside
+        bodies.dump. `exposure` sums these instead, where given.
+    mass: Of a trajectory: mass of each person in kg. Default: 75.
+    unit: Unit of lengths, where the file does not say. Of a dump also mm.
+    frame_rate: Of a trajectory: frames per second, where the file does not say.
+    time_step: Of a dump: time step of the simulation in s, where the dump has no times."""
+
+    frames: str | None = None
+    room: InputFile | None = None
+    contacts: InputFile | None = None
+    mass: Positive | None = None
+    unit: Literal["m", "cm", "mm"] | None = None
+    frame_rate: Positive | None = None
+    time_step: Positive | None = None
+
+    def given(self, radius: float | None = None) -> Any:
+        """Give it as `analysis.film.files.Given`, with the radius (m) of heads."""
+        from analysis.film.files import Given
+
+        return Given(radius=radius, **vars(self))
+
+
+NO_RUN = "only of a dump or a trajectory file"
+
+
+def is_run(target: Path) -> bool:
+    """Tell whether a path is a folder, as of a run. Raises ValueError where nothing is there."""
+    if not target.exists():
+        raise ValueError(f"{target}: no such file or folder")
+    return target.is_dir()

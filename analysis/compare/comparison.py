@@ -313,19 +313,25 @@ class OpenRun:
         return contacts
 
     def check(self, number: int, contacts: EngineContacts, snapshot: Snapshot) -> None:
-        """Refuse contacts of disks or walls that do not exist. Raises DumpError naming the line."""
-        wall, walls = contacts.is_wall, self.scene.wall_segments()
-        known = np.isin(contacts.first, snapshot.ids)
-        known &= np.where(
-            wall, contacts.second <= len(walls), np.isin(contacts.second, snapshot.ids)
+        """Refuse contacts of disks or walls that do not exist, as `check_contacts`."""
+        check_contacts(self.index, number, contacts, snapshot, len(self.scene.walls))
+
+
+def check_contacts(
+    index: DumpIndex, number: int, contacts: EngineContacts, snapshot: Snapshot, walls: int
+) -> None:
+    """Refuse contacts of a frame with disks or walls that do not exist. Raises DumpError naming the
+    line."""
+    wall = contacts.is_wall
+    known = np.isin(contacts.first, snapshot.ids)
+    known &= np.where(wall, contacts.second <= walls, np.isin(contacts.second, snapshot.ids))
+    if not known.all():
+        row = int(np.argmin(known))
+        raise DumpError(
+            f"{index.path}, line {index.frames[number].line + row}: a contact of "
+            f"{contacts.first[row]} and {'wall ' if wall[row] else ''}{contacts.second[row]}, "
+            "which the scene has not"
         )
-        if not known.all():
-            row = int(np.argmin(known))
-            raise DumpError(
-                f"{self.index.path}, line {self.index.frames[number].line + row}: a contact of "
-                f"{contacts.first[row]} and {'wall ' if wall[row] else ''}{contacts.second[row]}, "
-                "which the scene has not"
-            )
 
 
 def _determined(found: SnapshotPercussions, known: Determinacy) -> Flags:

@@ -249,6 +249,31 @@ def read_exposure(
     )
 
 
+def loads_of_frames(scene: Scene, frames: Sequence[Window]) -> RunLoads:
+    """Give the loads at instants, each as a window of one second. A frame stands for the time to the
+    next, the last for as long as the one before: two are needed. Loads (t,n) of who is not there
+    are NaN."""
+    time = np.array([frame.end for frame in frames])
+    ids = np.unique(np.concatenate([frame.now.ids for frame in frames]))
+    every = [loads_of(scene, frame) for frame in frames]
+    loads: dict[str, Floats] = {}
+    for key, quantity in QUANTITIES.items():
+        if quantity.of != "person":
+            loads[key] = np.stack([one[key] for one in every])
+            continue
+        loads[key] = np.full((len(time), len(ids)), np.nan)
+        for row, frame, one in zip(loads[key], frames, every, strict=True):
+            row[np.searchsorted(ids, frame.now.ids)] = one[key]
+    return RunLoads(
+        scene=scene,
+        ids=ids.tolist(),
+        time=time,
+        duration=np.append(np.diff(time), time[-1] - time[-2]),
+        loads=loads,
+        values={},
+    )
+
+
 HEAD = ["limit", "value", "quantity", "ever above", "longest time above", "largest", "source"]
 LOADS = Columns("""
 time_s, window_s | s | end of the window, and how long it is
@@ -283,7 +308,9 @@ def write_exposure(run: RunLoads, limits: Sequence[Limit], folder: Path) -> list
         windows, count = next(iter(mine.values())).shape
         head = {"time_s": run.time.repeat(count), "window_s": run.duration.repeat(count)}
         named = {name: np.array(run.names(of) * windows)} if name else {}
-        write_columns(path, head | named | {key: every.ravel() for key, every in mine.items()})
+        columns = head | named | {key: every.ravel() for key, every in mine.items()}
+        there = ~np.isnan(columns[next(iter(mine))])
+        write_columns(path, {key: every[there] for key, every in columns.items()})
     write_rows(paths[-1], LIMITS_HEAD, _times_above(run, limits))
     return paths
 
@@ -318,7 +345,7 @@ def exposure_rows(run: RunLoads, limits: Sequence[Limit]) -> list[list[str]]:
                 quantity.title,
                 who,
                 significant(most, 2) + lasts,
-                with_unit(significant(values.max() if values.size else None, 2), limit.unit),
+                with_unit(significant(np.nanmax(values) if values.size else None, 2), limit.unit),
                 limit.cited,
             ]
         )

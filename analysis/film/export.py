@@ -1,4 +1,4 @@
-"""Reels of a film: of runs, and of the heads of a real trajectory; and films for other programs,
+"""Reels of a film: of runs, of dumps and of the heads of a real trajectory; and films for other programs,
 ParaView (VTK's XML files) and OVITO (dumps as LAMMPS writes them)."""
 
 import re
@@ -17,18 +17,15 @@ from analysis.compare.comparison import OpenRun, rigid_law_of
 from analysis.dumps import DumpError
 from analysis.dumps.contacts import CONTACT_COLUMNS
 from analysis.exposure.loads import loads_of
-from analysis.film.frame import ENGINE, Frame, Frames, Reel, frame_of, window_of
+from analysis.film.files import FrameFile, Given, of_heads
+from analysis.film.frame import ENGINE, OWN, Frame, Frames, Reel, frame_of, window_of
 from analysis.pages.names import engine_name
-from analysis.percussions import PercussionAnalysis, Setting, SnapshotPercussions, percussions_of
+from analysis.percussions import PercussionAnalysis
 from analysis.percussions.setting import FORCE
-from analysis.scene.real.import_crowd import ImportedCrowd, place_crowd
-from analysis.scene.real.separate import OverlapError
-from analysis.scene.real.trajectory import Heads, Recording, TrajectoryError
-from analysis.scene.scene import Room, Scene, SceneError, read_room
+from analysis.scene.real.trajectory import Recording
 from analysis.support.files import whole_file, write_text
 from analysis.support.frames import write_frame
 from analysis.support.parallel import Progress, Task, do_all
-from nscd import Snapshot
 from nscd.percussions import Status
 
 Form = Literal["vtk", "ovito"]
@@ -261,88 +258,84 @@ MOST_FRAMES = 1000
 
 def film_heads(
     recording: Recording,
-    room: Path,
+    room: Path | None,
     radii: Sequence[float],
     frames: Frames | None = None,
     *,
-    mass: float = 75.0,
+    given: Given | None = None,
     progress: Progress | None = None,
     executor: Executor | None = None,
 ) -> list[Reel]:
     """Make a reel of a recording for each radius (m) of its people, in the order of the radii.
 
+    room: TOML file with walls and drive; what the file holds where left out
     frames: of the file; about 50, evenly spread, where left out
-    mass: kg
+    given: what else is said of the file
     executor: whose workers measure the frames; this process where left out
 
-    In each frame people are moved apart from where the frame before left them. Where they cannot
-    be, or nobody is there, the frame has the status `failed` and its reason. Raises
+    Frames are those of `of_heads`. One with a reason has the status `failed`. Raises
     TrajectoryError, SceneError and ValueError naming the file, the frame, the person or the key."""
-    first, last = recording.ends
-    numbers = (frames or Frames()).of(first, last, recording.file)
+    numbers = (frames or Frames()).of(*recording.ends, recording.file)
     if len(numbers) > max(MOST_FRAMES, len(recording.data)):
         raise ValueError(
             f"--frames: {len(numbers)}, but {recording.file} has only {len(recording.data)} rows"
         )
-    shift = max(0, 1 - int(recording.data.id.min()))
-    parts, _ = read_room(room, (float(np.mean(radii)), mass), whole=False)
-    if parts.drive is None:
-        raise SceneError(f"{room}: drive: is missing. Who walks where presses these people?")
-    stills = {number: _still(recording, number, shift) for number in numbers}
     reels: list[Reel] = []
-    label, every = f"film of {recording.file.name}", sorted(set(radii))
+    every = sorted(set(radii))
     for radius in every:
-        tasks: list[Task] = []
-        crowd: ImportedCrowd | None = None
-        found: SnapshotPercussions | None = None
-        for place, (number, still) in enumerate(stills.items()):
-            time = number / recording.frame_rate
+        source = of_heads(recording, replace(given or Given(), room=room, radius=radius))
+
+        def say(label: str, share: float) -> None:
             if progress:
-                progress(label, (len(reels) + place / len(stills)) / len(every))
-            try:
-                if isinstance(still, TrajectoryError):
-                    raise still
-                crowd = place_crowd(still, radius=radius, room=room, mass=mass, before=crowd)
-            except (OverlapError, SceneError, TrajectoryError) as error:
-                tasks.append(Task(call=_failed, arguments=(number, time, str(error)), work=0.0))
-                continue
-            snapshot = replace(crowd.scene.snapshot, time=time)
-            found = percussions_of(Setting.of(crowd.scene), snapshot, before=found)
-            call = partial(frame_of, heads=crowd.heads, account=crowd.report)
-            tasks.append(Task(call=call, arguments=(crowd.scene, number, found), work=1.0))
-        made: list[Frame] = do_all(tasks, executor, label)
+                progress(label, (len(reels) + share) / len(every))
+
+        made = _solved(source, numbers, say, executor)
         if all(frame.found is None for frame in made):
             raise ValueError(made[0].reason)
-        reels.append(
-            Reel(
-                title=f"radius {radius:g} m",
-                engine="",
-                scene=_empty(parts, room),
-                frames=made,
-                radius=radius,
-                shift=shift,
-            )
-        )
+        shift = max(0, 1 - int(recording.data.id.min()))
+        reel = Reel(title=f"radius {radius:g} m", engine="", scene=source.scene, frames=made)
+        reels.append(replace(reel, radius=radius, shift=shift))
     return reels
 
 
-def _still(recording: Recording, number: int, shift: int) -> Heads | TrajectoryError:
-    """The heads of a frame, or why there are none; velocities are not asked for: who is held has
-    none, and sees where to walk."""
-    try:
-        still = recording.still(number)
-    except TrajectoryError as error:
-        return error
-    return replace(still, ids=still.ids + shift)
+def film_dump(
+    source: FrameFile,
+    frames: Frames | None = None,
+    *,
+    progress: Progress | None = None,
+    executor: Executor | None = None,
+) -> list[Reel]:
+    """Make the one reel of a dump of disks: its percussions, and its own contact forces where it has
+    some. Arguments as of `film_runs`.
+
+    Raises DumpError naming the file and the step or line, and for a dump without any contact."""
+    numbers = (frames or Frames()).of(*source.ends, source.file)
+    made = _solved(source, numbers, progress, executor)
+    if not any(len(frame.determined) for frame in made):
+        raise DumpError(f"{source.file}: no contact in any of its frames. There is nothing to see")
+    engine = OWN if source.own else ""
+    return [Reel(title=source.file.name, engine=engine, scene=source.scene, frames=made)]
+
+
+def _solved(
+    source: FrameFile, numbers: range, progress: Progress | None, executor: Executor | None
+) -> list[Frame]:
+    """The frames of a file, solved one after the other here, and measured by the workers."""
+    tasks: list[Task] = []
+    label = f"film of {source.file.name}"
+    for place, one in enumerate(source.solve(numbers)):
+        if progress:
+            progress(label, place / len(numbers))
+        if one.found is None:
+            tasks.append(Task(call=_failed, arguments=(one.number, one.time, one.reason), work=0.0))
+            continue
+        scene, call = source.scene, partial(frame_of)
+        if crowd := one.crowd:
+            scene, call = crowd.scene, partial(frame_of, heads=crowd.heads, account=crowd.report)
+        arguments = (scene, one.number, one.found, one.own)
+        tasks.append(Task(call=call, arguments=arguments, work=1.0))
+    return list(do_all(tasks, executor, label))
 
 
 def _failed(number: int, time: float, reason: str) -> Frame:
     return Frame(number=number, time=time, status=str(Status.FAILED), reason=reason)
-
-
-def _empty(parts: Room, room: Path) -> Scene:
-    """The room as a scene with nobody in it."""
-    nobody = Snapshot(
-        position=np.zeros((0, 2)), velocity=np.zeros((0, 2)), radius=np.zeros(0), mass=np.zeros(0)
-    )
-    return Scene.of(parts, name=room.stem, snapshot=nobody)

@@ -158,6 +158,8 @@ FAR = 0.5
 MOVED_FAR = "moved_far_percent"
 # The models of a frame: what an engine wrote, and the percussions of the same snapshot.
 ENGINE, RIGID = "engine", "percussions"
+# The engine of a reel of a dump that has its own contact forces.
+OWN = "own"
 NOBODY = EngineContacts(
     first=np.zeros(0, dtype=np.int64),
     second=np.zeros(0, dtype=np.int64),
@@ -225,7 +227,7 @@ class Reel:
     """Hold the frames of one run, or of a filmed crowd with one radius."""
 
     title: str  # as a page names it
-    engine: str  # its name in commands; nothing of a filmed crowd
+    engine: str  # its name in commands; OWN of a dump; nothing where there are percussions only
     scene: Scene  # walls and drive
     frames: Sequence[Frame]
     radius: float | None = None  # m, of a filmed crowd

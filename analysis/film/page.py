@@ -25,7 +25,7 @@ from analysis.exposure.limits import (
     limits_of_bodies,
     limits_of_people,
 )
-from analysis.film.frame import HEADLINES, MOST_OPEN, MOVED_FAR, RIGID, Frame, Reel
+from analysis.film.frame import HEADLINES, MOST_OPEN, MOVED_FAR, OWN, RIGID, Frame, Reel
 from analysis.film.summary import (
     JUMP,
     band,
@@ -239,7 +239,7 @@ def _reel(reel: Reel) -> dict[str, Any]:
     return {
         "title": reel.title,
         "engine": reel.title if reel.engine else "",
-        "bodies": bodies_label(reel.scene).split(",")[0] if reel.engine else "",
+        "bodies": _bodies(reel).split(",")[0] if reel.engine else "",
         "walls": [[*wall.start_m, *wall.end_m] for wall in walls],
         "names": [wall.name for wall in walls],
         "doors": [[*p, *q] for p, q in drive.gates] if drive else [],
@@ -252,6 +252,11 @@ def _reel(reel: Reel) -> dict[str, Any]:
         "jumps": [] if reel.radius is None else jumping(reel),
         "frames": [_frame(reel, frame, ids, step, before) for frame in reel.frames],
     }
+
+
+def _bodies(reel: Reel) -> str:
+    """Name what an engine's own forces are those of."""
+    return "own forces" if reel.engine == OWN else bodies_label(reel.scene)
 
 
 def _frame(reel: Reel, frame: Frame, ids: Indices, step: float, before: Floats) -> dict[str, Any]:
@@ -365,7 +370,10 @@ def _what(words: Words, reels: Sequence[Reel], source: str) -> list[str]:
     middle = reels[len(reels) // 2]
     drive, counts = middle.scene.drive, [len(frame.now) for frame in middle.shown]
     is_driven = drive is not None and _forces(reels)
-    if middle.radius is None:
+    if middle.radius is None and middle.engine in ("", OWN):
+        own = bool(middle.engine)
+        said = [words.text("dump", file=source, own=own, least=min(counts), most=max(counts))]
+    elif middle.radius is None:
         people = [max(len(frame.now) for frame in reel.shown) for reel in reels]
         names = [reel.engine for reel in reels]
         run = words.text(
@@ -394,7 +402,8 @@ def _what(words: Words, reels: Sequence[Reel], source: str) -> list[str]:
         said = [heads, _doubts(words, reels)]
     if is_driven:
         return [*said, words.text("push", push=_push(middle), drive=drive)]
-    return [*said, words.text("impact")] if RIGID in middle.models else said
+    soft = middle.engine != ""
+    return [*said, words.text("impact", soft=soft)] if RIGID in middle.models else said
 
 
 def _push(reel: Reel) -> tuple[float, float]:
@@ -473,8 +482,7 @@ def charts(reels: Sequence[Reel]) -> list[Chart]:
     made = []
     columns = bands(reels)
     if len(reels) == 1 and len(columns) > 1:
-        bodies = bodies_label(reels[0].scene)
-        columns = dict(zip((bodies, "rigid"), columns.values(), strict=True))
+        columns = dict(zip((_bodies(reels[0]), "rigid"), columns.values(), strict=True))
     for key, measure in HEADLINES.items():
         found: dict[str, dict[str, tuple[float, float, float]]] = {}
         for name, (mine, model) in columns.items():

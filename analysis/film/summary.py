@@ -90,7 +90,7 @@ def band(track: Floats) -> tuple[Floats, Floats]:
 def bands(reels: Sequence[Reel]) -> dict[str, Band]:
     """Name what has an interval of its own: the radii of a filmed crowd together, and each model of
     each run."""
-    if reels[0].radius is not None:
+    if not reels[0].engine:
         return {RIGID: (reels, RIGID)}
     found: dict[str, Band] = {}
     for reel in reels:
@@ -121,7 +121,8 @@ def headline_rows(reels: Sequence[Reel]) -> tuple[list[str], list[list[str]]]:
             interval_text(one) + ("" if same or one is None else f" {units[name]}")
             for name, one in found.items()
         ]
-        rows.append([f"{measure.title} ({measure.unit})" if same else measure.title, *cells])
+        title = f"{measure.title} ({next(iter(units.values()))})" if same else measure.title
+        rows.append([title, *cells])
     far = [headline(*one, MOVED_FAR) for one in columns.values()]
     if any(far):
         rows.append(["people moved by more than half a radius (%)", *map(interval_text, far)])

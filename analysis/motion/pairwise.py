@@ -3,7 +3,7 @@ both."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -12,7 +12,7 @@ import numpy as np
 
 from analysis.compare.statistics import correlation, relative_difference
 from analysis.dumps import DumpError
-from analysis.dumps.windows import RunWindows
+from analysis.dumps.windows import RunWindows, Window
 from analysis.engines.record import read_finished
 from analysis.exposure.loads import MEASURES, SHORTEST_S, loads_of, passed, values_of
 from analysis.motion.inference import ROUNDING, correlation_windows, next_to_zero
@@ -74,6 +74,8 @@ def check_same_crowd(first: tuple[Path, Scene], second: tuple[Path, Scene]) -> N
             raise DumpError(f"{where}other {name}")
 
 
+# Equal to the six digits of a text.
+DIGITS = 2e-6
 # Frames of two runs this near, over the shortest window, are at the same instant.
 SAME = 1e-3
 RUNS = ("first", "second")
@@ -177,26 +179,75 @@ def _common(first: Floats, second: Floats, shortest_s: float) -> list[tuple[int,
     return chosen
 
 
+def compare_frames(
+    scene: Scene, titles: Sequence[str], frames: Iterable[tuple[Window, Window]]
+) -> WindowComparison:
+    """Compare forces at instants, each as a window of one second: of two files of one crowd, or of
+    two models of one file.
+
+    Raises DumpError where there is no pair of frames, and naming the time and the disk where the
+    crowds are not the same; who is in one of the frames only is left out of the sums of people."""
+    made = []
+    for windows in frames:
+        _check_alike(windows)
+        made.append(_row(scene, windows))
+    if not made:
+        raise DumpError(f"{titles[1]}: no frame at the time of one of {titles[0]}")
+    rows, contacts = zip(*made, strict=True)
+    return WindowComparison(
+        scene=scene.title,
+        titles=titles,
+        windows={key: np.array([row[key] for row in rows]) for key in rows[0]},
+        contacts={key: np.concatenate([one[key] for one in contacts]) for key in contacts[0]},
+    )
+
+
+def _check_alike(windows: Sequence[Window]) -> None:
+    """Raise DumpError unless radii and masses are equal, to the digits of a text, of who is in both."""
+    one, other = (window.now for window in windows)
+    ids, mine, theirs = np.intersect1d(one.ids, other.ids, return_indices=True)
+    where = f"the two are not of one crowd: at {one.time:g} s"
+    if not len(ids):
+        raise DumpError(f"{where} they have no id in common")
+    for name in ("radius", "mass"):
+        have, had = getattr(other, name)[theirs], getattr(one, name)[mine]
+        if (unlike := np.abs(have - had) > DIGITS * had).any():
+            row = int(np.argmax(unlike))
+            raise DumpError(
+                f"{where} the {name} of disk {ids[row]} is {had[row]:g} and {have[row]:g}"
+            )
+
+
 def _window(
     scene: Scene, runs: Sequence[RunWindows], begin: tuple[int, int], end: tuple[int, int]
 ) -> tuple[dict[str, float], dict[str, Floats | Indices]]:
     """The window of both runs between two frames of each: its row of windows.csv, and the columns
     (k,) of its rows of window_contacts.csv."""
     windows = [run.window(a, b) for run, a, b in zip(runs, begin, end, strict=True)]
+    flows: list[dict[str, float]] = [{}, {}]
+    if scene.drive is not None:
+        for flow, run, first, window in zip(flows, runs, begin, windows, strict=True):
+            out = passed(scene, window.now) - passed(scene, run.at(first))
+            flow["flow"] = out / window.duration
+    return _row(scene, windows, flows)
+
+
+def _row(
+    scene: Scene, windows: Sequence[Window], flows: Sequence[dict[str, float]] = ({}, {})
+) -> tuple[dict[str, float], dict[str, Floats | Indices]]:
+    """The row of a window of both, and the columns (k,) of its contacts."""
     keys = np.unique(np.concatenate([window.keys for window in windows]), axis=0)
     impulses, has = np.zeros((2, len(keys), 2)), np.zeros((2, len(keys)), dtype=np.int64)
+    ids, others = (window.now.ids for window in windows)
+    shared = np.intersect1d(ids, others, return_indices=True)[1:]
     loads, values = [], []
-    for number, (run, window) in enumerate(zip(runs, windows, strict=True)):
+    for number, window in enumerate(windows):
         every = np.concatenate([keys, window.keys])
         place = np.unique(every, axis=0, return_inverse=True)[1].ravel()[len(keys) :]
         impulses[number, place], has[number, place] = window.impulse, 1
         borne = loads_of(scene, window)
-        measured = values_of(scene, window, borne)
-        if scene.drive is not None:
-            out = passed(scene, window.now) - passed(scene, run.at(begin[number]))
-            measured["flow"] = out / window.duration
-        loads.append(borne["contact_sum"])
-        values.append(measured)
+        loads.append(borne["contact_sum"][shared[number]])
+        values.append(values_of(scene, window, borne) | flows[number])
     ends = {"start_s": windows[0].start, "end_s": windows[0].end}
     row = {
         column(name, key): measured[key]
@@ -284,4 +335,16 @@ def write_windows(folder: Path, compared: WindowComparison, runs: tuple[Path, Pa
         "measures": measures,
     }
     write_json(paths[2], content)
+    return paths
+
+
+def write_frames(folder: Path, stem: str, compared: WindowComparison) -> list[Path]:
+    """Write a comparison of frames: measures and agreement, a row per frame, and forces (N), a row
+    per frame and contact; return STEM_frames.csv and STEM_frame_contacts.csv."""
+    paths = [folder / f"{stem}_{name}.csv" for name in ("frames", "frame_contacts")]
+    for path, columns in zip(paths, (compared.windows, compared.contacts), strict=True):
+        # what a window of one second has in N·s is in N
+        named = {name.replace("end_s", "time_s").replace("_Ns", "_N"): name for name in columns}
+        del named["start_s"]
+        write_columns(path, {name: columns[own] for name, own in named.items()})
     return paths

@@ -200,20 +200,26 @@ def standing_walls(room: Room) -> Walls:
     return room.wall_segments()
 
 
-def setting_beside(dump: Path, room: Path | None = None, **given: Any) -> Setting:
-    """Take walls and drive from a room or scene file, or from scene.toml beside the dump.
+def room_beside(dump: Path, room: Path | None = None) -> Room | None:
+    """Read a room or scene file, or scene.toml beside the dump; None where there is neither.
 
-    given: fields of `Setting` that are used instead
-
-    Raises EngineError where run.json beside the dump says that the run did not end well, SceneError
-    for the file, and ValueError for a field."""
+    Raises EngineError where run.json beside the dump says that the run did not end well, and
+    SceneError for the file."""
     if (dump.parent / FILE).exists():
         RunRecord.read(dump.parent)
     beside = dump.parent / "scene.toml"
     chosen = room if room is not None else beside if beside.exists() else None
-    if chosen is None:
-        return Setting(**given)
-    return Setting.in_room(read_room(chosen, whole=False)[0], **given)
+    return None if chosen is None else read_room(chosen, whole=False)[0]
+
+
+def setting_beside(dump: Path, room: Path | None = None, **given: Any) -> Setting:
+    """Take walls and drive of `room_beside`.
+
+    given: fields of `Setting` that are used instead
+
+    Raises what `room_beside` does, and ValueError for a field."""
+    found = room_beside(dump, room)
+    return Setting(**given) if found is None else Setting.in_room(found, **given)
 
 
 def law_of(scene: Scene) -> ContactLaw:

@@ -96,7 +96,7 @@ MOST_M = 1e4
 LEAST_SIDE_M, MOST_SIDE_M = 0.5, 2000.0
 # Areas are collections of polygons of rings; each level of brackets is a call within GEOS.
 MOST_NESTED = 100
-SQLITE = b"SQLite format 3\0"
+SQLITE, HDF5 = b"SQLite format 3\0", b"\x89HDF\r\n\x1a\n"
 # Corners of a circle.
 CORNERS = 16
 
@@ -113,10 +113,13 @@ class Floor:
 
 def read_floor(file: Path) -> Floor:
     """Read a floor in metres: WKT, GeoJSON, an SQLite trajectory of JuPedSim (the union of its
-    walkable areas) or a Vadere scenario. Raises SceneError naming the file and what is wrong."""
+    walkable areas), HDF5 of JuPedSim or of the archive in Jülich, or a Vadere scenario. Raises
+    SceneError naming the file and what is wrong."""
     try:
         if begins(file, SQLITE):
             return _of_jupedsim(file)
+        if begins(file, HDF5):
+            return _of_hdf5(file)
         text = read_text(file).strip()
     except UnreadableError as error:
         raise SceneError(str(error)) from None
@@ -178,8 +181,23 @@ def _of_jupedsim(file: Path) -> Floor:
     said = dict(zip(found["metadata"].texts("key"), found["metadata"].texts("value"), strict=True))
     if (version := said.get("version")) not in ("1", "2"):
         raise SceneError(f"{file}: metadata: version {version}. 1 or 2 is read")
+    return _polygon_in(file, areas[:1] if version == "1" else areas)
+
+
+def _of_hdf5(file: Path) -> Floor:
+    """The area in the attribute wkt_geometry of the file."""
+    found = read_foreign(file, "hdf5", [".", "frame_geometry"]).below
+    area = found["."].attributes.get("wkt_geometry")
+    if not isinstance(area, str):
+        raise SceneError(f"{file}: no geometry: attribute wkt_geometry")
+    if "frame_geometry" in found:
+        raise SceneError(f"{file}: frame_geometry: a floor that changes is not read")
+    return _polygon_in(file, [area])
+
+
+def _polygon_in(file: Path, areas: Sequence[str]) -> Floor:
     try:
-        return Floor(polygon=polygon_of(_of_wkt(areas[:1] if version == "1" else areas)))
+        return Floor(polygon=polygon_of(_of_wkt(areas)))
     except NotImplementedError:
         raise SceneError(f"{file}: geometry: curves are not read") from None
     except (shapely.errors.GEOSException, SceneError) as error:

@@ -78,12 +78,15 @@ def _columns(name: str, columns: dict[str, str], rows: Any, most: int) -> Iterat
 
 
 def parts_of_hdf5(path: str, most: int, names: list[str]) -> Iterator[tuple[str, Any, Any]]:
-    """Each group and dataset at or below these names, and the attributes of each."""
+    """Each group and dataset at or below these names, and the attributes of each; of the name `.`
+    the attributes of the file alone."""
     import h5py
 
     left = most
     with h5py.File(path, "r") as file:
-        todo = [name for name in names if name in file]
+        if "." in names:
+            yield ".", None, {key: _plain(value) for key, value in file.attrs.items()}
+        todo = [name for name in names if name != "." and name in file]
         while todo:
             name = todo.pop()
             if not isinstance(file.get(name, getlink=True), h5py.HardLink):

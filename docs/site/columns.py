@@ -82,7 +82,8 @@ One row per reading, sensor and part ([sensors](results/exposure.md#sensors)).
 ## `windows.csv` and `window_contacts.csv` of two runs
 
 Written by `percussions compare RUN_A RUN_B` into the folder of the second run. One row per window,
-and one per window and contact of either run.
+and one per window and contact of either run. Of two files `NAME_frames.csv` and
+`NAME_frame_contacts.csv` have a row per frame: `time_s`, and forces in N.
 
 {windows}
 

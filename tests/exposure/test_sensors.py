@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from analysis.cli.exposure import exposure
+from analysis.cli.options import OfFile
 from analysis.engines.run import simulate
 from analysis.exposure.limits import LimitError
 from analysis.exposure.loads import read_exposure
@@ -83,7 +84,7 @@ def test_a_mat_reads_the_wall_and_the_sectors_of_a_vest_sum_to_the_forces_on_the
 def test_the_command_writes_the_readings(pressed, tmp_path, capsys):
     file = tmp_path / "mat.toml"
     file.write_text(MAT, encoding="utf-8")
-    exposure(pressed, sensors=file)
+    exposure(pressed, sensors=file, of_file=OfFile())
     assert f"{pressed / 'sensors.csv'}" in capsys.readouterr().out
 
 

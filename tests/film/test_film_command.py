@@ -209,18 +209,17 @@ def test_a_film_of_your_own_table_as_in_the_docs(percussions, refused, tmp_path)
 def test_files_that_hold_no_film(refused, tmp_path):
     (tmp_path / "nobody.txt").write_text("# framerate: 25 fps\n# id frame x/m y/m z/m\n")
     (tmp_path / "cut.txt").write_text(EXCERPT.read_text()[:-12])
-    (tmp_path / "walls.toml").write_text(GATE.read_text().partition("[drive]")[0])
     (tmp_path / "film").mkdir()
     (tmp_path / "film" / "film.csv").write_text("earlier")
     for words, said in (
         (["nobody.txt", "--room", GATE], "nobody.txt"),
         (["cut.txt", "--room", GATE], "cut.txt, line"),
-        (["cut.txt"], "--room: "),
+        (["cut.txt"], "cut.txt, line"),
         (["gone"], "percussions: gone: no such file or folder"),
         ([tmp_path / "film"], "run.json"),
         ([EXCERPT, EXCERPT], "no folder of a run"),
-        ([EXCERPT, "--room", "walls.toml"], "walls.toml"),
-        ([tmp_path / "film", "--radius", "0.2"], "only of a trajectory file"),
+        ([tmp_path / "film", "--radius", "0.2"], "--radius: only of a dump or a trajectory"),
+        ([tmp_path / "film", "--time-step", "1"], "--time-step: only of a dump or a trajectory"),
     ):
         assert said in refused("film", *words)
     assert (tmp_path / "film" / "film.csv").read_text() == "earlier"

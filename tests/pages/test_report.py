@@ -135,8 +135,7 @@ def test_what_nobody_knows_is_varied_one_thing_at_a_time(reported):
     bars, matters, _ = notes(study, [])
     assert "last 0.2 s, rigid. Pale: stiffness, friction, push, radius varied." in bars
     assert (
-        "Pale: stiffness, friction varied."
-        in notes(replace(study, models=study.models[:4]), [])[0]
+        "Pale: stiffness, friction varied." in notes(replace(study, models=study.models[:4]), [])[0]
     )
     widest = next(iter(range_of(study, "contact_largest").factors.values()))
     assert f"** ({between(*widest)} N), " in matters

@@ -89,7 +89,9 @@ def import_crowd(
     Raises TrajectoryError, SceneError or OverlapError naming the file, the frame and the person or
     the key."""
     sizes = _bodies(radius, mass, varied or Varied(), len(heads.ids))
-    crowd, area, comment = _placed(heads, sizes, room, name=name)
+    stated, comment = read_room(room, (float(sizes[0].mean()), float(sizes[1].mean())))
+    crowd, area, shifted = _placed(heads, sizes, stated, str(room), name=name or room.stem)
+    comment += shifted
     density = _densities(crowd.heads, crowd.scene.snapshot.position, area)
     report = Reconciliation.model_validate(crowd.report.model_dump() | density)
     notes = comment + "\n" + textwrap.fill(report.statement, 110, break_long_words=False)
@@ -103,30 +105,32 @@ def place_crowd(
     heads: Heads,
     *,
     radius: float,
-    room: Path,
+    room: Scene,
+    origin: str,
     mass: float = 75.0,
     before: ImportedCrowd | None = None,
 ) -> ImportedCrowd:
-    """Do as `import_crowd`, without notes and local densities; the room needs no contact and run.
+    """Do as `import_crowd`, without notes and local densities.
 
+    room: a scene with nobody in it; origin: its file, for messages
     before: the crowd of a frame shortly before, with the same ids; people are then moved apart from
         where its disks would be, so that contacts do not jump from one frame to the next"""
     sizes = _bodies(radius, mass, Varied(), len(heads.ids))
-    return _placed(heads, sizes, room, before=before, whole=False)[0]
+    return _placed(heads, sizes, room, origin, name=room.name, before=before)[0]
 
 
 def _placed(
     heads: Heads,
     sizes: tuple[Floats, Floats],
-    room: Path,
+    stated: Room,
+    room: str,
     *,
-    name: str | None = None,
+    name: str,
     before: ImportedCrowd | None = None,
-    whole: bool = True,
 ) -> tuple[ImportedCrowd, shapely.Polygon, str]:
-    """The crowd with radii (m) and masses (kg), its room's polygon, the comment of its file."""
+    """The crowd with radii (m) and masses (kg), its room's polygon, and what to say of its ids;
+    room: as messages name it."""
     radii, masses = sizes
-    stated, comment = read_room(room, (float(radii.mean()), float(masses.mean())), whole=whole)
     if stated.drive is not None and stated.drive.goals:
         raise SceneError(f"{room}: drive.goals: a real crowd goes to one door here")
     area = _area(stated, room, heads.position)
@@ -148,7 +152,7 @@ def _placed(
         mass=masses,
         ids=kept.ids + first,
     )
-    scene = Scene.of(stated, name=name or room.stem, snapshot=snapshot)
+    scene = Scene.of(stated, name=name, snapshot=snapshot)
     _check_fit(scene, heads.origin, room)
     report = Reconciliation(
         file=heads.file.name,
@@ -161,7 +165,7 @@ def _placed(
         linearisations=arranged.linearisations,
         **_changes(kept.position, snapshot, walls, stated.analysis.contact_tolerance_m),
     )
-    comment += f"\nIds of disks are those of the people plus {first}.\n" if first else ""
+    comment = f"\nIds of disks are those of the people plus {first}.\n" if first else ""
     return ImportedCrowd(scene=scene, heads=kept.position, report=report), area, comment
 
 
@@ -189,7 +193,7 @@ def _moved_on(before: ImportedCrowd, ids: Indices, heads: Floats, area: shapely.
     return np.where(shapely.contains_xy(area, start)[:, None], start, heads)
 
 
-def _check_fit(scene: Scene, origin: str, room: Path) -> None:
+def _check_fit(scene: Scene, origin: str, room: str) -> None:
     """Raise SceneError for people who were moved apart and cannot be simulated all the same."""
     try:
         scene.check(origin)
@@ -197,11 +201,11 @@ def _check_fit(scene: Scene, origin: str, room: Path) -> None:
         radii, why = scene.snapshot.radius, str(error).removeprefix(f"{origin}: ")
         raise SceneError(
             f"{origin}: {len(radii)} people of radius {radii.mean():.3g} m do not fit into "
-            f"{room.name}: moved apart, {why}. A smaller radius may help"
+            f"{Path(room).name}: moved apart, {why}. A smaller radius may help"
         ) from None
 
 
-def _inside(heads: Heads, inside: Flags, room: Path) -> Heads:
+def _inside(heads: Heads, inside: Flags, room: str) -> Heads:
     """The heads inside the walls. Raises TrajectoryError where there is none, or one without a
     velocity."""
     if not inside.any():
@@ -224,7 +228,7 @@ def _inside(heads: Heads, inside: Flags, room: Path) -> Heads:
     return kept
 
 
-def _area(stated: Room, path: Path, heads: Floats) -> shapely.Polygon:
+def _area(stated: Room, path: str, heads: Floats) -> shapely.Polygon:
     """The polygon that walls and door bound; without walls, a box with room for everyone."""
     if not stated.walls:
         return shapely.box(*(heads.min(0) - FREE_MARGIN_M), *(heads.max(0) + FREE_MARGIN_M))

@@ -1,0 +1,249 @@
+"""Files that are no run of an engine here: a dump of disks, or a trajectory of heads. The percussions
+of their frames, one after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from analysis.compare.comparison import check_contacts, match_contacts
+from analysis.dumps import (
+    DumpError,
+    EngineContacts,
+    contacts_at,
+    index_contacts,
+    open_bodies,
+    snapshot_of,
+)
+from analysis.dumps.binary import is_binary
+from analysis.dumps.windows import Window
+from analysis.film.frame import NOBODY, RIGID, Frames, window_of
+from analysis.percussions.setting import FORCE, Setting, room_beside
+from analysis.percussions.snapshot import SnapshotPercussions, percussions_of
+from analysis.scene.floors import read_floor, walled
+from analysis.scene.real.import_crowd import ImportedCrowd, place_crowd
+from analysis.scene.real.separate import OverlapError
+from analysis.scene.real.trajectory import Recording, TrajectoryError
+from analysis.scene.scene import FOR_RUNS, Room, Scene, SceneError, read_room
+from analysis.scene.waiting import Doorway
+from analysis.support.reading import DAMAGED, open_file
+from nscd import Snapshot
+
+RADIUS_M, MASS_KG = 0.18, 75.0
+# Frames of two files this near (s) are at one instant.
+SAME_S = 1e-6
+NO_FORCES = "its percussions are impulses (N·s) of measured velocities, no forces. Give --room with a [drive]"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Given:
+    """Say of a file what it does not: which frames, its room (TOML), own contact forces, radius (m)
+    and mass (kg) of heads, unit of lengths, frames per second of heads, time step (s) of a dump."""
+
+    frames: str | None = None
+    room: Path | None = None
+    contacts: Path | None = None
+    radius: float | None = None
+    mass: float | None = None
+    unit: Any = None
+    frame_rate: float | None = None
+    time_step: float | None = None
+
+    def refuse(self, why: str, *names: str) -> None:
+        """Raise ValueError for the first of these fields (all where left out) that is given."""
+        for name in names or [one.name for one in fields(self)]:
+            if getattr(self, name) is not None:
+                raise ValueError(f"--{name.replace('_', '-')}: {why}")
+
+
+class FileFrame(NamedTuple):
+    """Hold a frame: its percussions, and of a dump its own contacts, of heads the crowd that they
+    became; or the reason why there are none."""
+
+    number: int
+    time: float  # s
+    found: SnapshotPercussions | None = None
+    own: EngineContacts | None = None
+    crowd: ImportedCrowd | None = None
+    reason: str = ""
+
+    def window(self, file: Path, model: str) -> Window:
+        """Take the forces (N) of a model as a window of one second.
+
+        Raises ValueError naming the frame for percussions that are none, not solved or no forces."""
+        found, where = self.found, f"{file}, frame {self.number}, {self.time:g} s"
+        if found is None:
+            raise ValueError(f"{where}: {self.reason}")
+        if model == RIGID and found.unit != FORCE:
+            raise ValueError(f"{file}: {NO_FORCES}")
+        if model == RIGID and found.answer.status != "solved":
+            raise ValueError(f"{where}: {found.answer.status}: {found.answer.reason}")
+        match = match_contacts(found, self.own or NOBODY, np.zeros(len(found.contacts), dtype=bool))
+        return window_of(match, found.snapshot, model)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FrameFile:
+    """Hold an opened file.
+
+    scene: its room, with nobody in it; ends: the first and the last frame
+    solve: solves frames by their numbers, one after the other
+    own: whether it has own contact forces
+    recording: of heads; measured: whether the left velocity is theirs, else they want to go"""
+
+    file: Path
+    scene: Scene
+    ends: tuple[int, int]
+    solve: Callable[[Iterable[int]], Iterator[FileFrame]]
+    own: bool = False
+    recording: Recording | None = None
+    measured: bool = False
+
+    def frames(self, text: str | None) -> Iterator[FileFrame]:
+        """Solve the frames of `first:last:step`, all of them where left out."""
+        return self.solve(Frames.parse(text or "::1").of(*self.ends, self.file))
+
+
+def open_any(file: Path, given: Given) -> FrameFile:
+    """Open a file by its first bytes: a dump of LAMMPS, text or binary, or else a trajectory.
+
+    Raises DumpError, TrajectoryError, SceneError and ValueError naming the file and the column, key or
+    option."""
+    with open_file(file) as content:
+        try:
+            start = content.read(16)
+        except DAMAGED:
+            start = b""
+    if start.startswith(b"ITEM:") or is_binary(start):
+        given.refuse(f"of heads. The disks of {file} have theirs", "radius", "mass", "frame_rate")
+        return _of_disks(file, given)
+    given.refuse(f"of a dump. {file} is a trajectory", "time_step", "contacts")
+    if given.unit == "mm":
+        raise ValueError(f"--unit mm: {file} is a trajectory. Give m or cm")
+    return of_heads(Recording.read(file, unit=given.unit, frame_rate=given.frame_rate), given)
+
+
+def _of_disks(file: Path, given: Given) -> FrameFile:
+    """A dump of disks, with its own contacts where there are some beside it."""
+    trajectory = open_bodies(file, given.time_step, given.unit).trajectory
+    room = room_beside(file, given.room)
+    setting, scene = (
+        Setting.in_room(room) if room else Setting(),
+        _empty(room or _bare(file), "dump"),
+    )
+    name = "contacts.dump" if file.name == "bodies.dump" else f"{file.stem}_contacts.dump"
+    beside = file.with_name(name)
+    contacts = given.contacts or (beside if beside.is_file() else None)
+    if contacts is not None and given.unit not in (None, "m"):
+        raise DumpError(f"{contacts}: --unit {given.unit}: own forces are read in N and m only")
+    index = None if contacts is None else index_contacts(contacts)
+    if index is not None and (missing := set(trajectory.steps) - set(index.steps)):
+        raise DumpError(f"{index.path}: step {min(missing)} of {file} is missing")
+    if np.isnan(trajectory[0].time):
+        raise DumpError(f"{file}: its frames have no times. Give --time-step")
+
+    def solve(numbers: Iterable[int]) -> Iterator[FileFrame]:
+        found: SnapshotPercussions | None = None
+        for number in numbers:
+            ts, own = trajectory[number], None
+            snapshot = snapshot_of(ts, file, needs_velocity=setting.moves)
+            try:
+                found = percussions_of(setting, snapshot, before=found)
+            except ValueError as error:
+                raise DumpError(f"{file}, step {ts.data['step']}: {error}") from None
+            if index is not None:
+                place = index.steps.index(ts.data["step"])
+                own = contacts_at(index, place)
+                check_contacts(index, place, own, snapshot, len(scene.walls))
+            yield FileFrame(number, float(snapshot.time), found, own)
+
+    ends = 0, int(trajectory.n_frames) - 1
+    return FrameFile(file=file, scene=scene, ends=ends, solve=solve, own=index is not None)
+
+
+def of_heads(recording: Recording, given: Given) -> FrameFile:
+    """Take a trajectory. In each frame people are moved apart from where the frame before left them. A
+    frame where they cannot be, or nobody is there, has a reason instead."""
+    file, radius, mass = recording.file, given.radius or RADIUS_M, given.mass or MASS_KG
+    room, name = _bare(file), "trajectory"
+    if given.room is not None:
+        room, name = read_room(given.room, (radius, mass), whole=False)[0], given.room.stem
+    if not room.walls:
+        room = _with_walls_inside(room, file, needed=given.room is None)
+    scene, origin = _empty(room, name), str(given.room or file)
+    measured = room.drive is None or room.analysis.kind == "impact"
+    # velocities only where they count: who is held has none, and sees where to walk
+    read = recording.heads if measured else recording.still
+    shift = max(0, 1 - int(recording.data.id.min()))  # ids of disks begin at 1
+
+    def solve(numbers: Iterable[int]) -> Iterator[FileFrame]:
+        crowd: ImportedCrowd | None = None
+        found: SnapshotPercussions | None = None
+        for number in numbers:
+            time = number / recording.frame_rate
+            try:
+                heads = read(number)
+                heads = replace(heads, ids=heads.ids + shift)
+                crowd = place_crowd(
+                    heads, radius=radius, room=scene, origin=origin, mass=mass, before=crowd
+                )
+            except (OverlapError, SceneError, TrajectoryError) as error:
+                yield FileFrame(number, time, reason=str(error))
+                continue
+            kind = "dump" if measured else "desired"
+            setting = Setting.in_room(crowd.scene, left_velocity=kind)
+            found = percussions_of(setting, replace(crowd.scene.snapshot, time=time), before=found)
+            yield FileFrame(number, time, found, crowd=crowd)
+
+    opened = FrameFile(file=file, scene=scene, ends=recording.ends, solve=solve)
+    return replace(opened, recording=recording, measured=measured)
+
+
+def _with_walls_inside(room: Room, file: Path, *, needed: bool) -> Room:
+    """The room with the walls that a trajectory holds, less the doors of the room. Raises SceneError
+    where it holds none and they are `needed`, and for a door that is not on its outline."""
+    try:
+        if file.suffix not in (".sqlite", ".h5", ".hdf5"):
+            raise SceneError(f"{file}: it holds no walls")
+        polygon = read_floor(file).polygon
+    except SceneError as error:
+        if needed:
+            raise SceneError(f"{error}. Give --room, a TOML file with walls and a drive") from None
+        return room
+    doors = [Doorway(ends=one.door) for one in room.drive.doors] if room.drive else []
+    try:
+        return room.model_copy(update={"walls": walled(polygon, doors)[0]})
+    except SceneError as error:
+        raise SceneError(f"{file}: {error}") from None
+
+
+def _bare(file: Path) -> Room:
+    """A room without walls and drive."""
+    return Room.model_validate(FOR_RUNS | {"title": file.name})
+
+
+def _empty(parts: Room, name: str) -> Scene:
+    """The room as a scene with nobody in it."""
+    nobody = Snapshot(
+        position=np.zeros((0, 2)), velocity=np.zeros((0, 2)), radius=np.zeros(0), mass=np.zeros(0)
+    )
+    return Scene.of(parts, name=name, snapshot=nobody)
+
+
+def paired(
+    first: Iterator[FileFrame], second: Iterator[FileFrame]
+) -> Iterator[tuple[FileFrame, FileFrame]]:
+    """Pair the frames of two files that are at one instant."""
+    one, other = next(first, None), next(second, None)
+    while one and other:
+        apart = one.time - other.time
+        if abs(apart) <= SAME_S:
+            yield one, other
+        if apart <= SAME_S:
+            one = next(first, None)
+        if apart >= -SAME_S:
+            other = next(second, None)
