@@ -89,4 +89,7 @@ def apart(snapshot: Snapshot, walls: Walls) -> Snapshot:
     find_contacts(snapshot, walls, tolerance=0.0)
     motion = Motion(snapshot, walls, step=1.0)
     motion.separate()
-    return dataclasses.replace(snapshot, position=motion.position)
+    moved = dataclasses.replace(snapshot, position=motion.position)
+    if (of := snapshot.bodies) is None:
+        return moved
+    return moved.joined(of.ids[of.number], inertia=of.inertia)

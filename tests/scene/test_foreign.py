@@ -20,7 +20,7 @@ from analysis.scene.real.trajectory import Recording, TrajectoryError, read_head
 from analysis.scene.scene import SceneError
 from analysis.support import foreign
 from analysis.support.reading import UnreadableError
-from tests.crowds import room_text
+from tests.crowds import room_text, turn
 from tests.forked import as_program, in_fork
 from tests.walkers import KINDS, archive, base_of, walkers
 
@@ -199,11 +199,11 @@ DYNAMICS = """<Agents>
 </Agents>
 """
 BODIES = """<Agents>
-<Agent Type="pedestrian" Id="0" Mass="80.0">
-<Shape Type="disk" Radius="0.1" Position="0.0,0.15"/>
-<Shape Type="disk" Radius="0.1" Position="0.0,-0.15"/>
+<Agent Type="pedestrian" Id="0" Mass="80.0" MomentOfInertia="1.5">
+<Shape Type="disk" Radius="0.1" Position="0.0,0.1"/>
+<Shape Type="disk" Radius="0.1" Position="0.0,-0.1"/>
 </Agent>
-<Agent Type="pedestrian" Id="4" Mass="70.0">
+<Agent Type="pedestrian" Id="4" Mass="70.0" MomentOfInertia="1.4">
 <Shape Type="disk" Radius="0.2" Position="0.0,0.0"/></Agent>
 </Agents>
 """
@@ -223,11 +223,16 @@ def folder(tmp_path):
     return tmp_path
 
 
-def test_a_person_of_several_disks_is_refused_by_name(refused, folder):
-    assert refused(*WORDS) == (
-        "percussions: Agents.xml: agent 0: 2 disks. Here a person is one: --one-disk takes one of "
-        "the same area"
-    )
+def test_a_person_of_several_disks_is_a_rigid_body(percussions, folder):
+    made = percussions(*WORDS)
+    assert made.returncode == 0, made.stderr
+    crowd = read_scene(folder / "mine.toml").snapshot
+    bodies = crowd.bodies
+    assert [bodies.ids.tolist(), bodies.mass.tolist()] == [[1, 5], [80.0, 70.0]]
+    assert bodies.inertia.tolist() == [1.5, 1.4]
+    assert crowd.position == pytest.approx(np.array([[1.0, 1.1], [1.0, 0.9], [1.4, 1.0]]))
+    assert bodies.motion(crowd, crowd.velocity)[0] == pytest.approx([0.5, 0.0, 0.2])
+    assert percussions("run", "mine.toml", "--engine", "rigid").returncode == 0
 
 
 def test_one_disk_each_where_it_is_asked_for(percussions, folder):
@@ -264,12 +269,32 @@ def test_the_evacuation_of_lemons(percussions, tmp_path):
     first += [((x, -y), radius) for (x, y), radius in first[:2]]
     assert np.pi * crowd.snapshot.radius[0] ** 2 == pytest.approx(covered(first), rel=2e-3)
     assert crowd.snapshot.mass[3] == 115.67
+    exact = read_lemons(EVACUATION / "AgentDynamics.xml", one_disk=False).snapshot
+    assert exact.bodies.mass == pytest.approx(crowd.snapshot.mass, rel=1e-12)
+    assert exact.bodies.centre == pytest.approx(crowd.snapshot.position, abs=1e-12)
+    assert exact.bodies.inertia[:4].tolist() == [2.05, 1.18, 1.39, 2.97]
+    by_hand = [turn(-0.29) @ place + [1.115, 0.362] for place, _ in first[:1]]
+    assert exact.position[:1] == pytest.approx(np.array(by_hand), abs=1e-12)
     shutil.copytree(EVACUATION, tmp_path / "evacuation")
     (tmp_path / "room.toml").write_text(ROOM)
     words = ("evacuation/AgentDynamics.xml", "--room", "room.toml", "--name", "mine", "--one-disk")
     made = percussions("import", *words)
     assert made.returncode == 0, made.stderr
     assert "each with 5 disks there" in made.stdout
+
+
+BAD_BODIES = {
+    "centre": ('"0.0,-0.1"', '"0.0,0.1"', "agent 0: its disks are not about its centre of mass"),
+    "inertia": (' MomentOfInertia="1.5"', "", "agent 0: MomentOfInertia: None where 1 finite"),
+    "apart": ('"0.0,-0.1"', '"0.0,-0.2"', "body 1: its disks do not hang together"),
+}
+
+
+@pytest.mark.parametrize("bad", BAD_BODIES)
+def test_bodies_that_are_none_are_refused_in_one_line(refused, folder, bad):
+    old, new, says = BAD_BODIES[bad]
+    (folder / "Agents.xml").write_text(BODIES.replace(old, new))
+    assert says in refused(*WORDS)
 
 
 BAD = {

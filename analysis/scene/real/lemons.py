@@ -1,5 +1,6 @@
 """Crowds of LEMONS: AgentDynamics.xml with Agents.xml and Geometry.xml beside it."""
 
+import cmath
 import math
 from dataclasses import dataclass
 from itertools import pairwise
@@ -14,20 +15,23 @@ from analysis.scene.floors import walls_between
 from analysis.scene.scene import Scene, SceneError, Wall, read_room
 from analysis.support.reading import UnreadableError, read_text
 from nscd import Snapshot
+from nscd.arrays import Floats
 from nscd.stepping import StepError
 
 BODIES, ROOM = "Agents.xml", "Geometry.xml"
 MOST_MASS_KG = 1000.0
 # Corners of a quarter of a disk, where the area of several is measured.
 CORNERS = 64
+# Place (m) and radius (m).
+Disk = tuple[list[float], float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LemonsCrowd:
-    """Hold a crowd as LEMONS has it, each person one disk."""
+    """Hold a crowd as LEMONS has it, each person one disk, or a body of their disks there."""
 
     file: Path
-    snapshot: Snapshot  # disks where LEMONS has their centres of mass; ids are LEMONS' plus one
+    snapshot: Snapshot  # of one disk, or of bodies, the ids are LEMONS' plus one
     walls: tuple[Wall, ...]  # of Geometry.xml
     shapes: int  # how many disks each person has there
 
@@ -49,20 +53,32 @@ class LemonsCrowd:
         far = np.hypot(*(moved.position - disks.position).T)
         notes += f"""
 
-{len(disks)} people of {self.file.name} (LEMONS), each with {self.shapes} disks there and one of the same area
-here: {disks.radius.mean():.3f} m in the mean. Moved apart by {far.mean():.3f} m in the mean, {far.max():.3f} m
-at most. Ids are those of LEMONS plus 1. Its pushes (Fp), floor damping, materials and orientations
-are not taken. Drive and contact law are those of {room.name}."""
+{self._people()}. Moved apart by {far.mean():.3f} m in the mean, {far.max():.3f} m at most. Ids of
+people are those of LEMONS plus 1. Its pushes (Fp), floor damping and materials are not taken.
+Drive and contact law are those of {room.name}."""
         scene = Scene.of(stated, name=name or room.stem, notes=notes.strip(), snapshot=moved)
         scene.check(str(self.file))
         return scene
+
+    def _people(self) -> str:
+        disks, said = (
+            self.snapshot,
+            f"people of {self.file.name} (LEMONS), each with {self.shapes} disks",
+        )
+        if disks.bodies is not None:
+            return (
+                f"{len(disks.bodies)} {said}, with their masses, moments of inertia, centres of mass\n"
+                "and orientations. The disks share the mass so that its centre is where LEMONS has it"
+            )
+        size = f"{disks.radius.mean():.3f} m in the mean"
+        return f"{len(disks)} {said} there and one of the same area\nhere: {size}"
 
 
 def read_lemons(file: Path, *, one_disk: bool) -> LemonsCrowd:
     """Read AgentDynamics.xml, and Agents.xml and Geometry.xml beside it.
 
     one_disk: whether a person of several disks is taken as one disk of the area that they cover
-        together; it is refused without, since the engines here know one disk per person
+        together, without orientation; without, all are rigid bodies, if anyone has several disks
 
     Raises SceneError naming the file and the agent."""
     moving, bodies = _agents(file), _agents(file.with_name(BODIES))
@@ -71,42 +87,59 @@ def read_lemons(file: Path, *, one_disk: bool) -> LemonsCrowd:
     if not moving:
         raise SceneError(f"{file}: no agent")
     ids = sorted(moving)
-    position, velocity, spin = [], [], []
-    radius, mass, shapes = [], [], 1
+    rows: list[tuple[float, ...]] = []  # id, x, y, vx, vy, spin, radius, mass
+    inertia, shapes = [], max(len(bodies[one].findall("Shape")) for one in ids)
     for one in ids:
         where = f"{file}: agent {one}"
         motion = _child(where, moving[one], "Kinematics")
-        position.append(_attribute(where, motion, "Position", 2))
-        velocity.append(_attribute(where, motion, "Velocity", 2))
-        spin += _attribute(where, motion, "Omega", 1)
+        centre, velocity = (_attribute(where, motion, key, 2) for key in ("Position", "Velocity"))
+        way = (*velocity, *_attribute(where, motion, "Omega", 1))
+        turn = 0.0 if one_disk or shapes == 1 else _attribute(where, motion, "Theta", 1)[0]
         where = f"{file.with_name(BODIES)}: agent {one}"
-        mass += _attribute(where, bodies[one], "Mass", 1)
-        if not 0 < mass[-1] < MOST_MASS_KG:
+        (mass,) = _attribute(where, bodies[one], "Mass", 1)
+        if not 0 < mass < MOST_MASS_KG:
             raise SceneError(
-                f"{where}: Mass: {mass[-1]:g} kg. Between 0 and {MOST_MASS_KG:g} kg is needed"
+                f"{where}: Mass: {mass:g} kg. Between 0 and {MOST_MASS_KG:g} kg is needed"
             )
-        disks = bodies[one].findall("Shape")
-        if len(disks) > 1 and not one_disk:
-            raise SceneError(
-                f"{where}: {len(disks)} disks. Here a person is one: --one-disk takes one of the "
-                "same area"
-            )
-        shapes = max(shapes, len(disks))
-        radius.append(_radius(where, disks))
+        disks = _disks(where, bodies[one].findall("Shape"))
+        if one_disk or shapes == 1:
+            rows.append((one + 1, *centre, *way, round(_radius(disks), 6), mass))
+            continue
+        inertia += _attribute(where, bodies[one], "MomentOfInertia", 1)
+        places = [complex(*place) * cmath.exp(1j * turn) + complex(*centre) for place, _ in disks]
+        for place, (_, radius), share in zip(places, disks, _shares(where, disks), strict=True):
+            rows.append((one + 1, place.real, place.imag, *way, radius, mass * share))
+    return LemonsCrowd(
+        file=file,
+        snapshot=_crowd(file, np.array(rows), np.array(inertia)),
+        walls=_walls(file.with_name(ROOM)),
+        shapes=shapes,
+    )
+
+
+def _crowd(file: Path, rows: Floats, inertia: Floats) -> Snapshot:
+    """The disks of rows, joined where there are inertias (kg m²)."""
+    ids, x, y, vx, vy, spin, radius, mass = rows.T
     try:
-        snapshot = Snapshot(
-            position=np.array(position),
-            velocity=np.array(velocity),
-            spin=np.array(spin),
-            radius=np.round(radius, 6),
-            mass=np.array(mass),
-            ids=np.array(ids) + 1,
-        )
+        disks = Snapshot(
+            position=np.column_stack([x, y]), velocity=np.column_stack([vx, vy]), spin=spin,
+            radius=radius, mass=mass, ids=np.arange(1, 1 + len(ids)) if len(inertia) else ids,
+        )  # fmt: skip
+        return disks.joined(ids, inertia=inertia) if len(inertia) else disks
     except ValueError as error:
         raise SceneError(f"{file}: {error}") from None
-    return LemonsCrowd(
-        file=file, snapshot=snapshot, walls=_walls(file.with_name(ROOM)), shapes=shapes
-    )
+
+
+def _shares(where: str, disks: list[Disk]) -> Floats:
+    """The share of the mass (n,) of each disk, near that of its area w, so that the centre of mass is
+    at 0: w (1 + a·p) of the least a."""
+    places, weight = np.array([place for place, _ in disks]), np.array([r**2 for _, r in disks])
+    weighted = weight[:, None] * places
+    tilt = np.linalg.lstsq(places.T @ weighted, -weighted.sum(0), rcond=1e-9)[0]
+    share = weight * (1 + places @ tilt)
+    if share.min() <= 0 or np.abs(share @ places).max() > 1e-9 * share.sum():
+        raise SceneError(f"{where}: its disks are not about its centre of mass")
+    return np.asarray(share / share.sum())
 
 
 def _xml(file: Path, name: str) -> ElementTree.Element:
@@ -155,8 +188,8 @@ def _attribute(where: str, element: ElementTree.Element, key: str, count: int) -
     return numbers
 
 
-def _radius(where: str, shapes: list[ElementTree.Element]) -> float:
-    """The radius (m) of the disk that has the area of these."""
+def _disks(where: str, shapes: list[ElementTree.Element]) -> list[Disk]:
+    """Places and radii (m) of the disks of a person."""
     if not shapes:
         raise SceneError(f"{where}: no <Shape>")
     disks = []
@@ -167,6 +200,11 @@ def _radius(where: str, shapes: list[ElementTree.Element]) -> float:
         if radius <= 0:
             raise SceneError(f"{where}: Radius: {radius:g}. A number above 0 is needed")
         disks.append((_attribute(where, shape, "Position", 2), radius))
+    return disks
+
+
+def _radius(disks: list[Disk]) -> float:
+    """The radius (m) of the disk that has the area of these."""
     if len(disks) == 1:
         return disks[0][1]
     circles = [shapely.Point(place).buffer(radius, quad_segs=CORNERS) for place, radius in disks]
