@@ -315,6 +315,30 @@ friction and contacts give nothing along it, so that its momentum is what the dr
     )
 
 
+# Radii and places of the disks of a body, as shares of half its breadth (ANSUR II: 0.48–0.51 m).
+BODY = ((0.42, -0.58), (0.5, 0.0), (0.42, 0.58))
+
+
+def _shoulders(disks: int, seed: int) -> Scene:
+    n = disks or 40
+    notes = f"""{n} people of three disks each, half as deep as broad ({2 * 0.24:g} m ± 10 %), before a 1 m door. They
+face it within 0.5 rad. Each has 75 kg, shared by area, and the moment of inertia of its disks."""
+    people = crowd_before_a_door(n, seed, 0.24)
+    away = np.arctan2(*(people.position.T[::-1])) + np.pi / 2
+    facing = away + np.random.default_rng([seed, 8]).uniform(-0.5, 0.5, n)
+    share, place = np.array(BODY).T
+    across = np.column_stack([np.cos(facing), np.sin(facing)])
+    position = people.position[:, None] + np.einsum("n,b,nx->nbx", people.radius, place, across)
+    crowd = Snapshot(
+        position=position.reshape(-1, 2).round(9),
+        velocity=np.zeros((3 * n, 2)),
+        radius=np.outer(people.radius, share).ravel().round(9),
+        mass=np.outer(people.mass, share**2 / (share**2).sum()).ravel().round(9),
+    ).joined(np.repeat(np.arange(1, n + 1), 3))
+    title = f"{n} people with shoulders before a 1 m door"
+    return _driven("shoulders", title, "made for this product", notes, crowd, 6.0)
+
+
 OF_FIXED_SIZE = ("pair", "pair_oblique", "four_disks", "corridor")
 MAKERS: dict[str, Callable[[int, int], Scene]] = {
     # these are data, in scenes/
@@ -332,11 +356,23 @@ MAKERS: dict[str, Callable[[int, int], Scene]] = {
     "turns": _turns,
     "rail": _rail,
     "two_way": _two_way,
+    "shoulders": _shoulders,
 }
 # About 2 kB of memory for each.
 MOST_DISKS = 1_000_000
 # Their disks are random.
-SEEDED = ("arch", "arch_masses", "jam", "terrace", "arms", "ell", "turns", "rail", "two_way")
+SEEDED = (
+    "arch",
+    "arch_masses",
+    "jam",
+    "terrace",
+    "arms",
+    "ell",
+    "turns",
+    "rail",
+    "two_way",
+    "shoulders",
+)
 
 
 def make(name: str, disks: int | None = None, seed: int = 1) -> Scene:

@@ -57,7 +57,7 @@ def test_the_committed_decks_are_those_of_the_scenes():
         ), name
 
 
-@pytest.mark.parametrize("name", PAPER)
+@pytest.mark.parametrize("name", [*PAPER, "shoulders"])
 def test_plain_lammps_runs_each_scene(checkout, command, name):
     require("lammps")
     done = command(lammps(scene=name, duration=0.002, frames=2), checkout)
@@ -65,9 +65,9 @@ def test_plain_lammps_runs_each_scene(checkout, command, name):
     out = checkout / "out" / name / "lammps"
     bodies = index_dump(out / "bodies.dump")
     assert bodies.counts == (len(read_scene(name).snapshot),) * 3
-    columns = "id type x y z radius mass vx vy vz omegaz fx fy" + (
-        " drive_x drive_y" if read_scene(name).drive else ""
-    )
+    columns = "id type x y z radius mass vx vy vz omegaz fx fy"
+    columns += " mol body_inertia tqz" if name == "shoulders" else ""
+    columns += " drive_x drive_y" if read_scene(name).drive else ""
     assert bodies.columns == tuple(columns.split())
     assert len(index_dump(out / "pairs.dump", "ENTRIES").steps) == 3
     assert numbers(done.stdout) == pytest.approx(
