@@ -284,7 +284,7 @@ class Crowd:
     def _push(self, position, velocity):
         """Set the forces that act until the next call: the drive and the body force."""
         if "drive" in self.scene:
-            self.held = drive_force(self.scene["drive"], self.disks, position, velocity)
+            self.held = drive_force(self.scene["drive"], self.disks, position, velocity, O.time)
         self.motion.hold(self.held + self.weight)
 
     def _write(self, step, position, velocity, spin, force):

@@ -295,9 +295,10 @@ def penalty_of(scene, disks):
     )
 
 
-def drive_force(drive, disks, position, velocity):
+def drive_force(drive, disks, position, velocity, time):
     """m(u_d - u)/tau (n,2) N: u_d points to the nearest point of the own door (or its centre), and
-    outward beyond the door; to the next corner of the way where there is one."""
+    outward beyond the door; to the next corner of the way where there is one; it is 0 from the time
+    (s) of a stop on."""
     own = np.zeros(len(position), int)
     for number, goal in enumerate(drive.get("goals", []), start=1):
         first, last = goal["people"]
@@ -310,6 +311,9 @@ def drive_force(drive, disks, position, velocity):
         turning, corner = next_corner(drive["way"], position, own)
         to = (corner - position)[turning]
         wanted[turning] = to / np.hypot(*to.T)[:, None]
+    for stop in drive.get("stops", []):
+        (first, last), at = stop["people"], stop["time_s"]
+        wanted[(disks.ids >= first) & (disks.ids <= last) & (time >= at - 1e-9)] = 0.0
     push = drive["speed_m_per_s"] * wanted - velocity
     return disks.mass[:, None] * push / drive["relaxation_time_s"]
 

@@ -17,6 +17,7 @@ def exposure(
     *,
     limits: list[Path] | None = None,
     sensors: Path | None = None,
+    stops: str | None = None,
     window: Positive = 0.1,
     of_file: OfFile,
     radius: Positive | None = None,
@@ -33,16 +34,21 @@ def exposure(
 
     run: Folder of a finished run with impulses, or a dump or trajectory file.
     sensors: TOML file of mats on walls and vests on people: their readings go to sensors.csv.
+    stops: Limit of a force on a person. Writes the scene again beside the run's folder. In it
+        those want to go nowhere whose sum of forces was above the limit for its time.
     window: Window over which forces are means, in s.
     radius: Of a trajectory: radius of each person in m. Default: 0.18.
     out: Folder for the results. Default: that of the run, or exposure.
 
     Example: percussions exposure out/arch/rigid_moreau_jean --limits mine.toml"""
-    from analysis.exposure.limits import known_limits
+    from analysis.exposure.limits import LimitError, known_limits
     from analysis.exposure.loads import HEAD, exposure_rows, read_exposure, write_exposure
     from analysis.exposure.sensors import write_sensors
+    from analysis.exposure.stops import write_stops
 
     known = known_limits(limits or [])
+    if stops and stops not in (names := [limit.name for limit in known]):
+        raise LimitError(f"--stops {stops}: unknown limit. There are: {', '.join(names)}")
     if is_run(run):
         of_file.given(radius).refuse(NO_RUN)
         if out is not None:
@@ -50,8 +56,9 @@ def exposure(
         found, folder = read_exposure(run, window), run
         what = f"forces are impulses over windows of {found.duration[0]:g} s. The run lasts"
     else:
-        if sensors is not None:
-            raise ValueError(f"--sensors: {run} is no run with impulses")
+        for name, given in (("sensors", sensors), ("stops", stops)):
+            if given is not None:
+                raise ValueError(f"--{name}: {run} is no run with impulses")
         found, folder = _of_file(run, of_file, radius), out or Path("exposure")
         apart = float(found.duration.max())
         if apart > window:
@@ -66,6 +73,10 @@ def exposure(
     written += write_exposure(found, known, folder)
     title = f"{found.scene.title}: {what} {found.time[-1]:g} s"
     show(HEAD, exposure_rows(found, known), numbers_from=len(HEAD), title=title)
+    for limit in (one for one in known if one.name == stops):
+        count, path = write_stops(found, limit, run.resolve().parent)
+        print(f"{count} people stop. An assumption, no medicine")
+        written.append(path)
     print(*written, sep="\n")
 
 

@@ -178,6 +178,11 @@ class Bodies:
     def __len__(self) -> int:
         return len(self.steps)
 
+    @property
+    def time_of_rows(self) -> Floats:
+        """Give the time (n,) s of each disk of each frame."""
+        return np.repeat(self.times, np.diff(self.start))
+
     def snapshot(self, number: int) -> Snapshot:
         """Take one frame, as `snapshot_of` does."""
         those = slice(*self.start[number : number + 2].tolist())

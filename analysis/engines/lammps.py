@@ -380,7 +380,7 @@ def scene_deck(scene: Scene) -> str:
             lines += [line for commands in gates.values() for line in commands]
     if scene.drive and scene.drive.goals:
         lines += _goal_lines(scene.drive)
-    lines += _inertia_lines(snapshot.bodies)
+    lines += _inertia_lines(snapshot.bodies) + _stop_lines(scene.drive)
     if scene.drive and scene.drive.way:
         lines += _way_lines(scene.drive, scene.drive.way)
     return (
@@ -494,7 +494,7 @@ def _drive_values(drive: Drive) -> dict[str, object]:
         "outward_x": drive.outward[0],
         "outward_y": drive.outward[1],
     }
-    values |= {"goals": "yes"} if drive.goals else {}
+    values |= {name: "yes" for name in ("goals", "stops") if getattr(drive, name)}
     return values | ({"way": "yes"} if drive.way else {})
 
 
@@ -511,6 +511,14 @@ def _goal_lines(drive: Drive) -> list[str]:
             )
             lines.append(f"variable goal_{name}_{letter} atom {'+'.join(terms)}")
     return lines
+
+
+def _stop_lines(drive: Drive | None) -> list[str]:
+    """The commands for who stops, and when."""
+    if drive is None or not drive.stops:
+        return []
+    mine = (f"(id>={s.people[0]})*(id<={s.people[1]})*{s.time_s}" for s in drive.stops)
+    return ["", "# who stops, and when", f"variable stop_at atom {'+'.join(mine)}"]
 
 
 def _ranges(drive: Drive) -> list[str]:

@@ -169,7 +169,8 @@ class Setting:
             return snapshot.velocity, None
         if drive and drive.needs_way:
             drive = drive.routed(self.walls or NO_WALLS, float(snapshot.radius.max()))
-        wanted = drive.desired_velocity(snapshot.position, snapshot.ids) if drive else None
+        time = snapshot.time if isinstance(snapshot, Snapshot) else snapshot.time_of_rows
+        wanted = drive.desired_velocity(snapshot.position, snapshot.ids, time) if drive else None
         if self.kind == "desired":
             if drive is None or wanted is None:
                 raise ValueError(

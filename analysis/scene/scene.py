@@ -195,6 +195,7 @@ class Scene(Room):
             ("disks.bodies", self.snapshot.bodies),
             ("walls.mass_kg", self.giving()),
             ("period_x_m", self.period_x_m),
+            ("drive.stops", self.drive and self.drive.stops),
             (
                 "drive.outward without a door",
                 self.drive and len(self.drive.gates) < len(self.drive.doors),
@@ -210,12 +211,15 @@ class Scene(Room):
         `origin` names the file in the message."""
         if len({w.name for w in self.walls}) < len(self.walls):
             raise SceneError(f"{origin}: walls: two walls have the same name")
-        for number, goal in enumerate(self.drive.goals if self.drive else (), start=1):
-            if not goal.of(self.snapshot.ids).any():
-                first, last = goal.people
-                raise SceneError(
-                    f"{origin}: drive.goals: number {number}: nobody has an id from {first} to {last}"
-                )
+        if self.drive and self.drive.stops and self.snapshot.bodies is not None:
+            raise SceneError(f"{origin}: drive.stops: only for people of one disk each")
+        for name in ("goals", "stops") if self.drive else ():
+            for number, part in enumerate(getattr(self.drive, name), start=1):
+                first, last = part.people
+                if not ((self.snapshot.ids >= first) & (self.snapshot.ids <= last)).any():
+                    raise SceneError(
+                        f"{origin}: drive.{name}: number {number}: nobody has an id from {first} to {last}"
+                    )
         self._check_giving(origin)
         try:
             self.check_period(self.snapshot)

@@ -457,6 +457,28 @@ class Goal(Schema, Exit):
         return (ids >= self.people[0]) & (ids <= self.people[1])
 
 
+# s: a stop as late as this before an instant counts as there, since instants are rounded.
+INSTANT = 1e-9
+
+
+class Stop(Schema):
+    """Let some people want to go nowhere from a time on: they push no more, and the floor damps
+    them with −m u/τ. An assumption about who faints, no medicine.
+
+    people: ids, the first and the last
+    time_s: s"""
+
+    people: tuple[Count, Count]
+    time_s: Positive
+
+    @field_validator("people")
+    @classmethod
+    def _in_order(cls, people: tuple[int, int]) -> tuple[int, int]:
+        if people[0] > people[1]:
+            raise ValueError(f"{people[0]} to {people[1]}. The first comes first")
+        return people
+
+
 class Drive(Schema, Exit):
     """Drive people with m(u_d − u)/τ: u_d points to the nearest point of the door (or to its
     centre), and along `outward` for those who have passed the line of the door.
@@ -467,6 +489,7 @@ class Drive(Schema, Exit):
     outward: unit vector out of the room
     aim: nearest or centre
     goals: doors of those who go to another one
+    stops: who wants to go nowhere from a time on
     clearance_m: m, kept from corners of walls on the way; who has a wall before the door then walks
         the shortest way that is wide enough, where left out straight at that wall"""
 
@@ -477,6 +500,7 @@ class Drive(Schema, Exit):
     outward: Point
     aim: Literal["nearest", "centre"] = "nearest"
     goals: tuple[Goal, ...] = ()
+    stops: tuple[Stop, ...] = ()
     clearance_m: Annotated[Number, Field(ge=0)] | None = None
     _way: Way | None = PrivateAttr(None)
 
@@ -519,10 +543,11 @@ class Drive(Schema, Exit):
             raise ValueError("clearance_m: a way leads to a door. Give door_start_m and door_end_m")
         if self.clearance_m is not None and len(self.gates) < len(self.doors):
             raise ValueError("clearance_m: only where there are doors to walk to")
-        ranges = sorted(goal.people for goal in self.goals)
-        for (_, last), (first, _) in pairwise(ranges):
-            if first <= last:
-                raise ValueError(f"goals: person {first} has two")
+        for name, parts in (("goals", self.goals), ("stops", self.stops)):
+            ranges = sorted(part.people for part in parts)
+            for (_, last), (first, _) in pairwise(ranges):
+                if first <= last:
+                    raise ValueError(f"{name}: person {first} has two")
         return self
 
     @property
@@ -619,13 +644,31 @@ class Drive(Schema, Exit):
                 legs[2:, mine & turning] = np.array([NOWHERE, (1.0, 0.0)])[:, None]
         return legs
 
-    def desired_velocity(self, position: Floats, ids: Indices | None = None) -> Floats:
-        """Compute u_d of disks at position (n,2) m with ids (n,), in m/s, shape (n,2); ids are
-        needed where there are goals."""
+    def desired_velocity(
+        self, position: Floats, ids: Indices | None = None, time: Floats | float = 0.0
+    ) -> Floats:
+        """Compute u_d of disks at position (n,2) m with ids (n,) at a time (s; (n,) or one), in m/s,
+        shape (n,2); ids are needed where there are goals or stops."""
         place = np.array(position, dtype=np.float64, order="C")
-        if ids is None and self.goals:
-            raise ValueError("goals: the ids of people say who goes where")
+        if ids is None and (self.goals or self.stops):
+            raise ValueError("goals, stops: the ids of people say who goes where")
         who = np.arange(len(place)) if ids is None else ids
+        velocity = self._walked(place, who)
+        velocity[self.stopped(who, time)] = 0.0
+        return velocity
+
+    def stopped(self, ids: Indices, time: Floats | float) -> Flags:
+        """Tell who (n,) of people with these ids (n,) wants to go nowhere at a time (s; (n,) or one).
+        Raises ValueError where it is not known."""
+        if self.stops and np.isnan(time).any():
+            raise ValueError("drive.stops: the time of the frame is not known")
+        there = np.zeros(len(ids), dtype=bool)
+        for stop in self.stops:
+            mine = (ids >= stop.people[0]) & (ids <= stop.people[1])
+            there |= mine & (np.asarray(time) >= stop.time_s - INSTANT)
+        return there
+
+    def _walked(self, place: Floats, who: Indices) -> Floats:
         velocity = np.zeros_like(place)
         if self.way:
             legs = self.legs(place, who)

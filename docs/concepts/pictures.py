@@ -9,6 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from analysis.dumps import snapshot_of
+from analysis.exposure.limits import known_limits
+from analysis.exposure.loads import read_exposure
+from analysis.exposure.stops import write_stops
 from crowd_percussions import (
     ContactLaw,
     Crowd,
@@ -194,7 +197,36 @@ def way() -> None:
     plt.close(figure)
 
 
+def stops() -> None:
+    """Draw what the walls of a jam carry before and after those stop who bore too much too long."""
+    limit = next(one for one in known_limits() if one.name == "asphyxia_seconds")
+    scene = read_scene("jam").with_run(duration_s=20.0)
+    figure, (place, load) = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
+    with tempfile.TemporaryDirectory() as folder:
+        for turn, look in enumerate((":", "-", "-")):
+            run = Path(folder) / f"run{turn}"
+            simulate(scene, "rigid", run)
+            found = read_exposure(run)
+            if turn != 1:
+                load.plot(found.time, found.loads["wall_load"].sum(1) / 1e3, look, color=INK)
+            scene = read_scene(write_stops(found, limit, Path(folder))[1])
+        last = snapshot_of(open_bodies(run / "bodies.dump").trajectory[-1])
+    assert scene.drive is not None
+    gone = scene.drive.stopped(last.ids, last.time)
+    for disk in np.flatnonzero(np.hypot(*last.position.T) < 9):
+        fill = FORCE if gone[disk] else PEOPLE
+        place.add_patch(plt.Circle(last.position[disk], last.radius[disk], fc=fill, ec=INK, lw=0.4))
+    for wall in scene.walls:
+        place.plot(*zip(wall.start_m, wall.end_m, strict=True), color=INK, lw=2)
+    place.set(xlim=(-9, 0.5), ylim=(-5, 5), aspect="equal", xlabel="x (m)", ylabel="y (m)")
+    place.set_title("after 20 s; red: who stopped")
+    load.set(xlabel="time (s)", ylabel="load on all walls (kN)", ylim=(0, None))
+    load.set_title("dotted: nobody stops")
+    figure.savefig(FOLDER.parents[1] / "results" / "pictures" / "stops.png", dpi=100)
+    plt.close(figure)
+
+
 if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)
-    for draw in (percussion, row, window, wall_load, way):
+    for draw in (percussion, row, window, wall_load, way, stops):
         draw()

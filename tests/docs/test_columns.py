@@ -19,7 +19,7 @@ from analysis.paper.page import Erratum
 from analysis.push.hindcast import SCORES
 from analysis.push.page import CASES
 from analysis.scene.scene import _SceneFile
-from analysis.scene.schema import Goal, Material, Push
+from analysis.scene.schema import Goal, Material, Push, Stop
 from analysis.work_precision.point import POINTS, Point, columns_of
 from analysis.work_precision.whole_runs import COLUMNS as RUNS
 from analysis.work_precision.whole_runs import WholeRunPoint
@@ -80,6 +80,7 @@ def parts():
     material = {"`[contact]` of a material": (Material.model_fields, Material)}
     push = {"`[drive]` of a push": (Push.model_fields, Push)}
     push["`[[drive.goals]]`"] = (Goal.model_fields, Goal)
+    push["`[[drive.stops]]`"] = (Stop.model_fields, Stop)
     return {"The scene": (plain, _SceneFile), **found, **material, **push}
 
 

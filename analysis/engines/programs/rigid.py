@@ -11,7 +11,6 @@ import argparse
 import contextlib
 import sys
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 from typing import IO
 
@@ -57,12 +56,17 @@ def main(words: Sequence[str] | None = None) -> int:
 def motion_of(scene: Scene, state: Snapshot) -> Motion:
     """Make the motion of a scene from a state on."""
     drive = scene.drive
-    return Motion(
+
+    def desired(place: Floats) -> Floats:
+        assert drive is not None
+        return drive.desired_velocity(place, state.ids, motion.time)
+
+    motion = Motion(
         state,
         scene.wall_segments(),
         step=timing(scene).time_step,
         push=Push(
-            desired=partial(drive.desired_velocity, ids=state.ids) if drive else None,
+            desired=desired if drive else None,
             relaxation_time=drive.relaxation_time_s if drive else np.inf,
             acceleration=scene.acceleration(),
             arms=scene.contact.arms,
@@ -71,6 +75,7 @@ def motion_of(scene: Scene, state: Snapshot) -> Motion:
         friction=scene.contact.friction,
         tolerance=tolerance_of(scene),
     )
+    return motion
 
 
 def _last_frame(out: Path, scene: Scene) -> tuple[int, Snapshot]:
@@ -158,7 +163,7 @@ class _Run:
             names = names + JOINED_COLUMNS
             columns += [part[bodies.number] for part in (bodies.ids, bodies.inertia)]
         if drive := self.scene.drive:
-            desired = drive.desired_velocity(motion.position, disks.ids)
+            desired = drive.desired_velocity(motion.position, disks.ids, motion.time)
             names = names + DRIVE_COLUMNS
             push = disks.mass[:, None] * (desired - motion.velocity) / drive.relaxation_time_s
             columns += [*push.T]
