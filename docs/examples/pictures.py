@@ -50,6 +50,23 @@ def exchange(axes: Axes, found: dict[str, Any]) -> None:
     axes.legend(frameon=False)
 
 
+def pulse(axes: Axes, found: dict[str, Any]) -> None:
+    """Draw the speed of the front against the gap, and that in a straight row."""
+    gaps = np.linspace(0.05, 0.2, 50)
+    axes.plot(gaps, 1 + 0.4 / gaps, color=INK, label="straight row, (d + g)/g")
+    for kind, (mark, colour) in {
+        "hard": ("o", FORCE),
+        "soft": ("s", "#0072b2"),
+        "arms": ("^", "#7a7a00"),
+    }.items():
+        chosen = [
+            (gap, each) for (gap, k), ends in found["speeds"].items() if k == kind for each in ends
+        ]
+        axes.plot(*zip(*chosen, strict=True), mark, color=colour, label=kind, fillstyle="none")
+    axes.set(xlabel="gap between people (m)", ylabel="speed of the front (m/s)", ylim=0)
+    axes.legend(frameon=False)
+
+
 def sweep(axes: Axes, found: dict[str, Any]) -> None:
     """Draw the largest force of each radius and frame."""
     for radius, forces in found["forces"].items():
@@ -58,7 +75,7 @@ def sweep(axes: Axes, found: dict[str, Any]) -> None:
 
 
 if __name__ == "__main__":
-    for draw in (how_stiff, my_threshold, my_solver, exchange, sweep):
+    for draw in (how_stiff, my_threshold, my_solver, exchange, pulse, sweep):
         with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
             made = runpy.run_path(str(HERE.parents[1] / "examples" / f"{draw.__name__}.py"))
         figure, axes = plt.subplots(figsize=(4.5, 3), layout="constrained")

@@ -116,6 +116,18 @@ def test_exchange(example):
     assert found["apart"] < 1e-12
 
 
+def test_pulse(example):
+    """A straight row of hard people passes a push on at (d + g)/g of its speed; a crowd is slower,
+    and the wider its gaps the slower. Bodies that touch later, because softer, are no faster."""
+    found = example("pulse")
+    row = found["front_speed"](found["standing"](0.1, 1, rows=1))
+    assert row == pytest.approx(1.0 * 0.5 / 0.1, rel=0.05)
+    hard, soft = ([min(found["speeds"][g, k]) for g in (0.05, 0.1, 0.2)] for k in ("hard", "soft"))
+    assert np.all(np.diff(hard) < 0)
+    assert np.all(np.array(hard) < 1 + 0.4 / np.array([0.05, 0.1, 0.2]))
+    assert np.all(np.array(soft) < 1.02 * np.array(hard))
+
+
 def test_sweep(example):
     """Larger bodies at the same heads press harder."""
     pytest.importorskip("distributed")
