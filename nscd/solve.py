@@ -176,7 +176,7 @@ def _of_bodies(
     contacts.check_disks(len(snapshot))
     if own_contacts(snapshot, contacts).any():
         raise ValueError("contacts: two disks of one body")
-    if solver in FIRST_ORDER:
+    if solver == "gauss_seidel":
         raise ValueError(f"solver: {solver} is for disks, not for bodies of several")
     moving = wide.motion(snapshot, _left(snapshot, left))
     asked["bodies"] = wide.number, wide.centre, wide.mass, wide.inertia, moving

@@ -24,6 +24,8 @@ LENGTHS = ("x", "y", "z", "radius", "diameter", "vx", "vy")
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 # Columns that say nothing alone.
 PAIRS = (("vx", "vy"), ("fx", "fy"), ("drive_x", "drive_y"))
+# Columns of disks that are joined to bodies: its number, and its inertia (kg m²).
+JOINED = ("mol", "body_inertia")
 # What begins so are columns of a user's own computes, fixes and variables.
 COMPUTED = ("c_", "f_", "v_")
 # Heights may differ by this share of the smallest radius: rounding, not a third dimension.
@@ -141,11 +143,24 @@ def state_of(data: Mapping[str, Any], path: str | Path, needs_velocity: bool) ->
     }
 
 
-def snapshot_at(state: Mapping[str, Any], time: float, where: str) -> Snapshot:
+def joined_of(data: Mapping[str, Any]) -> Floats | None:
+    """Give number and inertia (n,2) of the body of each disk, of columns that have both."""
+    return np.column_stack([data[name] for name in JOINED]) if {*JOINED} <= {*data} else None
+
+
+def snapshot_at(
+    state: Mapping[str, Any], time: float, where: str, joined: Floats | None = None
+) -> Snapshot:
     """Make a snapshot of arrays at a time (s), 0 where it is NaN. Raises DumpError that begins with
-    `where`."""
+    `where`.
+
+    joined: (n,2) the number and the inertia (kg m²) of the body that each disk is joined to"""
     try:
-        return Snapshot(**state, time=time if math.isfinite(time) else 0.0)
+        snapshot = Snapshot(**state, time=time if math.isfinite(time) else 0.0)
+        if joined is None:
+            return snapshot
+        _, first = np.unique(joined[:, 0], return_index=True)
+        return snapshot.joined(joined[:, 0].astype(np.int64), inertia=joined[first, 1])
     except ValueError as error:
         raise DumpError(f"{where}: {error}") from None
 
@@ -161,7 +176,8 @@ class Bodies:
     position, velocity: (n,2) m, m/s; velocities are 0 where the dump has none
     spin: (n,) rad/s, 0 where the dump has none
     radius, mass: (n,) m, kg
-    drive: (n,2) N, where the dump has it"""
+    drive: (n,2) N, where the dump has it
+    joined: (n,2) see `snapshot_at`, where the dump has it"""
 
     path: Path
     start: Indices
@@ -174,6 +190,7 @@ class Bodies:
     radius: Floats
     mass: Floats
     drive: Floats | None
+    joined: Floats | None
 
     def __len__(self) -> int:
         return len(self.steps)
@@ -190,7 +207,8 @@ class Bodies:
         state = {name: getattr(self, name)[those] for name in names}
         state["drive"] = None if self.drive is None else self.drive[those]
         where = f"{self.path}, step {self.steps[number]}"
-        return snapshot_at(state, float(self.times[number]), where)
+        joined = None if self.joined is None else self.joined[those]
+        return snapshot_at(state, float(self.times[number]), where, joined)
 
     @classmethod
     def read(
@@ -218,6 +236,7 @@ class Bodies:
                 [time_step * frame.step if frame.time is None else frame.time for frame in frames]
             ),
             **state_of(data, index.path, needs_velocity),
+            joined=joined_of(data),
         )
         sizes = np.concatenate([found.radius, found.mass])
         moves = [array for array in (found.velocity, found.drive) if array is not None]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.dumps.bodies import UNITS, snapshot_at, state_of
+from analysis.dumps.bodies import UNITS, joined_of, snapshot_at, state_of
 from analysis.dumps.frame import DumpError
 from analysis.dumps.index import index_dump
 from analysis.support.reading import UnreadableError, read_text
@@ -94,14 +94,7 @@ def snapshot_of(ts: Timestep, path: str | Path = "", *, needs_velocity: bool = T
         )
     state = state_of(data, path, needs_velocity)
     where = f"{path}, step {data['step']}"
-    snapshot = snapshot_at(state, float(ts.time), where)
-    if "body_inertia" not in data:
-        return snapshot
-    _, first = np.unique(data["mol"], return_index=True)
-    try:
-        return snapshot.joined(data["mol"], inertia=data["body_inertia"][first])
-    except ValueError as error:
-        raise DumpError(f"{where}: {error}") from None
+    return snapshot_at(state, float(ts.time), where, joined_of(data))
 
 
 def frame_at(times: Sequence[float] | Floats, wanted: float) -> int:

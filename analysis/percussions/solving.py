@@ -90,7 +90,7 @@ def solve_batch(bodies: Bodies, setting: Setting, tolerance: float) -> Found | N
 
     Raises ValueError where the left velocity lacks a drive or a window."""
     left, _ = setting.left(bodies)
-    if not np.abs(left).max(initial=0.0) <= LARGEST:
+    if bodies.joined is not None or not np.abs(left).max(initial=0.0) <= LARGEST:
         return None
     disks = Disks(bodies.start, bodies.ids, bodies.position, left, bodies.radius, bodies.mass)
     asked = Asked(setting.contact_tolerance, setting.largest_overlap, tolerance)

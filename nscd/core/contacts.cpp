@@ -77,6 +77,8 @@ bool find_pairs(Touching& found, In position, In radius, double most) {
                     const double dy = position[2 * b + 1] - position[2 * a + 1];
                     if (dx * dx + dy * dy > reach * reach) continue;
                     ++near;
+                    const double most_apart = (radius[a] + radius[b] + std::max(most, 0.0)) * MARGIN;
+                    if (dx * dx + dy * dy > most_apart * most_apart) continue;
                     const double distance = std::hypot(dx, dy), gap = distance - radius[a] - radius[b];
                     if (gap > most) continue;
                     push(found, a, std::size_t(b), dx, dy, distance, gap);

@@ -45,7 +45,7 @@ void solve_step(const System& s, In before, In guess, double tolerance, Stepped&
         if (some.empty()) continue;
         System part = chosen(s, some, every, every);
         Answer by;
-        if (tolerance >= LOOSE && !s.wide()) {
+        if (tolerance >= LOOSE) {
             Parts one{{0, part.n}, {0, part.k}};
             Team alone(1);
             Descended end = descend(part, one, alone, {BEFORE * tolerance, MOST_SWEEPS, -1, INFINITE});
@@ -54,7 +54,8 @@ void solve_step(const System& s, In before, In guess, double tolerance, Stepped&
         } else {
             Asked asked;
             asked.tolerance = tolerance, asked.least = asked.bounded = false;
-            for (std::size_t c = 0; c < some.size() && largest(guess) > 0.0; ++c) asked.reaction.push_back(guess[some[c]]);
+            if (largest(guess) > 0.0)
+                for (int c : some) asked.reaction.push_back(guess[c]);
             by = climb(part, asked);
             found.rung = int(by.rung);
         }

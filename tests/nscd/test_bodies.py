@@ -157,7 +157,8 @@ def test_crowds_of_bodies_against_a_quadratic_program(seed):
     root = np.sqrt(mass)
     reaction = nnls((normal / root).T, root * left)[0]
     exact = left - normal.T @ reaction / mass
-    for solver, tolerance in (("auto", 1e-10), ("interior_point", 1e-3), ("active_set", 1e-8)):
+    asked = ("auto", 1e-10), ("interior_point", 1e-3), ("active_set", 1e-8)
+    for solver, tolerance in (*asked, ("projected_gradient", 1e-9)):
         found = solve(crowd, contacts, tolerance=tolerance, solver=solver, canonical=False)
         error = np.sqrt(mass @ (after(crowd, found) - exact) ** 2 / crowd.bodies.mass.sum())
         assert found.status == "solved"

@@ -1,11 +1,16 @@
 """Scenes whose people are bodies of several disks: written, read, run by the rigid engine, refused."""
 
+import csv
+
 import numpy as np
 import pytest
 
 from analysis.dumps import open_bodies, snapshot_of
 from analysis.engines.programs.rigid import main
+from analysis.percussions.setting import Setting
+from analysis.percussions.solving import DumpToSolve, solve_dump
 from analysis.scene.scene import SceneError, read_scene
+from nscd import Walls
 from tests.crowds import disks_at
 
 
@@ -43,6 +48,31 @@ def test_the_rigid_engine_turns_them_and_goes_on_to_the_same_digits(scene, tmp_p
     (out / "bodies.dump").write_bytes(whole[: len(whole) * 3 // 4])
     assert main([str(tmp_path / "two.toml"), "--out", str(out)]) == 0
     assert (out / "bodies.dump").read_bytes() == whole
+
+
+def test_many_frames_at_once_are_solved_as_bodies(tmp_path):
+    """A rod on two feet, which a ball loads on one side: the levers share its weight."""
+    feet = [[0.0, 0.12], [0.2, 0.12], [0.4, 0.12], [0.2, 0.34]]
+    radius, mass = [0.12, 0.1, 0.12, 0.12], [30.0, 30.0, 30.0, 60.0]
+    rows = [
+        f"{i + 1} {x} {y} {r} {m} 0 -1 0 {1 + (i == 3)} {1.0 + (i == 3)}"
+        for i, ((x, y), r, m) in enumerate(zip(feet, radius, mass, strict=True))
+    ]
+    names = "id x y radius mass vx vy omegaz mol body_inertia"
+    head = "ITEM: TIMESTEP\n{}\nITEM: NUMBER OF ATOMS\n4\nITEM: BOX BOUNDS ff ff ff\n"
+    frame = head + "-9 9\n-9 9\n-9 9\nITEM: ATOMS " + names + "\n" + "\n".join(rows) + "\n"
+    dump = tmp_path / "bodies.dump"
+    dump.write_text("".join(frame.format(step) for step in range(4)), encoding="utf-8")
+    setting = Setting(walls=Walls(start=[[-9, 0]], end=[[9, 0]]))
+    todo = DumpToSolve(path=dump, setting=setting, time_step=1.0, openness="none")
+    assert todo.in_batches
+    solve_dump(todo, tmp_path / "contacts.csv")
+    with open(tmp_path / "contacts.csv", encoding="utf-8") as file:
+        table = list(csv.DictReader(file))
+    assert len(table) == 4 * 3  # none between disks of one body
+    for row in table:
+        if row["is_wall"] == "1":
+            assert float(row["reaction_Ns"]) == pytest.approx(75.0)
 
 
 BAD = {

@@ -17,6 +17,7 @@ from typing import IO
 import numpy as np
 
 from analysis.dumps import DumpError, index_dump, open_bodies, snapshot_of
+from analysis.dumps.bodies import JOINED
 from analysis.dumps.contacts import CONTACT_COLUMNS
 from analysis.engines.guard import STOPPED_STATUS
 from analysis.engines.rigid import timing, tolerance_of
@@ -31,7 +32,6 @@ BODY_COLUMNS = (
     "id", "type", "x", "y", "z", "radius", "mass", "vx", "vy", "vz", "omegaz", "fx", "fy",
 )  # fmt: skip
 # Of bodies of several disks: their number and inertia (kg m²).
-JOINED_COLUMNS = ("mol", "body_inertia")
 DRIVE_COLUMNS = ("drive_x", "drive_y")
 
 
@@ -160,7 +160,7 @@ class _Run:
         columns += [disks.mass, *motion.velocity.T, none, motion.spin, *mean_force.T]
         names: tuple[str, ...] = BODY_COLUMNS
         if (bodies := disks.bodies) is not None:
-            names = names + JOINED_COLUMNS
+            names = names + JOINED
             columns += [part[bodies.number] for part in (bodies.ids, bodies.inertia)]
         if drive := self.scene.drive:
             desired = drive.desired_velocity(motion.position, disks.ids, motion.time)
