@@ -200,6 +200,8 @@ Stepped make_step(const Bodies& bodies, const Rough& rough, double step, double 
         const std::size_t n = bodies.mass.size();
         s.x.resize(n), s.y.resize(n);
         for (std::size_t i = 0; i < n; ++i) s.x[i] = bodies.position[2 * i], s.y[i] = bodies.position[2 * i + 1];
+        // bodies at rest are moved by the rounding of their gaps alone, which no answer has to follow
+        if (!bodies.wide.body.empty()) s.least_scale = EPSILON * largest(bodies.position) / (step * tolerance);
         if (!bodies.wide.body.empty()) s = joined(s, bodies.radius, bodies.wide, bodies.unheld);
         const In was = s.wide() ? bodies.moving : bodies.velocity;
         Numbers before(s.k), closing(s.k);
