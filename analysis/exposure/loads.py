@@ -48,7 +48,11 @@ MEASURES: Mapping[str, Quantity] = {
 def loads_of(scene: Scene, window: Window) -> dict[str, Floats]:
     """Compute QUANTITIES in a window: (n,) of people, those who have passed the door included, (w,)
     of walls, (1,) of the crowd, (0,) where there is no door. Forces are the magnitudes of the mean
-    force vectors of contacts, |∫f dt|/T."""
+    force vectors of contacts, |∫f dt|/T. Raises ValueError for bodies of several disks."""
+    if scene.snapshot.wide is not None:
+        raise ValueError(
+            f"{scene.name}: disks.bodies: loads of people are for people of one disk each"
+        )
     now, force, pairs = window.now, window.force, ~window.is_wall
     # of a wall the second means nothing
     first, second = np.searchsorted(now.ids, window.keys[:, :2]).T

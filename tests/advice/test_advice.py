@@ -302,6 +302,7 @@ def test_what_a_scene_has_no_need_of(tmp_path):
     assert "disks that touch others and carry nothing: 2 of 5" in lines
     assert "contacts that carry nothing: 1 of 2" in lines
     assert any(line.startswith("arms: who does not touch is farther than 0.2 m") for line in lines)
+    assert any(line.startswith("shoulders: before a door wall load") for line in lines)
     near = changed(resting, position=[[0, 0], [0.5, 0], [1.1, 0], [5.5, 0], [9, 0]])
     lines = left_out(near, tmp_path / "near")
     assert any(

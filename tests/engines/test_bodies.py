@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from analysis.engines import EngineError, engine
+from analysis.exposure.loads import loads_of
+from analysis.scene.shipped_scenes import make
 from tests.crowds import disks_at, drive_to, scene_at
 
 HALF, TILT, SPEED, INERTIA, MASS = 0.18, 0.5, 1.0, 2.0, 60.0
@@ -88,3 +90,5 @@ def test_what_engines_cannot_turn_is_refused_by_name():
         engine("lammps").check(scene.model_copy(update={"snapshot": alone}))
     with pytest.raises(EngineError, match=r"disks\.bodies: YADE .*: use lammps or rigid"):
         engine("yade").check(scene)
+    with pytest.raises(ValueError, match=r"shoulders: disks\.bodies: loads of people are for"):
+        loads_of(make("shoulders", 4), None)
