@@ -55,6 +55,8 @@ def report(
     read = [read_scene(scene) for scene in scenes]
     for one in read:
         standing_walls(one)
+        if seeds and one.snapshot.wide is not None:
+            raise ValueError(f"{one.name}: disks.bodies: loads of people need --seeds 0")
     chosen = [(one, stiffness or [one.contact.stiffness_N_per_m]) for one in read]
     motions = [motion_of(one, names, ks, seeds, runs) for one, ks in chosen]
     say_runs(needed := runs_of(chosen, soft, motions, runs))

@@ -83,7 +83,7 @@ def test_a_drive_moves_a_body_as_one_disk_and_does_not_turn_it(simulate):
     np.testing.assert_allclose(*found, rtol=0, atol=1e-9)
 
 
-def test_what_engines_cannot_turn_is_refused_by_name():
+def test_what_engines_cannot_turn_is_refused_by_name(refused):
     scene = two_that_meet()
     alone = scene.snapshot.joined([1, 2, 5, 5])
     with pytest.raises(EngineError, match=r"disks\.bodies: body 1 is one disk.*: use rigid"):
@@ -92,3 +92,4 @@ def test_what_engines_cannot_turn_is_refused_by_name():
         engine("yade").check(scene)
     with pytest.raises(ValueError, match=r"shoulders: disks\.bodies: loads of people are for"):
         loads_of(make("shoulders", 4), None)
+    assert "shoulders: disks.bodies: loads of people need" in refused("report", "shoulders")
