@@ -9,7 +9,7 @@ from analysis.cli.options import with_options
 __all__ = ["app"]
 COMMANDS = (
     "scenes", "new", "run", "import_", "solve", "compare", "film", "export", "exposure", "report", "chart",
-    "stability", "advise", "paper", "push", "doctor",
+    "stability", "standards", "advise", "paper", "push", "doctor",
 )  # fmt: skip
 
 for name in COMMANDS:

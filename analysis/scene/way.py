@@ -166,7 +166,9 @@ class _Search:
         """How far (n,) m walls are from the lines start → end (n,2) m, at most `most`; 0 where a
         wall or a door is between, but for the own door where people go through it."""
         clear = _core.clear_of(start, end, self.walls.start, self.walls.end, most)
-        doors = np.delete(self.doors, self.number, axis=0) if through else self.doors
+        # several may go to one door
+        others = (self.doors != self.doors[self.number]).any((1, 2))
+        doors = self.doors[others] if through else self.doors
         if len(doors):
             first, last = (np.ascontiguousarray(doors[:, i]) for i in (0, 1))
             clear[_core.clear_of(start, end, first, last, 1e-12) == 0.0] = 0.0

@@ -16,6 +16,7 @@ from analysis.paper import page as paper  # noqa: E402
 from analysis.percussions import table  # noqa: E402
 from analysis.push import page as push  # noqa: E402
 from analysis.stability import page as stability  # noqa: E402
+from analysis.standards import page as standards  # noqa: E402
 from analysis.support import frames  # noqa: E402
 from analysis.work_precision import point, whole_runs  # noqa: E402
 from benchmarks.problems import score  # noqa: E402
@@ -27,7 +28,7 @@ TABLES = {
     "window_contacts": pairwise.WINDOW_CONTACTS, "points": point.POINTS,
     "whole_runs": whole_runs.COLUMNS, "cells": stability.CELL_COLUMNS,
     "boundaries": stability.BOUNDARY_COLUMNS, "push": push.CASES, "score": score.COLUMNS,
-    "claims": paper.CLAIMS, "impulses": frames.IMPULSE_COLUMNS,
+    "standards": standards.COLUMNS, "claims": paper.CLAIMS, "impulses": frames.IMPULSE_COLUMNS,
 }  # fmt: skip
 PAGE = """\
 # Columns
@@ -113,6 +114,12 @@ One row per engine, setting and statistic of whole runs of several crowds.
 `boundaries.csv`:
 
 {boundaries}
+
+## `standards.csv` of `percussions standards`
+
+One row per test and number; several runs of one test have theirs behind the name.
+
+{standards}
 
 ## `scores.csv` of `percussions push`
 

@@ -26,7 +26,7 @@ SHOWN = ("README.md", "docs/getting_started.md")
 NAMES = {"SCENE", "FILE", "NAME"}
 # Commands that take more than a few seconds, and the exit status of one that is ended when it
 # begins.
-LONG = {"report", "film", "chart", "advise", "stability", "paper", "push"}
+LONG = {"report", "film", "chart", "advise", "stability", "standards", "paper", "push"}
 BEGUN = 99
 
 

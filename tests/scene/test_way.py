@@ -227,3 +227,10 @@ def test_yade_refuses_the_way_of_other_walls(tmp_path, monkeypatch):
     path.write_text(path.read_text().replace("\nstart_m = [5.0, 6.0]", "\nstart_m = [5.0, 5.5]"))
     with pytest.raises(scripts.SceneFileError, match=r"turns\.way: .*the walls are others"):
         scripts.read_scene(path, {})
+
+
+def test_two_goals_may_be_one_door():
+    once, twice = (way_of(ELL, np.repeat(DOWN, n, axis=0), 0.2, 0.15) for n in (1, 2))
+    assert np.array_equal(twice.next[0], once.next[0])
+    assert np.array_equal(twice.next[1], once.next[0])
+    assert (once.next[0] >= 0).any()

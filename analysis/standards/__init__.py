@@ -1,0 +1,1 @@
+"""Tests of standards for models of evacuation, as far as contact forces can be asked."""

@@ -1,0 +1,77 @@
+"""The command `percussions standards`."""
+
+import csv
+import json
+import re
+
+import pytest
+
+from analysis.engines import EngineError
+from analysis.engines.run import EngineRun
+from analysis.standards import page
+from analysis.standards.cases import CASES, Judged
+
+
+def rows_of(folder):
+    with (folder / "standards.csv").open(encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def test_pages_tables_and_status(percussions, tmp_path):
+    chosen = ("--case", "corridor", "--case", "flow")
+    done = percussions("standards", *chosen, "--out", "mine")
+    assert done.returncode == 1, done.stderr
+    folder = tmp_path / "mine"
+    content = json.loads((folder / "standards.json").read_text(encoding="utf-8"))
+    assert {key: one["result"] for key, one in content["tests"].items()} == {
+        "corridor": "pass", "flow": "fail",
+    }  # fmt: skip
+    assert content["tests"]["corridor"]["numbers"] == {"speed_m_per_s": pytest.approx(1, abs=1e-6)}
+    rows = rows_of(folder)
+    assert {row["result"] for row in rows} == {"pass", "fail", "not applicable"}
+    assert [row["quantity"] for row in rows[:3]] == ["speed_m_per_s", "out", "flow_per_m_s"]
+    text = (folder / "standards.html").read_text(encoding="utf-8")
+    assert re.findall(r'<section id="(\w+)"', text)[:3] == ["result", "corridor", "flow"]
+    assert "1 of 2 tests pass" in text
+    assert (folder / "figures" / "flow.png").stat().st_size > 5_000
+    done = percussions("standards", *chosen[:2], "--out", "mine")
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_failed_run_is_a_failed_test(percussions, tmp_path, monkeypatch):
+    """The runs of the first test, with an engine that ends with an error."""
+
+    def ends(run, progress=None):
+        raise EngineError("it ended")
+
+    monkeypatch.setattr(EngineRun, "record", ends)
+    monkeypatch.setattr(page, "run_ahead", lambda *_: {})
+    tested = page.run_tests(page.choose(["corridor"]), "rigid", tmp_path)
+    assert [(one.result, one.words["found"]) for one in tested] == [("fail", "it ended")]
+    written = page.write_page(tested, "rigid", tmp_path, "percussions standards")
+    assert "it ended" in written.read_text(encoding="utf-8")
+    assert rows_of(tmp_path)[0]["value"] == "it ended"
+
+
+def test_a_row_for_each_run():
+    judged = Judged(True, {"last_s": {0: 1.0, 10: 2.0}, "crossed": {0: 100, 10: 100}})
+    tested = page.Tested(case=CASES["counterflow"], tracks=(), judged=judged)
+    rows = list(page._rows([tested], []))
+    assert [row[-2:] for row in rows[:3]] == [
+        ("last_s 0", 1.0),
+        ("last_s 10", 2.0),
+        ("crossed 0", 100),
+    ]
+
+
+def test_messages_and_help(percussions):
+    for words, says in (
+        (("--case", "nonsense"), "case: unknown 'nonsense'"),
+        (("--engine", "nonsense"), "nonsense"),
+    ):
+        done = percussions("standards", *words)
+        assert done.returncode == 1
+        assert done.stderr.count("\n") == 1
+        assert says in done.stderr
+    done = percussions("standards", "--help")
+    assert "percussions standards --case corridor" in done.stdout
