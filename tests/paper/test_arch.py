@@ -91,8 +91,7 @@ def test_people_beyond_the_exit_are_left_out():
 
 def test_maintained_contacts_of_a_queue_push_as_they_are():
     """Where all contacts close, (8) and the complementarity form are one."""
-    found = fig4_arch.maintained_forces(queue())
-    assert found["pulling"] == 0
+    assert (fig4_arch.maintained_forces(queue()) > 0).all()
 
 
 def test_maintained_contacts_pull_where_they_would_open():
@@ -100,9 +99,7 @@ def test_maintained_contacts_pull_where_they_would_open():
     together: 150 N."""
     arch = free_chain(2)
     arch = replace(arch, left_velocity=np.array([[2.0, 0.0], [0.0, 0.0]]))
-    found = fig4_arch.maintained_forces(arch)
-    assert found["pulling"] == 1
-    assert found["strongest_N"] == pytest.approx(75.0 / 0.5, rel=1e-10)
+    assert fig4_arch.maintained_forces(arch) == pytest.approx([-75.0 / 0.5], rel=1e-10)
 
 
 def test_dissipation_of_a_pair():

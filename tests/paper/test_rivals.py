@@ -59,20 +59,20 @@ def test_a_gap_that_carries():
 
 def test_verdicts_follow_the_numbers(chains):
     equal, unequal = chains
-    assert rivals.special_case(WORDS, equal, unequal).verdict == "holds"
+    assert rivals.special_case(WORDS, equal).verdict == "holds"
     assert rivals.constant_in_a_chain(WORDS, equal, unequal).verdict == "holds in part"
     assert rivals.restrictive_mass(WORDS, unequal, []).verdict == "holds in part"
     assert rivals.restrictive_mass(WORDS, equal, []).verdict == "does not hold"
     far_off = unequal._replace(first_order=2 * unequal.first_order)
     assert rivals.restrictive_mass(WORDS, far_off, []).verdict == "holds"
-    assert rivals.special_case(WORDS, far_off, far_off).verdict == "does not hold"
+    assert rivals.special_case(WORDS, far_off).verdict == "does not hold"
     varying = equal._replace(social=equal.percussion)
     assert rivals.constant_in_a_chain(WORDS, varying, unequal).verdict == "does not hold"
     resting = equal._replace(social_at_rest=equal.social)
     assert rivals.constant_in_a_chain(WORDS, resting, unequal).verdict == "holds"
     assert rivals.surface(WORDS, 0.01, (0.2, 0.3), 1.2).verdict == "holds in part"
     silent = dict.fromkeys((PRINTED, TEXT), 0.0)
-    assert rivals.non_zero_apart(WORDS, silent, 2.0).verdict == "does not hold"
+    assert rivals.non_zero_apart(WORDS, silent).verdict == "does not hold"
 
 
 def test_congestion_is_judged_by_both_its_parts():

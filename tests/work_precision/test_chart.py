@@ -116,7 +116,7 @@ def test_page_and_tables(tmp_path, monkeypatch):
     page = (tmp_path / "chart/index.html").read_text()
     assert points[0].machine in page
     assert "quick chart" in page
-    assert "e = 0.01 at each contact" in page
+    assert "collide, with e = 0.01" in page
     assert "No continuum on this chart: it is for a crowd that a drive presses" in page
     assert "http" not in page.split("<section")[1]
     assert json.loads((tmp_path / "chart/pareto.json").read_text())["points"]

@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.compare.statistics import exponent
 from analysis.pages.drawing import BLACK, BLUE, GREEN, ORANGE, PINK, panels
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
@@ -128,7 +127,6 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
         __name__,
         **{"first": first, "last": last, "here": here, "adapted": stopped},
         **{"free_speed": FREE_SPEED, "step": STEP},
-        exponent=exponent(np.array(DENSITIES), np.array([s.largest for s in free])),
     )
     return words.section(
         "10",

@@ -98,13 +98,11 @@ class Varied(Rod):
 class FreeChain(NamedTuple):
     """A chain that nothing holds: its wall is behind the last one, who walks away from it.
 
-    from_rigid, from_elastic: how far u⁺ is from ū, the velocity of the rigid chain, and from the
-        elastic exchange 2ū − u⁻, over U"""
+    from_rigid: how far u⁺ is from ū, the velocity of the rigid chain, over U"""
 
     name: str
     answer: CollisionAnswer
     from_rigid: float
-    from_elastic: float
     pressure: float  # the largest |σ|
 
 
@@ -135,11 +133,8 @@ def free_chain(name: str, ends: tuple[float, float], volume: float, mesh: float)
     answer = collide(space, medium, left[:, None])
     weights = answer.space.weights
     mean = float(answer.left_field.ravel() @ weights / weights.sum())
-    rigid, elastic = (
-        float(np.abs(answer.right_velocity - other).max() / SPEED)
-        for other in (mean, 2 * mean - answer.left_velocity)
-    )
-    return FreeChain(name, answer, rigid, elastic, float(np.abs(pressure(answer)).max()))
+    rigid = float(np.abs(answer.right_velocity - mean).max() / SPEED)
+    return FreeChain(name, answer, rigid, float(np.abs(pressure(answer)).max()))
 
 
 class Chains(NamedTuple):
@@ -211,10 +206,9 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
     found = chains(mesh)
     words = Words(
         __name__,
-        **{"found": found, "error": max(trial.error for trial in found.trials)},
-        **{"table": found.table_1, "h": found.table_1.chain.medium.length},
+        **{"found": found, "table": found.table_1, "h": found.table_1.chain.medium.length},
         **{"length": LENGTH, "density": DENSITY, "volume": VOLUME, "speed": SPEED},
-        **{"threshold": THRESHOLD, "densities": DENSITIES, "at": FROM_WALL_M},
+        **{"threshold": THRESHOLD, "at": FROM_WALL_M},
         printed=sum(trial.printed for trial in found.trials),
         rebound=sum(trial.printed != (trial.at_wall == 0) for trial in found.trials),
         right=sum(trial.chain.sticks == (trial.at_wall == 0) for trial in found.trials),

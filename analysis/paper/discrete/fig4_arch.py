@@ -34,17 +34,13 @@ DISSIPATIONS = (0.0, 1.0, 3.0, 10.0, 30.0, 37.5, 100.0, 300.0, 1e3, 1e4)
 EFFECTIVE_MASS = 37.5
 
 
-def maintained_forces(arch: Arch) -> dict[str, Any]:
-    """Find what the equality W λ = C u⁻ (paper (2), (8)) asks of an arch, by its shortest solution
-    λ/τ: by the dense M^(-1/2) Cᵀ, which does not square the condition as W does.
-
-    pulling: how many contacts pull; strongest_N: the largest pull."""
+def maintained_forces(arch: Arch) -> Floats:
+    """Find what the equality W λ = C u⁻ (paper (2), (8)) asks of an arch: (k,) N, its shortest
+    solution λ/τ, by the dense M^(-1/2) Cᵀ, which does not square the condition as W does."""
     root = np.sqrt(np.repeat(arch.snapshot.mass, 2))
     matrix = arch.contacts.normal_matrix(len(arch.snapshot)).toarray().T / root[:, None]
     reaction = np.linalg.lstsq(matrix, root * arch.left_velocity.ravel(), rcond=1e-10)[0]
-    force = reaction / arch.window
-    pulling = int((force < -1e-9 * np.abs(force).max()).sum())
-    return {"pulling": pulling, "strongest_N": float(-force.min(initial=0.0))}
+    return np.asarray(reaction / arch.window)
 
 
 class Trial(NamedTuple):
@@ -389,22 +385,22 @@ def contact_forces(
         found.append(counts | worst)
     exact = max(each["determined"] for each in found) < EXACT
     verdict = Verdict.of(exact and found[-1]["contact"] < ALIKE, exact)
-    every = [comparison for runs in comparisons.values() for comparison in runs]
-    moving = max(comparison.balance.unbalanced for comparison in every)
-    return words.claim("contact_forces", verdict, kind=kind, found=found, moving=moving)
+    return words.claim("contact_forces", verdict, kind=kind, found=found)
 
 
-def maintained(words: Words, arch: Arch, pulling: int, crowds: Crowds) -> Claim:
+def maintained(words: Words, arch: Arch, crowds: Crowds) -> Claim:
     """Judge “contacts are maintained”: holds where none opens and none pulls, in part where few
     open."""
-    opening, contacts = arch.opening(), len(arch.contacts)
+    opening, contacts, force = arch.opening(), len(arch.contacts), maintained_forces(arch)
+    pulling = int((force < -1e-9 * np.abs(force).max()).sum())
     shares = {
         kind: sum(s["opening"] for s in samples) / sum(s["contacts"] for s in samples)
         for kind, samples in crowds.items()
     }
     few = max([opening / contacts, *shares.values()]) < FEW
     verdict = Verdict.of(opening == 0 and pulling == 0, few)
-    return words.claim("maintained", verdict, opening=opening, contacts=contacts, shares=shares)
+    counts = {"opening": opening, "pulling": pulling, "contacts": contacts}
+    return words.claim("maintained", verdict, shares=shares, **counts)
 
 
 def dissipation_claim(words: Words, trials: Sequence[Trial]) -> Claim:
@@ -493,7 +489,7 @@ def _section(
     found: Study, samples: Sequence[Sample], jams: Sequence[Blocked], grown: Sequence[Sample]
 ) -> Section:
     arch = Arch.of(found.scene, found.comparisons[0].snapshot)
-    trials, pull = dissipation_trials(arch), maintained_forces(arch)
+    trials = dissipation_trials(arch)
     soft = [jam for jam in jams if jam.stiffness == pressed_crowd.STIFFNESSES[0]]
     crowds = {
         HEAPS: grown,
@@ -501,7 +497,7 @@ def _section(
         BLOCKED: [sample_of(jam.arch, jam.seed) for jam in soft],
     }
     crowds = {kind: some for kind, some in crowds.items() if some}
-    words = Words(__name__, arch=arch, pull=pull, grown=grown)
+    words = Words(__name__, arch=arch, grown=grown)
     crowd = pressed_crowd.crowd_parts(arch, found, "fig_4_", "arch")
     pictures = [
         crowd.snapshot,
@@ -528,7 +524,7 @@ def _section(
             *([contact_forces(words, BLOCKED, at_rest)] if all(at_rest.values()) else ()),
             contact_forces(words, "a crowd that flows", {stiffness: found.comparisons}),
             *places(words, crowds),
-            maintained(words, arch, pull["pulling"], crowds),
+            maintained(words, arch, crowds),
             dissipation_claim(words, trials),
         ],
         warnings=[*crowd.warnings, *warnings_of([*samples, *grown]), *_trial_warnings(trials)],

@@ -32,11 +32,10 @@ NOTICEABLE, LARGE = 0.01, 0.1
 LAW = SocialForceLaw()
 
 
-def special_case(words: Words, equal: forces.ChainForces, unequal: forces.ChainForces) -> Claim:
+def special_case(words: Words, equal: forces.ChainForces) -> Claim:
     """Judge whether (4) is the percussions where all masses are equal."""
-    special, unlike = (relative_difference(c.percussion, c.first_order) for c in (equal, unequal))
-    verdict = Verdict.of(special < ROUNDING)
-    return words.claim("special_case", verdict, special=special, unlike=unlike, mass=unequal.mass)
+    special = relative_difference(equal.percussion, equal.first_order)
+    return words.claim("special_case", Verdict.of(special < ROUNDING), special=special)
 
 
 def constant_in_a_chain(
@@ -47,12 +46,7 @@ def constant_in_a_chain(
     touching = max(float(np.abs(chain.social / LAW.strength - 1).max()) for chain in both)
     rest = equal.social_at_rest
     verdict = Verdict.of(touching < ROUNDING, bool(np.ptp(rest) / LAW.strength < LARGE))
-    return words.claim(
-        "constant_in_a_chain",
-        verdict,
-        **{"law": LAW, "touching": touching, "rest": rest},
-        difference=relative_difference(equal.percussion, rest),
-    )
+    return words.claim("constant_in_a_chain", verdict, touching=touching, rest=rest)
 
 
 def restrictive_mass(
@@ -60,17 +54,14 @@ def restrictive_mass(
 ) -> Claim:
     """Judge whether equal masses restrict the first-order model: it counts as holding where every
     difference is large, in part where one is noticeable; arches: of equal and of unequal masses."""
-    chain = relative_difference(unequal.percussion, unequal.first_order)
-    crowds: list[dict[str, Any]] = []
-    parts = [chain]
+    parts = [relative_difference(unequal.percussion, unequal.first_order)]
     for arch in arches[1:]:
-        a, b = arch.by_law[forces.PERCUSSIONS], arch.by_law[forces.FIRST_ORDER]
-        contact, _, carried, resultant = forces.differences(a, b)
+        laws = (arch.by_law[law] for law in (forces.PERCUSSIONS, forces.FIRST_ORDER))
+        contact, _, carried, resultant = forces.differences(*laws)
         parts += [contact, carried, resultant]
-        each = {"contact": contact, "carried": carried, "resultant": resultant}
-        crowds.append(each | {"name": arch.scene.name})
-    verdict = Verdict.of(max(parts) > NOTICEABLE, min(parts) > LARGE)
-    return words.claim("restrictive_mass", verdict, chain=chain, crowds=crowds, large=LARGE)
+    least, most = min(parts), max(parts)
+    verdict = Verdict.of(most > NOTICEABLE, least > LARGE)
+    return words.claim("restrictive_mass", verdict, least=least, most=most)
 
 
 def complete_congestion(words: Words, found: Sequence[forces.Congestion]) -> Claim:
@@ -79,9 +70,8 @@ def complete_congestion(words: Words, found: Sequence[forces.Congestion]) -> Cla
     congests = sum(one.congests for one in found)
     draws, freed = sum(len(one.unequal) for one in found), sum(one.freed for one in found)
     verdict = Verdict.of(congests == len(found), 2 * freed >= draws)
-    fastest = max(max(one.unequal) for one in found)
     counts = {"congests": congests, "draws": draws, "freed": freed}
-    return words.claim("complete_congestion", verdict, found=found, fastest=fastest, **counts)
+    return words.claim("complete_congestion", verdict, found=found, **counts)
 
 
 def constant_without_overlap(
@@ -92,11 +82,9 @@ def constant_without_overlap(
     uneven = float(apart.carried.std() / apart.carried.mean())
     thinner = 1 - float(apart.carried_apart.mean() / apart.carried.mean())
     constant = max(spread, apart.friction / LAW.strength) < ROUNDING
-    beyond = 1 - apart.carried_by_touching.sum() / apart.carried.sum()
-    both = {"arch": arch, "apart": apart}
-    sizes = {"spread": spread, "beyond": beyond, "uneven": uneven, "thinner": thinner}
+    sizes = {"spread": spread, "uneven": uneven, "thinner": thinner}
     verdict = Verdict.of(constant, max(uneven, thinner) < LARGE)
-    return words.claim("constant_without_overlap", verdict, **both, **sizes)
+    return words.claim("constant_without_overlap", verdict, crowd=arch.scene.name, **sizes)
 
 
 def no_overlap(words: Words, evacuated: Sequence[forces.Evacuation]) -> Claim:
@@ -105,12 +93,8 @@ def no_overlap(words: Words, evacuated: Sequence[forces.Evacuation]) -> Claim:
     less."""
     found: list[dict[str, Any]] = []
     for speed in sorted({one.speed for one in evacuated}):
-        mine = [one for one in evacuated if one.speed == speed]
-        deepest = np.concatenate([one.deepest for one in mine])
-        force = np.concatenate([one.forces for one in mine]).max(initial=0)
-        counts = {"speed": speed, "runs": len(mine)}
-        sizes = {"median": np.median(deepest), "most": deepest.max(), "force": force}
-        found.append(counts | sizes)
+        deepest = np.concatenate([one.deepest for one in evacuated if one.speed == speed])
+        found.append({"speed": speed, "median": np.median(deepest)})
     clear = [each["median"] <= SEEN * forces.DIAMETER_M for each in found]
     verdict = Verdict.of(all(clear), any(clear))
     return words.claim("no_overlap", verdict, found=found)
@@ -122,7 +106,7 @@ def unrealistic(words: Words, arch: forces.ArchForces) -> Claim:
     value = correlation(reference.contact, social.contact)
     verdict = Verdict.of(value < 0.5, social.spread < 0.5 * reference.spread)
     both = {"social": social, "reference": reference}
-    return words.claim("unrealistic", verdict, arch=arch, value=value, **both)
+    return words.claim("unrealistic", verdict, crowd=arch.scene.name, value=value, **both)
 
 
 def surface(words: Words, overlap: float, radii: tuple[float, float], ratio: float) -> Claim:
@@ -135,11 +119,11 @@ def surface(words: Words, overlap: float, radii: tuple[float, float], ratio: flo
     return words.claim("surface", verdict, **sizes)
 
 
-def non_zero_apart(words: Words, beyond: Mapping[str, float], reach: float) -> Claim:
-    """Judge whether (10) acts without a contact; `beyond` up to a gap of `reach` (m)."""
+def non_zero_apart(words: Words, beyond: Mapping[str, float]) -> Claim:
+    """Judge whether (10) acts without a contact, by `loehner_beyond_touch`."""
     printed, text = beyond[forces.PRINTED], beyond[forces.TEXT]
     verdict = Verdict.of(printed > 0, text > 0)
-    return words.claim("non_zero_apart", verdict, printed=printed, text=text, reach=reach)
+    return words.claim("non_zero_apart", verdict, printed=printed, text=text)
 
 
 OF_A_PAIR = (
@@ -324,9 +308,8 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
     )
     warnings = [*equal.warnings, *unequal.warnings]
     limit = drive.push(forces.MASS_KG)
-    jump = forces.jump_at_touch(limit)
     named = {name: value for name, value in vars(forces).items() if name.isupper()}
-    words = Words(__name__, drive=drive, limit=limit, jump=jump, radius=forces.RADIUS_M, **named)
+    words = Words(__name__, drive=drive, limit=limit, radius=forces.RADIUS_M, **named)
     arches = _arches(scenes, runs, tell, warnings)
     pictures = {"fig_6_laws": draw_laws(limit), "fig_6_chain": draw_chains(equal, unequal)}
     tables = [
@@ -335,7 +318,7 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
         words.table("table_chain", forces.chain_rows(unequal), chain=unequal),
     ]
     judged = [
-        special_case(words, equal, unequal),
+        special_case(words, equal),
         restrictive_mass(words, unequal, arches),
         constant_in_a_chain(words, equal, unequal),
         surface(words, OVERLAP_M, RADII_M, forces.ratio_of_sizes(OVERLAP_M, RADII_M)),
@@ -383,7 +366,7 @@ def _crowd_claims(
 ) -> list[Claim]:
     equal, unequal = arches
     beyond = forces.loehner_beyond_touch(unequal, LOEHNER_REACH_M)
-    found = [unrealistic(words, equal), non_zero_apart(words, beyond, LOEHNER_REACH_M)]
+    found = [unrealistic(words, equal), non_zero_apart(words, beyond)]
     try:
         return [constant_without_overlap(words, equal, forces.without_overlap(equal)), *found]
     except OverlapError as error:

@@ -63,12 +63,6 @@ def ratio_of_sizes(overlap: float, radii: tuple[float, float]) -> float:
     return float(large / small)
 
 
-def jump_at_touch(limit: float) -> float:
-    """Divide Löhner's force as printed just beyond touch by that at touch."""
-    at_touch, beyond = pair_forces(np.array([0.0, 1e-6]), RADIUS_M, limit)[LoehnerReading.PRINTED]
-    return float(beyond / at_touch)
-
-
 def pair_rows(limit: float) -> list[list[float]]:
     """Tabulate gap (mm) and forces (N) of one pair at a few gaps, by law."""
     gap = np.array([-0.02, -0.005, 0.0, 0.02, 0.1, 0.3, 0.5])
@@ -296,12 +290,9 @@ class WithoutOverlap(NamedTuple):
     overlaps."""
 
     contact: Floats  # (k,) N at the pairs that touch
-    beyond: Floats  # (m,) N at those that do not, down to LEFT_OUT_N
     carried: Floats  # (n,) N, the sum of magnitudes at each disk
-    carried_by_touching: Floats  # (n,) N, its part from contacts
     carried_apart: Floats  # (n,) N, the sum if all distances were 10 % larger
     friction: float  # N, its largest at a contact
-    moved: float  # m, the largest displacement
 
 
 def without_overlap(arch: ArchForces) -> WithoutOverlap:
@@ -319,12 +310,9 @@ def without_overlap(arch: ArchForces) -> WithoutOverlap:
     room = Walls(start=1.1 * walls.start, end=1.1 * walls.end)
     return WithoutOverlap(
         contact=only.normal,
-        beyond=every.normal[~touching],
         carried=every.magnitude_sum(),
-        carried_by_touching=only.magnitude_sum(),
         carried_apart=social_force(wider, all_pairs(wider, room)).magnitude_sum(),
         friction=float(np.hypot(*only.sliding.T).max()),
-        moved=float(np.hypot(*(found.position - crowd.position).T).max()),
     )
 
 

@@ -68,7 +68,7 @@ def time_step_theory(row: Of) -> float:
     few_rows=(PACKED[0], PACKED[2], *rhombi("yade", 4)),
     fails_as=UNSTABLE,
     theory=time_step_theory,
-    values={"steps": SWUNG_STEPS, "lattice": 2 / np.sqrt(6)},
+    values={"steps": SWUNG_STEPS},
 )
 def time_step(step: float, row: Of, folder: Path) -> Cell:
     """Run the packing at a time step (in √(m/k)) and see whether its energy grows."""
@@ -139,8 +139,7 @@ def stiffness_theory(step: float) -> float:
     few_rows=(0.003,),
     fails_as=UNSTABLE,
     theory=stiffness_theory,
-    values={"line": LINE, "restitution": RESTITUTION, "force_n": FORCE_N, "share": SHARE}
-    | {"softest": LINE / SHARE},
+    values={"line": LINE, "force_n": FORCE_N},
 )
 def stiffness(ratio: float, step: float, folder: Path) -> Cell:
     """Drive LINE disks against a wall, k r = ratio times the drive of one, with a time step (s):

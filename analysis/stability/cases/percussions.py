@@ -110,7 +110,6 @@ def sweeps_theory(solver: str) -> float:
     quantities=(*SOLVER_QUANTITIES, *CONTRACTION),
     fails_as=(Outcome.NOT_CONVERGED,),
     theory=sweeps_theory,
-    values={"loose": LOOSE, "tight": TIGHT},
     whole=True,
 )
 def long_chains(n: float, solver: str, folder: Path) -> Cell:
