@@ -22,7 +22,7 @@ from analysis.scene.scene import (
     Wall,
     read_scene,
 )
-from analysis.scene.schema import BodyForce
+from analysis.scene.schema import BodyForce, Stop
 from analysis.scene.waiting import Doorway
 from nscd import Snapshot, Walls
 
@@ -315,6 +315,18 @@ friction and contacts give nothing along it, so that its momentum is what the dr
     )
 
 
+def _faint(disks: int, seed: int) -> Scene:
+    n = disks or 60
+    notes = f"""{n} frictionless disks too large for a 1 m door, jammed and at rest. From 8 s on the
+third of them nearest to the door wants to go nowhere. Closed form: at rest the walls carry what the
+drive gives, before and after."""
+    snapshot, title = crowd_before_a_door(n, seed, 0.30), f"{n} large disks, of whom a third stops"
+    made = _driven("faint", title, "made for this product", notes, snapshot, 16.0)
+    assert made.drive is not None
+    stops = (Stop(people=(1, max(1, n // 3)), time_s=8.0),)
+    return made.model_copy(update={"drive": made.drive.model_copy(update={"stops": stops})})
+
+
 # Radii and places of the disks of a body, as shares of half its breadth (ANSUR II: 0.48–0.51 m).
 BODY = ((0.42, -0.58), (0.5, 0.0), (0.42, 0.58))
 
@@ -356,6 +368,7 @@ MAKERS: dict[str, Callable[[int, int], Scene]] = {
     "turns": _turns,
     "rail": _rail,
     "two_way": _two_way,
+    "faint": _faint,
     "shoulders": _shoulders,
 }
 # About 2 kB of memory for each.
@@ -371,6 +384,7 @@ SEEDED = (
     "turns",
     "rail",
     "two_way",
+    "faint",
     "shoulders",
 )
 

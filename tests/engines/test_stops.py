@@ -51,6 +51,15 @@ def test_a_wall_carries_less_by_the_push_of_who_stops(simulate):
     np.testing.assert_allclose(carried[3:], pushes[:2].sum(), rtol=1e-6)
 
 
+def test_at_rest_the_walls_of_faint_carry_what_the_drive_gives(simulate):
+    """Before and after a third of the crowd stops; by then it has lost over 30 %."""
+    found = simulate("rigid", read_scene("faint"))
+    carried = [now.force[now.is_wall, 0].sum() for now in (found.contacts[19], found.contacts[40])]
+    given = found["drive_x"][[19, 40]].sum(axis=1)
+    np.testing.assert_allclose(carried, given, rtol=1e-4)
+    assert carried[1] < 0.7 * carried[0]
+
+
 @pytest.mark.parametrize(
     ("lines", "said"),
     [
