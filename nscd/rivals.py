@@ -48,7 +48,8 @@ def first_order(
 
     0 ≤ λ ⟂ CCᵀλ − C u⁻ ≥ 0, u⁺ = u⁻ − Cᵀλ, masses ignored (paper eq. (4)): u⁺ is the right velocity
     nearest to u⁻ in the sum of squares; λ is the one of least Σλ² where contacts are redundant.
-    Raises ValueError as `solve` does."""
+    Raises ValueError as `solve` does, and for bodies of several disks."""
+    snapshot.need_disks("first_order")
     unit = replace(snapshot, mass=np.ones(len(snapshot)))
     answer = solve(
         unit,

@@ -1,8 +1,8 @@
 """From contacts to fields: stress, wall traction, density and momentum of disks, coarse-grained.
 
 Goldhirsch, Granular Matter 12 (2010) 239–252; walls: Weinhart, Thornton, Luding, Bokhove, Granular
-Matter 14 (2012) 289–294. A disk counts as a point at its centre; a contact carries its percussion
-along the branch ℓ from centre to centre, or from the centre to the contact point on a wall. With
+Matter 14 (2012) 289–294. A disk, or a body of several, counts as a point at its centre; a contact
+carries its percussion along the branch ℓ from centre to centre, or to the contact point on a wall. With
 percussions (N·s) stresses are in N·s/m, with forces (N) in N/m."""
 
 import math
@@ -132,7 +132,7 @@ def stress_field(
     points = read_only(at, (-1, 2), "at")
     p = read_only(impulse, (len(contacts), 2), "impulse")
     contacts.check_disks(len(snapshot))
-    start, branch = snapshot.position[contacts.first], branches(snapshot, contacts)
+    start, branch = _centres(snapshot)[contacts.first], branches(snapshot, contacts)
     stress, divergence, traction = _core.smear_stress(
         points, start, branch, p, contacts.is_wall, kernel.width, kernel.reach, kernel.compact
     )
@@ -147,11 +147,17 @@ def stress_field(
 
 def branches(snapshot: Snapshot, contacts: Contacts) -> Floats:
     """Compute ℓ (k,2) m from the first centre to the second, or to the contact point of a wall."""
-    end = contacts.point.copy()
+    end, centre = contacts.point.copy(), _centres(snapshot)
     pairs = ~contacts.is_wall
-    end[pairs] = snapshot.position[contacts.second[pairs]]
-    branch: Floats = end - snapshot.position[contacts.first]
+    end[pairs] = centre[contacts.second[pairs]]
+    branch: Floats = end - centre[contacts.first]
     return branch
+
+
+def _centres(snapshot: Snapshot) -> Floats:
+    """Where (n,2) m each disk, or the body that it is joined to, has its centre of mass."""
+    wide = snapshot.wide
+    return snapshot.position if wide is None else wide.centre[wide.number]
 
 
 def virial(snapshot: Snapshot, contacts: Contacts, impulse: ArrayLike) -> Floats:

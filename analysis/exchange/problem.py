@@ -44,7 +44,9 @@ class GlobalProblem:
         cls, snapshot: Snapshot, contacts: Contacts, left: Floats, friction: Floats
     ) -> GlobalProblem:
         """State the inelastic impact of disks with left velocity (n,2) m/s and the spins of the
-        snapshot, at contacts with μ (k,): v = (x, y, ω) of each disk, H = −(C, T)ᵀ."""
+        snapshot, at contacts with μ (k,): v = (x, y, ω) of each disk, H = −(C, T)ᵀ. Raises ValueError
+        for bodies of several disks."""
+        snapshot.need_disks("FCLIB")
         n, k = len(snapshot), len(contacts)
         diagonal = np.column_stack([snapshot.mass, snapshot.mass, snapshot.inertia]).ravel()
         velocity = np.column_stack([left, snapshot.spin]).ravel()

@@ -66,6 +66,8 @@ class Sensor(BaseModel):
         if self.person is not None:
             if self.person not in scene.snapshot.ids:
                 raise ValueError(f"person: nobody has the id {self.person}")
+            if scene.snapshot.wide is not None:
+                raise ValueError("person: vests are for people of one disk each")
             return self.person, *self.arc_deg
         names = [wall.name for wall in scene.walls]
         if self.wall not in names:

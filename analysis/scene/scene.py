@@ -37,6 +37,7 @@ from analysis.scene.schema import (
 from analysis.support.files import or_shipped, shipped, write_text
 from analysis.support.reading import UnreadableError, read_text
 from nscd import Snapshot, Walls, _core
+from nscd.arrays import Floats
 from nscd.segments import connect
 from nscd.stepping import StepError
 
@@ -152,13 +153,19 @@ class Scene(Room):
     @property
     def push_range(self) -> tuple[float, float]:
         """Give the least and the largest force (N) with which a person pushes; 0 without a drive."""
-        push = self.drive.push(self.snapshot.mass) if self.drive else np.zeros(1)
+        push = self.drive.push(self._masses) if self.drive else np.zeros(1)
         return float(push.min()), float(push.max())
 
     @property
     def mean_push(self) -> float:
         """Give the mean force (N) with which people push; 0 without a drive."""
-        return self.drive.push(float(np.mean(self.snapshot.mass))) if self.drive else 0.0
+        return self.drive.push(float(np.mean(self._masses))) if self.drive else 0.0
+
+    @property
+    def _masses(self) -> Floats:
+        """Of people (kg), whose bodies may have several disks."""
+        wide = self.snapshot.wide
+        return self.snapshot.mass if wide is None else wide.mass
 
     def with_contact(self, **changes: object) -> Scene:
         """Return the scene with some keys of its contact model changed; the laws of a body bring
@@ -216,7 +223,15 @@ class Scene(Room):
         for name in ("goals", "stops") if self.drive else ():
             for number, part in enumerate(getattr(self.drive, name), start=1):
                 first, last = part.people
-                if not ((self.snapshot.ids >= first) & (self.snapshot.ids <= last)).any():
+                mine = (self.snapshot.ids >= first) & (self.snapshot.ids <= last)
+                if (wide := self.snapshot.wide) is not None:
+                    cut = np.intersect1d(wide.number[mine], wide.number[~mine])
+                    if len(cut):
+                        raise SceneError(
+                            f"{origin}: drive.{name}: number {number}: `people` has some disks of "
+                            f"body {wide.ids[cut[0]]}, and not all"
+                        )
+                if not mine.any():
                     raise SceneError(
                         f"{origin}: drive.{name}: number {number}: nobody has an id from {first} to {last}"
                     )

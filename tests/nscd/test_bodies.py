@@ -8,9 +8,12 @@ import pytest
 from scipy.optimize import linprog, nnls
 from scipy.sparse import csr_array
 
+from analysis.exchange.problem import GlobalProblem
 from nscd import ContactLaw, Walls, find_contacts, solve
 from nscd.friction.planar import natural_map
 from nscd.indeterminacy import admissible, determinacy, intervals, least_energy
+from nscd.rivals import first_order
+from nscd.stress import Kernel, smear, stress_field
 from tests.crowds import disks_at, lattice
 
 FLOOR = Walls(start=[[-9, 0]], end=[[9, 0]])
@@ -232,6 +235,29 @@ def test_bodies_that_cannot_be_are_refused_in_one_line(words):
     with pytest.raises(ValueError, match=words) as refused:
         crowd.joined(**given)
     assert "\n" not in str(refused.value)
+
+
+def test_stress_of_bodies_balances_their_momentum():
+    """Σ m Δu φ over bodies = div Σ + t, at any place."""
+    crowd, contacts = some_bodies(2)
+    found, bodies, kernel = percussions_of(crowd, contacts), crowd.bodies, Kernel(width=0.3)
+    at = np.random.default_rng(0).uniform(0, 2, (9, 2))
+    field = stress_field(crowd, contacts, found.impulse, kernel, at)
+    change = bodies.mean(found.right_velocity - crowd.velocity, crowd.mass) * bodies.mass[:, None]
+    wanted = smear(bodies.centre, change, kernel, at)[0]
+    np.testing.assert_allclose(
+        field.divergence + field.traction, wanted, rtol=1e-6, atol=1e-6 * np.abs(wanted).max()
+    )
+
+
+def test_models_of_disks_refuse_bodies():
+    crowd, contacts = some_bodies(2)
+    for model in (
+        lambda: first_order(crowd, contacts),
+        lambda: GlobalProblem.of(crowd, contacts, crowd.velocity, np.zeros(len(contacts))),
+    ):
+        with pytest.raises(ValueError, match="bodies of several disks, and it is for disks"):
+            model()
 
 
 def test_contacts_within_a_body_are_none():

@@ -7,9 +7,11 @@ import pytest
 
 from analysis.dumps import open_bodies, snapshot_of
 from analysis.engines.programs.rigid import main
+from analysis.exposure.sensors import Sensor
 from analysis.percussions.setting import Setting
 from analysis.percussions.solving import DumpToSolve, solve_dump
 from analysis.scene.scene import SceneError, read_scene
+from analysis.scene.schema import Goal
 from nscd import Walls
 from tests.crowds import disks_at
 
@@ -73,6 +75,21 @@ def test_many_frames_at_once_are_solved_as_bodies(tmp_path):
     for row in table:
         if row["is_wall"] == "1":
             assert float(row["reaction_Ns"]) == pytest.approx(75.0)
+
+
+def test_people_are_bodies_in_their_push_and_goals(scene):
+    drive = scene.drive
+    assert scene.mean_push == pytest.approx(drive.push(60.0))
+    assert scene.push_range == pytest.approx((drive.push(60.0),) * 2)
+    goal = {"people": (1, 5), "outward": (1.0, 0.0)}
+    ends = {"door_start_m": drive.door_start_m, "door_end_m": drive.door_end_m}
+    goals = (Goal(**goal, **ends),)
+    cut = scene.model_copy(update={"drive": drive.model_copy(update={"goals": goals})})
+    with pytest.raises(SceneError, match=r"drive\.goals: number 1: .* some disks of body 9"):
+        cut.check("two.toml")
+    vest = Sensor(name="vest", person=1, arc_deg=(0.0, 90.0), rate_Hz=10.0)
+    with pytest.raises(ValueError, match="vests are for people of one disk"):
+        vest.placed(scene)
 
 
 BAD = {
