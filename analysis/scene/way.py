@@ -174,14 +174,15 @@ class _Search:
             clear[_core.clear_of(start, end, first, last, 1e-12) == 0.0] = 0.0
         return clear
 
-    def to_door(self, start: Floats, most: float) -> tuple[Floats, Floats]:
-        """How far (n,) m the door is from (n,2) m, and walls from the line to it; 0 beyond it."""
+    def to_door(self, start: Floats, most: float, beyond: float = 0.0) -> tuple[Floats, Floats]:
+        """How far (n,) m the door is from (n,2) m, and walls from the line to it; 0 from `beyond`
+        (m) past it."""
         a, b = self.door
         along = b - a
         share = np.clip((start - a) @ along / max(float(along @ along), 1e-300), 0.0, 1.0)
         nearest = a + share[:, None] * along
         clear = self.sight(start, nearest, most, through=True)
-        clear[(start - self.doors[self.number, 0]) @ self.outward >= 0] = 0.0
+        clear[(start - self.doors[self.number, 0]) @ self.outward >= beyond] = 0.0
         return np.hypot(*(nearest - start).T), clear
 
     def ways(self, corners: Floats, middles: Floats, columns: int) -> tuple[Indices, Floats]:
@@ -253,7 +254,8 @@ class _Search:
         most = self.radius + self.cell / np.sqrt(2)
         place, away, clear = self.middles[cell], self._over(cell, tried), np.zeros(len(cell))
         door, rest = np.flatnonzero(tried == 0), np.flatnonzero(tried > 0)
-        away[door], clear[door] = self.to_door(place[door], most)
+        # a cell on the line of the door has people before it
+        away[door], clear[door] = self.to_door(place[door], most, self.cell)
         clear[rest] = self.sight(place[rest], self.corners[tried[rest]], most)
         cost: Floats = np.where(clear > 0, away + AVOIDS * (most - clear), np.inf)
         return cost

@@ -234,3 +234,14 @@ def test_two_goals_may_be_one_door():
     assert np.array_equal(twice.next[0], once.next[0])
     assert np.array_equal(twice.next[1], once.next[0])
     assert (once.next[0] >= 0).any()
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.02, 0.06])
+def test_who_is_just_before_the_line_of_a_door_goes_through_it(shift):
+    """A corner of the way stands in the door: nobody goes along the line to it."""
+    posts = [(0, -1), (0, -4), (-8, -4), (-8, 4), (0, 4), (0, 1)]
+    sides = between(posts, [(-3, -2), (-3, 4)])
+    door = np.array([[(shift, shift - 1), (shift, shift + 1), (1.0, 0.0)]])
+    way = way_of(Walls(start=sides.start + shift, end=sides.end + shift), door, 0.2, 0.15)
+    before = np.stack(np.meshgrid(np.linspace(-0.1, -0.001, 8), np.linspace(-0.75, 0.75, 9)), -1)
+    assert (way.at(before.reshape(-1, 2) + shift, 0, way.next) == 0).all()
