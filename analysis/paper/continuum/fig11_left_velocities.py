@@ -173,7 +173,6 @@ def build(progress: Progress | None = None, mesh: float = exit_room.MESH) -> Sec
         __name__,
         **{"runs": runs, "even": even, "share": share, "correlation": correlation},
         **{"mean": MEAN, "deviation": DEVIATION, "near": NEAR},
-        compressed=compressed(answers["uniform"], toward),
     )
     named = {f"uniform, k_v = {k:g}": answer for k, answer in flows.items()}
     shown = (("uniform", found["uniform"][1]), ("random", found[runs[1].name][1]))

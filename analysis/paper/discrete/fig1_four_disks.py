@@ -317,12 +317,7 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
     misses = [max(abs(row[i] - row[0]) for row in asked) for i in (2, 3)]
     rigid, printed, light = fours[:3]
     far, error = effect[0][2:], abs(by_solver / by_formula - 1)
-    disks = {
-        "ratios": ratios,
-        "apart": float(np.ptp(four[:, 1:], axis=1).max()),
-        "misses": misses,
-        "formula": (by_formula, by_solver),
-    }
+    disks = {"apart": float(np.ptp(four[:, 1:], axis=1).max()), "misses": misses}
     words = Words(__name__, disks=disks, rigid=rigid, printed=printed, light=light)
     restitution = Verdict.FAILS if misses[0] > 1e-6 else Verdict.of(True, misses[1] < 1e-6)
     return words.section(

@@ -381,7 +381,7 @@ def contact_forces(
         fixed, contacts = (
             sum(n[name] for n in numbers) for name in ("determined_contacts", "rigid_contacts")
         )
-        counts = {"stiffness": stiffness, "runs": len(runs), "fixed": fixed, "contacts": contacts}
+        counts = {"stiffness": stiffness, "fixed": fixed, "contacts": contacts}
         found.append(counts | worst)
     exact = max(each["determined"] for each in found) < EXACT
     verdict = Verdict.of(exact and found[-1]["contact"] < ALIKE, exact)
