@@ -284,7 +284,9 @@ class Crowd:
     def _push(self, position, velocity):
         """Set the forces that act until the next call: the drive and the body force."""
         if "drive" in self.scene:
-            self.held = drive_force(self.scene["drive"], self.disks, position, velocity, O.time)
+            # within a step O.time is that of the step before
+            time = O.iter * self.penalty.time_step
+            self.held = drive_force(self.scene["drive"], self.disks, position, velocity, time)
         self.motion.hold(self.held + self.weight)
 
     def _write(self, step, position, velocity, spin, force):

@@ -174,22 +174,25 @@ class _Search:
             clear[_core.clear_of(start, end, first, last, 1e-12) == 0.0] = 0.0
         return clear
 
-    def to_door(self, start: Floats, most: float, beyond: float = 0.0) -> tuple[Floats, Floats]:
-        """How far (n,) m the door is from (n,2) m, and walls from the line to it; 0 from `beyond`
-        (m) past it."""
+    def to_door(
+        self, start: Floats, most: float, beyond: float = 0.0
+    ) -> tuple[Floats, Floats, Floats]:
+        """How far (n,) m the door is from (n,2) m, and walls from the line to it, 0 from `beyond`
+        (m) past it; and its nearest point (n,2) m."""
         a, b = self.door
         along = b - a
         share = np.clip((start - a) @ along / max(float(along @ along), 1e-300), 0.0, 1.0)
         nearest = a + share[:, None] * along
         clear = self.sight(start, nearest, most, through=True)
         clear[(start - self.doors[self.number, 0]) @ self.outward >= beyond] = 0.0
-        return np.hypot(*(nearest - start).T), clear
+        return np.hypot(*(nearest - start).T), clear, nearest
 
     def ways(self, corners: Floats, middles: Floats, columns: int) -> tuple[Indices, Floats]:
         """Next corner from 1 (0: the door, −1: none) and length of the way of each middle of a cell
         (n,2) m, row by row."""
         # the first stands for the door: no way over it is shorter
         self.corners = np.concatenate([np.zeros((1, 2)), corners])
+        self.onward = np.zeros_like(self.corners)
         self.length = np.concatenate([[-np.inf], self._dijkstra(corners)])
         self.middles, self.columns = middles, columns
         code = self._cells()
@@ -202,7 +205,7 @@ class _Search:
         """The length (k,) m of the way from each corner to the door; infinite without a way."""
         # a side of the ring is a little nearer to the end of the wall than its corners
         wide = 0.98 * self.radius
-        away, clear = self.to_door(corners, wide)
+        away, clear, self.onward[1:] = self.to_door(corners, wide)
         length = np.where(clear >= wide, away, np.inf)
         left = np.ones(len(corners), dtype=bool)
         while np.isfinite(ahead := np.where(left, length, np.inf)).any():
@@ -212,7 +215,7 @@ class _Search:
             tried = np.flatnonzero(left & (longer < length))
             here = np.broadcast_to(corners[now], (len(tried), 2)).copy()
             seen = tried[self.sight(here, corners[tried], wide) >= wide]
-            length[seen] = longer[seen]
+            length[seen], self.onward[seen + 1] = longer[seen], corners[now]
         return length
 
     def _cells(self) -> Indices:
@@ -255,7 +258,13 @@ class _Search:
         place, away, clear = self.middles[cell], self._over(cell, tried), np.zeros(len(cell))
         door, rest = np.flatnonzero(tried == 0), np.flatnonzero(tried > 0)
         # a cell on the line of the door has people before it
-        away[door], clear[door] = self.to_door(place[door], most, self.cell)
-        clear[rest] = self.sight(place[rest], self.corners[tried[rest]], most)
+        away[door], clear[door], _ = self.to_door(place[door], most, self.cell)
+        to, onward = self.corners[tried[rest]], self.onward[tried[rest]]
+        clear[rest] = self.sight(place[rest], to, most)
+        # nobody turns back to a corner who is past it and sees the next one
+        past = np.flatnonzero(((place[rest] - to) * (onward - to)).sum(1) > 0)
+        free = self.radius - self.cell / np.sqrt(2)
+        seen = self.sight(place[rest[past]], onward[past], free, through=True) >= free
+        clear[rest[past[seen]]] = 0.0
         cost: Floats = np.where(clear > 0, away + AVOIDS * (most - clear), np.inf)
         return cost

@@ -24,7 +24,7 @@ def test_who_stops_slows_down_exponentially(simulate, name):
     )  # fmt: skip
     found, time = simulate(name, scene), np.linspace(0, 0.6, 7)
     by_hand = np.exp(-np.maximum(time - 0.2, 0) / 0.5)
-    np.testing.assert_allclose(found["vx"][:, 1], by_hand, rtol=2e-3)
+    np.testing.assert_allclose(found["vx"][:, 1], by_hand, rtol=5e-4)
     np.testing.assert_allclose(found["vx"][:, 0], 1.0, rtol=1e-9)
     np.testing.assert_allclose(
         found["drive_x"][-1], [0.0, -150.0 * by_hand[-1]], rtol=5e-3, atol=1e-6
@@ -34,11 +34,8 @@ def test_who_stops_slows_down_exponentially(simulate, name):
 def test_a_wall_carries_less_by_the_push_of_who_stops(simulate):
     mass = np.array([60.0, 75.0, 90.0])
     row = disks_at([[-0.25, 0.0], [-0.75, 0.0], [-1.25, 0.0]], mass=mass)
-    drive = drive_to((5.0, 0.0), (5.0, 1e-3), speed=1.0)
-    drive = drive.model_copy(update={"door_start_m": (0.1, -1.0), "door_end_m": (0.1, 1.0)})
-    drive = Drive.model_validate(
-        drive.model_dump() | {"stops": [{"people": (3, 3), "time_s": 0.3}]}
-    )
+    drive = drive_to((0.1, -1.0), (0.1, 1.0), speed=1.0).model_dump()
+    drive = Drive.model_validate(drive | {"stops": [{"people": (3, 3), "time_s": 0.3}]})
     scene = scene_at(
         row, [((0.0, -1.0), (0.0, 1.0))], name="row", time=0.6, drive=drive,
         contact={"stiffness_N_per_m": 1e5, "restitution": 0.1},

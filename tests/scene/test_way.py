@@ -85,6 +85,8 @@ def walked(walls, doors, way, radius, step=0.04):
 PILLAR = [(0.6, 0.6), (1.2, 0.6), (1.2, 1.2), (0.6, 1.2), (0.6, 0.6)]
 TURNS = between([(0, 0), (0, 2), (6, 2), (6, 8)], [(0, 0), (8, 0), (8, 8)])
 UP = np.array([[(6, 8), (8, 8), (0, 1)]], dtype=float)
+# a passage that is 2 cm broader than a person
+NARROW = between([(2, -8), (2, 7), (0, 7), (0, -8)], [(0, 0), (0.79, 0)], [(1.21, 0), (2, 0)])
 
 
 @pytest.mark.parametrize(
@@ -105,6 +107,14 @@ def test_who_walks_alone_arrives_on_the_shortest_way_and_touches_nothing(walls, 
     shortest = way.at(start, 0, way.length)
     away = near > 0.3
     assert length[away] == pytest.approx(shortest[away], abs=0.25)
+
+
+def test_nobody_turns_back_before_a_passage_that_is_hardly_wide_enough():
+    """A person at a corner before it can be off the line by half the diagonal of a cell."""
+    way = way_of(NARROW, DOWN, 0.2, 0.15)
+    _, length, near = walked(NARROW, DOWN, way, 0.2)
+    assert np.isfinite(length).all()
+    assert near.min() >= 0.2 - way.cell / np.sqrt(2)
 
 
 def test_lengths_among_random_blocks_are_those_of_a_visibility_graph():
