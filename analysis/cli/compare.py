@@ -122,12 +122,14 @@ def _by_files(files: list[Path], of_file: OfFile, radius: float | None, out: Pat
         raise ValueError(
             f"{files[0]}: nothing to compare with. Give its own forces (--contacts) or a second file"
         )
+    written: list[str] = []
     for stem, compared in made:
+        written.append(stem if stem not in written else f"{stem}_{len(written) + 1}")
         times = compared.windows["end_s"]
         span = f"{len(times)} frames, from {times[0]:.4g} to {times[-1]:.4g} s"
         _show_pair(compared, f"{compared.scene}: forces of {span}", "frames")
         show(*_window_rows(compared, "at (s)"), title="frame by frame, second against first")
-        print(*write_frames(out, stem, compared), sep="\n")
+        print(*write_frames(out, written[-1], compared), sep="\n")
 
 
 def _show_pair(compared: WindowComparison, title: str, of: str) -> None:

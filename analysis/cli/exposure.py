@@ -61,7 +61,7 @@ def exposure(
                 raise ValueError(f"--{name}: {run} is no run with impulses")
         found, folder = _of_file(run, of_file, radius), out or Path("exposure")
         apart = float(found.duration.max())
-        if apart > window:
+        if apart > (1 + 1e-9) * window:
             warn(
                 f"{run}: frames are up to {apart:g} s apart, too far for windows of {window:g} s. "
                 "Loads between frames are not seen"

@@ -96,7 +96,7 @@ def match_contacts(found: SnapshotPercussions, engine: EngineContacts, determine
     is_wall = (keys & 1).astype(bool)
     ids = np.column_stack([keys >> 32, (keys >> 1) & 0x7FFFFFFF])
     first = np.searchsorted(snapshot.ids, ids[:, 0])
-    other = np.searchsorted(snapshot.ids, np.where(is_wall, snapshot.ids[0], ids[:, 1]))
+    other = np.searchsorted(snapshot.ids, np.where(is_wall, ids[:, 0], ids[:, 1]))
     both = Contacts(
         first=first,
         second=np.where(is_wall, ids[:, 1] - 1, other),

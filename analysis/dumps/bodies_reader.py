@@ -42,13 +42,15 @@ class BodiesReader(ReaderBase):  # type: ignore[misc]
         if not self.n_atoms:
             raise DumpError(f"{self.filename}: no disk in any frame")
         self.ts = self._Timestep(self.n_atoms, **self._ts_kwargs)
-        self._read_frame(0)
-        middle = float(np.median(self.ts.data["radius"])) if len(self.ts.data["radius"]) else 0.0
+        self._read_frame(next(k for k, rows in enumerate(self._index.counts) if rows))
+        middle = float(np.median(self.ts.data["radius"]))
         if unit is None and middle > LARGEST_PERSON:
             raise DumpError(
                 f"{self.filename}: radius: {middle:g} m in the middle, which is no person. Say the "
                 "unit of its lengths: m, cm or mm (--unit)"
             )
+        if self.ts.frame:
+            self._read_frame(0)
 
     @property
     def steps(self) -> tuple[int, ...]:

@@ -24,7 +24,7 @@ from analysis.dumps.windows import Window
 from analysis.film.frame import NOBODY, RIGID, Frames, window_of
 from analysis.percussions.setting import FORCE, Setting, room_beside
 from analysis.percussions.snapshot import SnapshotPercussions, percussions_of
-from analysis.scene.floors import read_floor, walled
+from analysis.scene.floors import NoFloorError, read_floor, walled
 from analysis.scene.real.import_crowd import ImportedCrowd, place_crowd
 from analysis.scene.real.separate import OverlapError
 from analysis.scene.real.trajectory import Recording, TrajectoryError
@@ -208,9 +208,9 @@ def _with_walls_inside(room: Room, file: Path, *, needed: bool) -> Room:
     where it holds none and they are `needed`, and for a door that is not on its outline."""
     try:
         if file.suffix not in (".sqlite", ".h5", ".hdf5"):
-            raise SceneError(f"{file}: it holds no walls")
+            raise NoFloorError(f"{file}: it holds no walls")
         polygon = read_floor(file).polygon
-    except SceneError as error:
+    except NoFloorError as error:
         if needed:
             raise SceneError(f"{error}. Give --room, a TOML file with walls and a drive") from None
         return room

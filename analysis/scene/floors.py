@@ -111,10 +111,14 @@ class Floor:
     doors: tuple[Doorway, ...] = ()
 
 
+class NoFloorError(SceneError):
+    """A file that may hold a floor holds none."""
+
+
 def read_floor(file: Path) -> Floor:
     """Read a floor in metres: WKT, GeoJSON, an SQLite trajectory of JuPedSim (the union of its
     walkable areas), HDF5 of JuPedSim or of the archive in Jülich, or a Vadere scenario. Raises
-    SceneError naming the file and what is wrong."""
+    SceneError naming the file and what is wrong, NoFloorError for a trajectory without one."""
     try:
         if begins(file, SQLITE):
             return _of_jupedsim(file)
@@ -176,7 +180,7 @@ def _of_jupedsim(file: Path) -> Floor:
     """The union of the areas of a file; the first of one of version 1."""
     found = read_foreign(file, "sqlite", ["metadata", "geometry"]).below
     if not {"metadata", "geometry"} <= found.keys() or not found["geometry"].texts("wkt"):
-        raise SceneError(f"{file}: no geometry of JuPedSim: tables metadata and geometry")
+        raise NoFloorError(f"{file}: no geometry of JuPedSim: tables metadata and geometry")
     areas = found["geometry"].texts("wkt")
     said = dict(zip(found["metadata"].texts("key"), found["metadata"].texts("value"), strict=True))
     if (version := said.get("version")) not in ("1", "2"):
@@ -189,7 +193,7 @@ def _of_hdf5(file: Path) -> Floor:
     found = read_foreign(file, "hdf5", [".", "frame_geometry"]).below
     area = found["."].attributes.get("wkt_geometry")
     if not isinstance(area, str):
-        raise SceneError(f"{file}: no geometry: attribute wkt_geometry")
+        raise NoFloorError(f"{file}: no geometry: attribute wkt_geometry")
     if "frame_geometry" in found:
         raise SceneError(f"{file}: frame_geometry: a floor that changes is not read")
     return _polygon_in(file, [area])

@@ -141,6 +141,26 @@ def test_a_dump_compared_with_its_own_forces_and_with_another(percussions, row):
     assert column(frames, "second_walls_N") == pytest.approx([300, 450], rel=1e-6)
 
 
+def test_a_frame_without_people_and_files_of_one_name(percussions, row):
+    """Frames 0.1 s apart are not too far for windows of 0.1 s."""
+    (row / "a").mkdir()
+    rows = row_of([7, 5, 3])
+    for name, last in (("gap.dump", rows), ("a/gap.dump", rows[:1])):
+        frames = (frame(step, now) for step, now in enumerate((rows, [], rows, last)))
+        (row / name).write_text("".join(frames))
+    assert percussions("film", "gap.dump", *TIMED).returncode == 0
+    assert column(row / "film/film.csv", "people") == [3, 0, 3, 3]
+    made = percussions("exposure", "gap.dump", *TIMED)
+    assert (made.returncode, made.stderr) == (0, "")
+    walls = column(row / "exposure/exposure_walls.csv", "load_N")
+    assert walls == pytest.approx([450, 0, 450, 450], rel=1e-6)
+    made = percussions("compare", "gap.dump", "gap.dump", "a/gap.dump", *TIMED)
+    assert made.returncode == 0, made.stderr
+    for name, last in (("gap", 450), ("gap_2", 150)):
+        walls = column(row / f"compare/{name}_frames.csv", "second_walls_N")
+        assert walls == pytest.approx([450, 0, 450, last], rel=1e-6)
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -169,6 +189,10 @@ def test_a_dump_compared_with_its_own_forces_and_with_another(percussions, row):
         (["film", "nowhere.h5"], "nowhere.h5: no geometry: attribute wkt_geometry"),
         (["film", "nowhere.h5", "--contacts", "odd.dump"], "--contacts: of a dump"),
         (["film", "holds.h5", "--room", "far.toml"], "holds.h5: door: "),
+        (["film", "holds.h5", "--frame-rate", 50], "--frame-rate 50.0: the file states"),
+        (["film", "broken.h5", "--room", "far.toml"], "broken.h5: "),
+        (["exposure", "late_cm.dump", *TIMED], "20 m in the middle, which is no person"),
+        (["exposure", "town.txt", "--room", "far.toml"], "town.txt: states no unit"),
     ],
 )
 def test_what_no_command_can_take_is_one_line(refused, row, words, said):
@@ -176,6 +200,9 @@ def test_what_no_command_can_take_is_one_line(refused, row, words, said):
     base_of(row / "nowhere.sqlite", rows)
     archive(row / "nowhere.h5", rows)
     archive(row / "holds.h5", rows, floor=FLOOR)
+    archive(row / "broken.h5", rows, floor="POLYGON ((oops))")
+    (row / "late_cm.dump").write_text(frame(0, []) + frame(1, row_of([7, 5], 100.0)))
+    (row / "town.txt").write_text("# framerate: 10\n# in Mannheim, x/mm\n1 0 0 0\n")
     (row / "far.toml").write_text(ROOM)
     (row / "heads.txt").write_text("# framerate: 10\n1 0 0 0\n")
     (row / "thin.dump").write_text(text().replace("radius", "size"))

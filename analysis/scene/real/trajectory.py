@@ -53,6 +53,10 @@ class TrajectoryError(ValueError):
     """A trajectory file that cannot be used; the message names the file and what is wrong in it."""
 
 
+# A unit in a comment: "x/m", "in cm", "in metres"; no "in Mannheim".
+UNIT = re.compile(r"(?:x/|\bin )(cm|m)(?:et(?:er|re)s?)?\b")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Given:
     """A file, and what is said of it; unit and frame rate (1/s) where it may not state them."""
@@ -66,9 +70,7 @@ class _Given:
 
     def in_metres(self, columns: object, frame_rate: float) -> Loaded:
         """Data of a format that is in metres."""
-        if self.unit == "cm":
-            raise self.refuse("--unit cm: files of this format are in metres")
-        return pd.DataFrame(columns), frame_rate
+        return pd.DataFrame(columns), self.stated("m", frame_rate)[1]
 
     def stated(self, unit: Unit | None, frame_rate: float | None) -> tuple[Unit, float]:
         """Unit and frame rate that the file states, or that are given beside it."""
@@ -177,11 +179,8 @@ def load(file: Path, unit: Unit | None, frame_rate: float | None) -> Loaded:
 def _text(given: _Given, head: list[str], table: pd.DataFrame) -> Loaded:
     """Rows of id, frame, x, y; comments before them may state unit and frame rate."""
     comments = [*itertools.takewhile(lambda line: line.startswith("#"), head)]
-    unit: Unit | None = None
-    for line in comments:
-        for name in ("cm", "m"):
-            if f"x/{name}" in line.lower() or f"in {name}" in line.lower():
-                unit = "cm" if name == "cm" else "m"
+    said = UNIT.findall("\n".join(comments).lower())
+    unit: Unit | None = ("cm" if said[-1] == "cm" else "m") if said else None
     words = [word for line in comments if "framerate" in line for word in line.split()]
     rates = [float(word) for word in words if NUMBER.fullmatch(word)]
     return _plain(given, table.iloc[:, :4].set_axis(PLAIN, axis=1), unit, next(iter(rates), None))
