@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from analysis.engines.base import Engine
+from analysis.engines.guard import speed_most
 from analysis.engines.process import Command, digest_of, python_command
 from analysis.engines.record import EngineError, Timing, divided
 from analysis.scene.scene import Scene
@@ -67,9 +68,10 @@ def tolerance_of(scene: Scene) -> float:
 
 
 def _fastest(scene: Scene) -> float:
-    """The fastest speed that a scene asks for (m/s)."""
-    speed = float(np.hypot(*scene.snapshot.velocity.T).max())
-    return max(speed, scene.drive.speed_m_per_s) if scene.drive else speed
+    """The fastest speed that a scene asks for (m/s), its drive's or without one what falling gives."""
+    if scene.drive is None:
+        return speed_most(scene)
+    return max(float(np.hypot(*scene.snapshot.velocity.T).max()), scene.drive.speed_m_per_s)
 
 
 class Rigid(Engine):

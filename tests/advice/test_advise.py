@@ -37,7 +37,7 @@ def test_refusal_names_the_best_and_fails(percussions, tmp_path):
     made = percussions("advise", "chain", "--error", "0.1%", "--method", "lammps")
     assert made.returncode == 1
     assert "nothing reaches 0.1 %" in made.stdout
-    assert "the best, LAMMPS" in made.stdout
+    assert "The best, LAMMPS" in made.stdout
     content = json.loads((tmp_path / "advice/advice.json").read_text())
     assert content["choice"] is None
     assert content["best"]["promised_error"] > 0.001
@@ -56,7 +56,7 @@ def test_what_cannot_be_asked(tmp_path, monkeypatch):
         (("advise", "chain", "--error", "5%", "--method", "magic"), "method: unknown 'magic'"),
         (("advise", "chain", "--error", "5%", "--chart", "nowhere"), "nowhere/points.json: no such file"),
         (("advise", "chain", "--error", "5%", "--chart", "a_chart"), "chart: no points of scene chain"),
-        (("run", "chain", "--error", "5%", "--stiffness", "1e7"), "leave out"),
+        (("run", "chain", "--error", "5%", "--stiffness", "1e7"), "Leave out"),
         (("run", "chain", "--error", "5%", "--engine", "rigid"), "rigid has no stiffness"),
     ):  # fmt: skip
         made = CliRunner().invoke(app, words)
