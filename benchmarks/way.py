@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from analysis.engines.run import simulate
+from analysis.scene.drive import Drive
 from analysis.scene.scene import read_scene
-from analysis.scene.schema import Drive
 from benchmarks.machine import describe, head, line, options, timed
 from nscd import Walls
 from nscd.arrays import Floats

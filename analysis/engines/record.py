@@ -12,8 +12,8 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError
 
+from analysis.scene.fields import Count, FileName, Number, Positive
 from analysis.scene.scene import Run, Scene, first_problem, read_scene
-from analysis.scene.schema import Count, FileName, Number, Positive
 from analysis.support.files import write_json
 from analysis.support.reading import UnreadableError, read_text
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from analysis.exposure.limits import QUANTITIES, Limit, LimitError
 from analysis.exposure.loads import RunLoads
-from analysis.scene.schema import Stop
+from analysis.scene.drive import Stop
 
 ENDING = "_stops"
 

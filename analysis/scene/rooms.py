@@ -9,6 +9,7 @@ import shapely
 from pydantic import ValidationError
 
 from analysis.scene.anthropometry import Varied, apart
+from analysis.scene.drive import Goal
 from analysis.scene.floors import polygon_of, walled
 from analysis.scene.law import LAWS
 from analysis.scene.scene import (
@@ -21,7 +22,6 @@ from analysis.scene.scene import (
     SceneError,
     first_problem,
 )
-from analysis.scene.schema import Goal
 from analysis.scene.waiting import MOST_COVER, Doorway, Ends, counts_of, cover_of, places
 from nscd import Snapshot, Walls
 from nscd.arrays import Floats, Indices

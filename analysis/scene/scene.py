@@ -17,6 +17,8 @@ import tomli_w
 from pydantic import ConfigDict, Field, Strict, ValidationError
 
 from analysis.scene.anthropometry import apart, bodies_of
+from analysis.scene.drive import Drive
+from analysis.scene.fields import FileName, Means, Schema
 from analysis.scene.lammps_data import read_data, write_data, written_mass
 from analysis.scene.law import LAWS
 from analysis.scene.placement import check_room
@@ -24,14 +26,10 @@ from analysis.scene.rigid_bodies import read_bodies, write_bodies
 from analysis.scene.schema import (
     Analysis,
     ContactModel,
-    Drive,
-    FileName,
-    Means,
     OtherFrames,
     Reconciliation,
     Room,
     Run,
-    Schema,
     Wall,
 )
 from analysis.support.files import or_shipped, shipped, write_text

@@ -4,85 +4,35 @@ done to the heads of a real crowd."""
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Callable, Sequence
-from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import (
     AfterValidator,
-    BaseModel,
-    ConfigDict,
     Field,
-    PrivateAttr,
     Strict,
-    TypeAdapter,
     ValidationInfo,
     WithJsonSchema,
-    field_validator,
     model_validator,
 )
 
+from analysis.scene.drive import (
+    Drive,
+)
+from analysis.scene.fields import (
+    Count,
+    FileName,
+    Number,
+    Period,
+    Point,
+    Positive,
+    Schema,
+    means_of,
+)
 from analysis.scene.law import AS_HERTZ, LAWS, NOMINAL, Elastic, Law, hertz_stiffness
-from analysis.scene.way import Way, way_of
-from nscd import Snapshot, Walls, _core
-from nscd.arrays import Flags, Floats, Indices
+from nscd import Snapshot, Walls
 from nscd.stepping import Arms
-
-# Engines do not read numbers whose squares or quotients underflow.
-SMALLEST = 1e-100
-
-
-# strict: neither `true` nor "1.0" is a number
-Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
-Positive = Annotated[Number, Field(gt=0)]
-Count = Annotated[int, Strict(), Field(ge=1)]
-# beyond this, distances leave double precision
-Length = Annotated[Number, Field(ge=-1e30, le=1e30)]
-Point = tuple[Length, Length]
-
-
-def _rising(ends: Point) -> Point:
-    if not ends[0] < ends[1]:
-        raise ValueError(f"from {ends[0]:g} to {ends[1]:g} m. The first must be less")
-    return ends
-
-
-Period = Annotated[Point, AfterValidator(_rising)]
-
-
-def _file_name(name: str) -> str:
-    if not re.fullmatch(r"[^./\\\x00-\x1f][^/\\\x00-\x1f]{0,99}", name):
-        raise ValueError(f"{name!r} is not the name of a file in one folder")
-    return name
-
-
-# It becomes a part of paths, and must not lead out of their folder.
-FileName = Annotated[str, AfterValidator(_file_name)]
-# Mean radius (m) and mean mass (kg) of the disks of a file.
-Means = tuple[float, float]
-
-
-def means_of(info: ValidationInfo) -> Means | None:
-    """The means of the disks of the file that is read, where there are any."""
-    ask: Callable[[], Means | None] = (info.context or {}).get("means", lambda: None)
-    return ask()
-
-
-class Schema(BaseModel):
-    """A table of a scene file: no key that is not known, numbers that are numbers."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-    @field_validator("*")
-    @classmethod
-    def _underflows_nowhere(cls, value: Any) -> Any:
-        for part in value if isinstance(value, tuple) else (value,):
-            if isinstance(part, float) and 0 < abs(part) < SMALLEST:
-                raise ValueError(f"{part:g} is nearer to 0 than {SMALLEST:g}. Write 0")
-        return value
-
 
 # The keys that may stand for the stiffness of hertz.
 YOUNG, POISSON = "young_modulus_Pa", "poisson_ratio"
@@ -335,14 +285,6 @@ class OtherFrames(Schema):
         return self.model_copy(update={"data": self.files(scene, self.frames)})
 
 
-# The key that may stand for desired speed or relaxation time, and the latter where only it is
-# given: pushed people lose their speed in 0.1 to 1 s.
-PUSH, USUAL_RELAXATION_S = "push_N", 0.5
-Mass = TypeVar("Mass", float, Floats)
-# m: nobody comes beyond a line here.
-NOWHERE = (1e30, 1e30)
-
-
 class Wall(Schema):
     """Name a straight wall, which stands, or gives along its normal n as a mass on a spring with a
     damper: m s'' + c s' + k s = F·n with the force F of all contacts on it.
@@ -379,328 +321,6 @@ class Wall(Schema):
             if getattr(self, key) is not None and self.mass_kg is None:
                 raise ValueError(f"{key}: a wall that gives needs a mass: give mass_kg")
         return self
-
-
-# m: a door so far ahead that everybody walks along `outward` and nobody arrives.
-AHEAD = 1e29
-
-
-def _ahead(given: Any) -> Any:
-    """Put a door far ahead where none is given."""
-    if not isinstance(given, dict) or {"door_start_m", "door_end_m"} & given.keys():
-        return given
-    try:
-        x, y = map(float, given["outward"])
-    except (KeyError, TypeError, ValueError):
-        return given
-    start, end = ((x - 0.5 * s * y, y + 0.5 * s * x) for s in (1, -1))
-    doors = {"door_start_m": start, "door_end_m": end}
-    return given | {key: (AHEAD * x, AHEAD * y) for key, (x, y) in doors.items()}
-
-
-class Exit:
-    """Say where somebody wants to go: what a drive and its goals have in common."""
-
-    if TYPE_CHECKING:  # the fields of both, each in the order of its own file
-        door_start_m: Point
-        door_end_m: Point
-        outward: Point
-
-    def _check_door(self) -> None:
-        if abs(np.hypot(*self.outward) - 1) > 1e-9:
-            raise ValueError("outward must be a unit vector")
-        if self.door_start_m == self.door_end_m:
-            raise ValueError("door_start_m and door_end_m are the same point")
-
-    @property
-    def has_door(self) -> bool:
-        """Whether there is a door to walk to."""
-        return bool(np.abs(self.door).max() < 0.1 * AHEAD)
-
-    @property
-    def door(self) -> tuple[Point, Point]:
-        """The ends of the door, m."""
-        return self.door_start_m, self.door_end_m
-
-    def beyond(self, position: Floats) -> Flags:
-        """Who (n,) at (n,2) m has passed the line of the door."""
-        passed: Flags = (position - np.array(self.door_start_m)) @ np.array(self.outward) >= 0
-        return passed
-
-
-class Goal(Schema, Exit):
-    """Send some people to a door of their own.
-
-    people: ids, the first and the last
-    door_start_m, door_end_m: m; left out, they walk along `outward`
-    outward: unit vector out of the room"""
-
-    people: tuple[Count, Count]
-    door_start_m: Point
-    door_end_m: Point
-    outward: Point
-
-    @model_validator(mode="before")
-    @classmethod
-    def _of_direction(cls, given: Any) -> Any:
-        return _ahead(given)
-
-    @model_validator(mode="after")
-    def _in_order(self) -> Goal:
-        self._check_door()
-        if self.people[0] > self.people[1]:
-            raise ValueError(f"people: {self.people[0]} to {self.people[1]}. The first comes first")
-        return self
-
-    def of(self, ids: Indices) -> Flags:
-        """Who (n,) of these ids (n,) goes there."""
-        return (ids >= self.people[0]) & (ids <= self.people[1])
-
-
-# s: a stop as late as this before an instant counts as there, since instants are rounded.
-INSTANT = 1e-9
-
-
-class Stop(Schema):
-    """Let some people want to go nowhere from a time on: they push no more, and the floor damps
-    them with −m u/τ. An assumption about who faints, no medicine.
-
-    people: ids, the first and the last
-    time_s: s"""
-
-    people: tuple[Count, Count]
-    time_s: Positive
-
-    @field_validator("people")
-    @classmethod
-    def _in_order(cls, people: tuple[int, int]) -> tuple[int, int]:
-        if people[0] > people[1]:
-            raise ValueError(f"{people[0]} to {people[1]}. The first comes first")
-        return people
-
-
-class Drive(Schema, Exit):
-    """Drive people with m(u_d − u)/τ: u_d points to the nearest point of the door (or to its
-    centre), and along `outward` for those who have passed the line of the door.
-
-    speed_m_per_s: m/s, |u_d|
-    relaxation_time_s: s, τ
-    door_start_m, door_end_m: m; left out, people walk along `outward` and arrive nowhere
-    outward: unit vector out of the room
-    aim: nearest or centre
-    goals: doors of those who go to another one
-    stops: who wants to go nowhere from a time on
-    clearance_m: m, kept from corners of walls on the way; who has a wall before the door then walks
-        the shortest way that is wide enough, where left out straight at that wall"""
-
-    speed_m_per_s: Positive
-    relaxation_time_s: Positive
-    door_start_m: Point
-    door_end_m: Point
-    outward: Point
-    aim: Literal["nearest", "centre"] = "nearest"
-    goals: tuple[Goal, ...] = ()
-    stops: tuple[Stop, ...] = ()
-    clearance_m: Annotated[Number, Field(ge=0)] | None = None
-    _way: Way | None = PrivateAttr(None)
-
-    def push(self, mass: Mass) -> Mass:
-        """Give m U/τ (N): with how much people of this mass (kg) push who are held."""
-        return mass * self.speed_m_per_s / self.relaxation_time_s
-
-    @model_validator(mode="before")
-    @classmethod
-    def _of_direction(cls, given: Any) -> Any:
-        return _ahead(given)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _of_push(cls, given: Any, info: ValidationInfo) -> Any:
-        """Put speed and relaxation time in the place of the push of a person of mean mass,
-        m̄ U/τ."""
-        if not isinstance(given, dict) or PUSH not in given:
-            return given
-        rest = {key: value for key, value in given.items() if key != PUSH}
-        push = Push.model_validate({PUSH: given[PUSH]}).push_N
-        means = means_of(info)
-        if means is None:
-            raise ValueError(f"{PUSH}: only where the mass of the disks is known")
-        if {"speed_m_per_s", "relaxation_time_s"} <= rest.keys():
-            raise ValueError(f"{PUSH}: instead of speed_m_per_s, relaxation_time_s, or both")
-        _, mass = means
-        if "speed_m_per_s" in rest:
-            speed = TypeAdapter(Positive).validate_python(rest["speed_m_per_s"])
-            return rest | {"relaxation_time_s": mass * speed / push}
-        time = TypeAdapter(Positive).validate_python(
-            rest.get("relaxation_time_s", USUAL_RELAXATION_S)
-        )
-        return rest | {"relaxation_time_s": time, "speed_m_per_s": push * time / mass}
-
-    @model_validator(mode="after")
-    def _one_goal_each(self) -> Drive:
-        self._check_door()
-        if self.clearance_m is not None and not all(one.has_door for one in self.doors):
-            raise ValueError("clearance_m: a way leads to a door. Give door_start_m and door_end_m")
-        if self.clearance_m is not None and len(self.gates) < len(self.doors):
-            raise ValueError("clearance_m: only where there are doors to walk to")
-        for name, parts in (("goals", self.goals), ("stops", self.stops)):
-            ranges = sorted(part.people for part in parts)
-            for (_, last), (first, _) in pairwise(ranges):
-                if first <= last:
-                    raise ValueError(f"{name}: person {first} has two")
-        return self
-
-    @property
-    def doors(self) -> tuple[Exit, ...]:
-        """All doors, the drive's own first; those far ahead too."""
-        return (self, *self.goals)
-
-    @property
-    def gates(self) -> list[tuple[Point, Point]]:
-        """The ends (m) of the doors that there are, the drive's own first."""
-        return [exit_.door for exit_ in self.doors if exit_.has_door]
-
-    @property
-    def ways(self) -> int:
-        """Count the different doors to which people go."""
-        return len({exit.door for exit in self.doors})
-
-    def target(self, exit_: Exit | None = None) -> tuple[Point, Point]:
-        """Give the segment whose nearest point people walk to (m): the door, or its centre twice;
-        of the drive's own door, or of a goal."""
-        start, end = (self if exit_ is None else exit_).door
-        if self.aim == "nearest":
-            return start, end
-        centre = (0.5 * (start[0] + end[0]), 0.5 * (start[1] + end[1]))
-        return centre, centre
-
-    def exits(self, ids: Indices) -> list[tuple[Exit, Flags]]:
-        """Give each door and who (n,) of people with these ids (n,) goes to it: those whom no goal
-        names to the drive's own."""
-        goals: list[tuple[Exit, Flags]] = [(goal, goal.of(ids)) for goal in self.goals]
-        others = ~np.any([mine for _, mine in goals], axis=0) if goals else np.ones(len(ids), bool)
-        return [(self, others), *goals]
-
-    @property
-    def needs_way(self) -> bool:
-        """Whether people walk on a way that is not found yet."""
-        return self.clearance_m is not None and self._way is None
-
-    @property
-    def way(self) -> Way | None:
-        """The way on which people go; None where they go straight. Raises ValueError where walls
-        and radii are not known yet (`routed`)."""
-        if self.needs_way:
-            raise ValueError("drive.clearance_m: the way needs walls and radii. Use Drive.routed")
-        return self._way
-
-    def routed(self, walls: Walls, radius: float) -> Drive:
-        """Return the drive with the ways between walls for people of a radius (m), where there is a
-        clearance."""
-        if self.clearance_m is None:
-            return self
-        doors = np.array([(*exit_.door, exit_.outward) for exit_ in self.doors], dtype=float)
-        routed = self.model_copy()
-        routed._way = way_of(walls, doors, radius, self.clearance_m)
-        return routed
-
-    def straight(self) -> Drive:
-        """Return the drive of people who walk straight to their door."""
-        straight = self.model_copy(update={"clearance_m": None})
-        straight._way = None
-        return straight
-
-    def check_way(self, walls: Walls, people: Snapshot) -> None:
-        """Raise ValueError naming the door, and somebody whose way to it is shut or narrower than
-        the widest person."""
-        if self.way is None:
-            return
-        widest = 2 * float(people.radius.max())
-        for number, (exit_, mine) in enumerate(self.exits(people.ids)):
-            (x0, y0), (x1, y1) = exit_.door
-            door = f"the door from ({x0:g}, {y0:g}) to ({x1:g}, {y1:g}) m"
-            if np.hypot(x1 - x0, y1 - y0) < widest:
-                raise ValueError(f"drive: {door} is narrower than the widest person, {widest:g} m")
-            shut = mine & ~exit_.beyond(people.position)
-            shut &= self.way.at(people.position, number, self.way.next) < 0
-            if shut.any():
-                place = people.position[shut][:1]
-                thin = self.routed(walls, 1e-3).way
-                narrow = thin is not None and thin.at(place, number, thin.next)[0] >= 0
-                why = f"is narrower than the widest person, {widest:g} m" if narrow else "is shut"
-                raise ValueError(f"drive: the way of person {people.ids[shut][0]} to {door} {why}")
-
-    def legs(self, position: Floats, ids: Indices) -> Floats:
-        """Give of people at (n,2) m with ids (n,) the segment that they walk to (start, end), and a
-        point of the line behind which they walk outward with its unit vector: (4,n,2)."""
-        legs = np.empty((4, len(position), 2))
-        for number, (exit_, mine) in enumerate(self.exits(ids)):
-            legs[:, mine] = np.array(
-                [*self.target(exit_), exit_.door_start_m, exit_.outward], dtype=float
-            )[:, None]
-            if self.way:
-                turning, corner = self.way.corner(position, number)
-                legs[:2, mine & turning] = corner[mine & turning]
-                legs[2:, mine & turning] = np.array([NOWHERE, (1.0, 0.0)])[:, None]
-        return legs
-
-    def desired_velocity(
-        self, position: Floats, ids: Indices | None = None, time: Floats | float = 0.0
-    ) -> Floats:
-        """Compute u_d of disks at position (n,2) m with ids (n,) at a time (s; (n,) or one), in m/s,
-        shape (n,2); ids are needed where there are goals or stops."""
-        place = np.array(position, dtype=np.float64, order="C")
-        if ids is None and (self.goals or self.stops):
-            raise ValueError("goals, stops: the ids of people say who goes where")
-        who = np.arange(len(place)) if ids is None else ids
-        velocity = self._walked(place, who)
-        velocity[self.stopped(who, time)] = 0.0
-        return velocity
-
-    def stopped(self, ids: Indices, time: Floats | float) -> Flags:
-        """Tell who (n,) of people with these ids (n,) wants to go nowhere at a time (s; (n,) or one).
-        Raises ValueError where it is not known."""
-        if self.stops and np.isnan(time).any():
-            raise ValueError("drive.stops: the time of the frame is not known")
-        there = np.zeros(len(ids), dtype=bool)
-        for stop in self.stops:
-            mine = (ids >= stop.people[0]) & (ids <= stop.people[1])
-            there |= mine & (np.asarray(time) >= stop.time_s - INSTANT)
-        return there
-
-    def _walked(self, place: Floats, who: Indices) -> Floats:
-        velocity = np.zeros_like(place)
-        if self.way:
-            legs = self.legs(place, who)
-            _core.soft_drive(velocity, place, velocity.copy(), self.speed_m_per_s, 1.0, *legs)
-            return velocity
-        for exit_, mine in self.exits(who):
-            velocity[mine] = self._headed(place[mine], exit_)
-        return velocity
-
-    def _headed(self, place: Floats, exit_: Exit) -> Floats:
-        start, end = (np.array(point, dtype=np.float64) for point in self.target(exit_))
-        outward, door = np.array(exit_.outward, dtype=np.float64), np.array(exit_.door_start_m)
-        return _core.headed(
-            np.ascontiguousarray(place), start, end, outward, door, self.speed_m_per_s
-        )
-
-    def gone(self, position: Floats, ids: Indices) -> Flags:
-        """Tell who (n,) at (n,2) m has passed the line of the own door."""
-        passed = np.zeros(len(position), dtype=bool)
-        for number, (exit_, mine) in enumerate(self.exits(ids)):
-            passed |= mine & exit_.beyond(position)
-            if self.way:
-                passed &= ~(mine & self.way.corner(position, number)[0])
-        return passed
-
-
-class Push(Schema):
-    """Say with how much people push.
-
-    push_N: N, of a person of mean mass who is held; in proportion to the mass of others"""
-
-    push_N: Positive  # noqa: N815  (the unit is newton)
 
 
 # m/s², standard gravity.

@@ -10,6 +10,7 @@ import numpy as np
 import shapely
 
 from analysis.scene.anthropometry import Varied, apart, bodies_of
+from analysis.scene.drive import Stop
 from analysis.scene.floors import walled
 from analysis.scene.rooms import Crowd, Inside, from_geometry
 from analysis.scene.scene import (
@@ -22,7 +23,7 @@ from analysis.scene.scene import (
     Wall,
     read_scene,
 )
-from analysis.scene.schema import BodyForce, Stop
+from analysis.scene.schema import BodyForce
 from analysis.scene.waiting import Doorway
 from nscd import Snapshot, Walls
 

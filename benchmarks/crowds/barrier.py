@@ -23,17 +23,9 @@ from matplotlib.figure import Figure
 from analysis.dumps.windows import RunWindows, Window
 from analysis.engines.run import EngineRun
 from analysis.scene.anthropometry import apart, bodies_of
+from analysis.scene.drive import Drive
 from analysis.scene.scene import Scene
-from analysis.scene.schema import (
-    GRAVITY,
-    Analysis,
-    BodyForce,
-    ContactModel,
-    Drive,
-    Room,
-    Run,
-    Wall,
-)
+from analysis.scene.schema import GRAVITY, Analysis, BodyForce, ContactModel, Room, Run, Wall
 from benchmarks.machine import head, line, options
 from nscd import Snapshot, Walls
 from nscd.arrays import Floats

@@ -18,8 +18,9 @@ from analysis.motion.pairwise import WINDOWS
 from analysis.paper.page import Erratum
 from analysis.push.hindcast import SCORES
 from analysis.push.page import CASES
+from analysis.scene.drive import Goal, Push, Stop
 from analysis.scene.scene import _SceneFile
-from analysis.scene.schema import Goal, Material, Push, Stop
+from analysis.scene.schema import Material
 from analysis.work_precision.point import POINTS, Point, columns_of
 from analysis.work_precision.whole_runs import COLUMNS as RUNS
 from analysis.work_precision.whole_runs import WholeRunPoint

@@ -10,8 +10,8 @@ from analysis.engines.programs.rigid import main
 from analysis.exposure.sensors import Sensor
 from analysis.percussions.setting import Setting
 from analysis.percussions.solving import DumpToSolve, solve_dump
+from analysis.scene.drive import Goal
 from analysis.scene.scene import SceneError, read_scene
-from analysis.scene.schema import Goal
 from nscd import Walls
 from tests.crowds import disks_at
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from analysis.scene.anthropometry import Varied, bodies_of
+from analysis.scene.drive import Goal
 from analysis.scene.placement import check_room
 from analysis.scene.real.import_crowd import import_crowd
 from analysis.scene.real.trajectory import read_heads
 from analysis.scene.scene import Scene, SceneError, read_scene, scene_names
-from analysis.scene.schema import Goal
 from analysis.scene.shipped_scenes import MAKERS, make
 from analysis.support.files import shipped
 from nscd import Snapshot, Walls, find_contacts

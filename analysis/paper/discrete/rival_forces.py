@@ -17,9 +17,9 @@ from analysis.paper.answers import unsolved
 from analysis.paper.discrete.engine_runs import told
 from analysis.paper.discrete.pressed_crowd import AT_REST_M_PER_S, Arch, Blocked
 from analysis.percussions.snapshot import percussions_of
+from analysis.scene.drive import Drive
 from analysis.scene.real.separate import reconcile
 from analysis.scene.scene import Scene
-from analysis.scene.schema import Drive
 from analysis.support.parallel import Progress
 from nscd import Contacts, Percussions, Snapshot, Walls, _core, find_contacts, solve
 from nscd.arrays import Flags, Floats

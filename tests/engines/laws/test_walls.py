@@ -7,7 +7,7 @@ import pytest
 
 from analysis.dumps import index_contacts, index_dump
 from analysis.engines.lammps import scene_deck
-from analysis.scene.schema import Goal
+from analysis.scene.drive import Goal
 from analysis.scene.shipped_scenes import make
 from analysis.work_precision.soft import SoftModel
 from tests.crowds import disks_at, scene_at

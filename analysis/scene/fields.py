@@ -1,0 +1,70 @@
+"""What fields of a scene file are made of: numbers in their ranges, points, names of files, tables."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Annotated, Any
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    Strict,
+    ValidationInfo,
+    field_validator,
+)
+
+# Engines do not read numbers whose squares or quotients underflow.
+SMALLEST = 1e-100
+
+
+# strict: neither `true` nor "1.0" is a number
+Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
+Positive = Annotated[Number, Field(gt=0)]
+Count = Annotated[int, Strict(), Field(ge=1)]
+# beyond this, distances leave double precision
+Length = Annotated[Number, Field(ge=-1e30, le=1e30)]
+Point = tuple[Length, Length]
+
+
+def _rising(ends: Point) -> Point:
+    if not ends[0] < ends[1]:
+        raise ValueError(f"from {ends[0]:g} to {ends[1]:g} m. The first must be less")
+    return ends
+
+
+Period = Annotated[Point, AfterValidator(_rising)]
+
+
+def _file_name(name: str) -> str:
+    if not re.fullmatch(r"[^./\\\x00-\x1f][^/\\\x00-\x1f]{0,99}", name):
+        raise ValueError(f"{name!r} is not the name of a file in one folder")
+    return name
+
+
+# It becomes a part of paths, and must not lead out of their folder.
+FileName = Annotated[str, AfterValidator(_file_name)]
+# Mean radius (m) and mean mass (kg) of the disks of a file.
+Means = tuple[float, float]
+
+
+def means_of(info: ValidationInfo) -> Means | None:
+    """The means of the disks of the file that is read, where there are any."""
+    ask: Callable[[], Means | None] = (info.context or {}).get("means", lambda: None)
+    return ask()
+
+
+class Schema(BaseModel):
+    """A table of a scene file: no key that is not known, numbers that are numbers."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    @field_validator("*")
+    @classmethod
+    def _underflows_nowhere(cls, value: Any) -> Any:
+        for part in value if isinstance(value, tuple) else (value,):
+            if isinstance(part, float) and 0 < abs(part) < SMALLEST:
+                raise ValueError(f"{part:g} is nearer to 0 than {SMALLEST:g}. Write 0")
+        return value
