@@ -8,14 +8,17 @@ SHELL := bash
 PYTHON3 ?= python3
 VENV := .venv
 PYTHON := $(VENV)/bin/python
+# ninja takes the jobs of make for its own, and complains
+unexport MAKEFLAGS
 PIP := $(PYTHON) -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
-.PHONY: help install core wheel sanitize report paper docs test wheel-test lint bench clean system system-test
+.PHONY: help install core wheel sanitize report paper explore docs test wheel-test lint bench clean system system-test
 
 help:
 	@echo "make install   the environment in $(VENV), and YADE from the system's packages"
 	@echo "make report    the report on the arch and on a real crowd, in report/"
 	@echo "make paper     the figures of the paper recomputed, discrete and continuum, and which of its statements hold, in paper/"
+	@echo "make explore   the page in which a crowd is pressed in the browser, in explore/, with the core compiled anew where it has changed"
 	@echo "make docs      the docs as a site that opens offline, in site/"
 	@echo "make core      the native core compiled anew where nscd/core/ has changed"
 	@echo "make test      lint, types and tests"
@@ -123,6 +126,8 @@ $(VENV)/installed: pyproject.toml constraints.txt | system
 $(VENV)/installed-test: pyproject.toml constraints.txt | $(VENV)/installed
 	@echo "Adding what the tests need"
 	$(PIP) --no-build-isolation --editable '.[test]'
+	# without its viewer, which is 1.5 GB
+	$(PIP) --no-deps jupedsim deprecated wrapt || echo "Without JuPedSim: the tests that move its people are skipped."
 	touch $@
 
 install: system $(VENV)/core
@@ -132,6 +137,10 @@ report: install
 
 paper: install
 	@$(VENV)/bin/percussions paper --out paper
+
+explore: install
+	@$(PYTHON) -m analysis.explore.compiled --current || { $(PIP) ziglang==0.17.1 && $(PYTHON) -m analysis.explore.compiled; }
+	$(VENV)/bin/percussions explore --out explore
 
 $(VENV)/installed-docs: pyproject.toml constraints.txt | $(VENV)/installed
 	@echo "Adding what the docs need"
@@ -213,8 +222,8 @@ wheel-test: $(VENV)/installed-test
 
 bench: install
 	@$(PIP) --editable '.[bench]'
-	for script in guard percussions continuum trajectory; do $(PYTHON) benchmarks/$$script.py; done
+	for script in guard percussions trajectory; do $(PYTHON) benchmarks/$$script.py; done
 
 clean:
-	@rm -rf $(VENV) report paper site out build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	@rm -rf $(VENV) report paper explore site out build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

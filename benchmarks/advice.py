@@ -20,10 +20,9 @@ import pandas as pd
 
 from analysis.advice.candidates import Candidate, Question, rates_of
 from analysis.advice.choice import SHARES, advise, setting
-from analysis.advice.library import FILE, Entry, Library, library_text, stored_library
+from analysis.advice.library import FILE, Entry, Library, stored_library, write_library
 from analysis.pages.numbers import percent
 from analysis.scene.scene import Scene
-from analysis.support.files import write_text
 from analysis.support.parallel import workers
 from analysis.work_precision.chart import measure
 from analysis.work_precision.point import Point, PointStatus
@@ -43,15 +42,15 @@ IMPACT = Grid(stiffer=(1.0,), shares=(*SHARES, 8.0), of_engine={"yade": (1.0, 4.
 SOFT = ("lammps", "yade")
 
 
+WHO: dict[str, dict[str, Any]] = {
+    "any method": {},
+    "engines": {"methods": SOFT},
+    "engines against their model": {"methods": SOFT, "against": "model"},
+}
+LOADS: dict[str, dict[str, Any]] = {"disk load": {}, "wall load": {"quantity": "wall-load"}}
 QUESTIONS = {
-    "any method, disk load": Question(error=1.0),
-    "any method, wall load": Question(error=1.0, quantity="wall-load"),
-    "engines, disk load": Question(error=1.0, methods=SOFT),
-    "engines, wall load": Question(error=1.0, quantity="wall-load", methods=SOFT),
-    "engines against their model, disk load": Question(error=1.0, against="model", methods=SOFT),
-    "engines against their model, wall load": Question(
-        error=1.0, quantity="wall-load", against="model", methods=SOFT
-    ),
+    f"{who}, {load}": Question(error=1.0, **WHO[who], **LOADS[load])
+    for who, load in itertools.product(WHO, LOADS)
 }
 
 
@@ -80,16 +79,16 @@ def outcome(scene: Scene, entry: Entry, asked_for: Question, library: Library) -
         points = [p for p in points if (p.law, p.stiffness_N_per_m) == own]
     errors = {p: error_of(p, asked_for) for p in points}
     reaching = [p for p, error in errors.items() if error <= asked_for.error]
-    best = min((p.cpu_seconds or 0.0 for p in reaching), default=np.nan)
-    row = {"choice": choice, "promised": np.nan, "measured": np.nan, "times": np.nan}
     if choice is None:
-        return row | {"held": not reaching}
+        nothing = dict.fromkeys(("promised", "measured", "times"), np.nan)
+        return {"choice": None, "held": not reaching, **nothing}
+    best = min((p.cpu_seconds or 0.0 for p in reaching), default=np.nan)
     same = next((p for p in points if is_setting(p, choice)), None)
+    measured, times = np.nan, np.nan
     if same is not None:
-        times = np.nan if same.cpu_seconds is None else same.cpu_seconds / best
-        row |= {"measured": errors[same], "times": times}
-    held = row["measured"] <= asked_for.error
-    return row | {"promised": choice.promised_error, "held": held}
+        measured, times = errors[same], np.divide(same.cpu_seconds or np.nan, best)
+    found = {"choice": choice, "promised": choice.promised_error, "measured": measured}
+    return found | {"times": times, "held": measured <= asked_for.error}
 
 
 def error_of(point: Point, question: Question) -> float:
@@ -100,13 +99,10 @@ def error_of(point: Point, question: Question) -> float:
 
 def is_setting(point: Point, candidate: Candidate) -> bool:
     """Whether the point was measured with the candidate's setting."""
-    same = all(
-        getattr(point, name) == getattr(candidate, name)
-        for name in ("method", "law", "solver", "time_step_share", "tolerance")
-    )
-    if candidate.stiffness_N_per_m is None or point.stiffness_N_per_m is None:
-        return same
-    return same and abs(point.stiffness_N_per_m / candidate.stiffness_N_per_m - 1) < 1e-9
+    names = ("method", "law", "solver", "time_step_share", "tolerance")
+    same = all(getattr(point, name) == getattr(candidate, name) for name in names)
+    mine, theirs = candidate.stiffness_N_per_m, point.stiffness_N_per_m
+    return same and (mine is None or theirs is None or abs(theirs / mine - 1) < 1e-9)
 
 
 def summary(outcomes: pd.DataFrame) -> str:
@@ -170,15 +166,15 @@ def chosen(cases: Makers, names: Sequence[str]) -> Makers:
     return {name: make for name, make in cases.items() if not names or name in names}
 
 
-def impacts(runs: Path, processes: int | None) -> None:
-    """Print for each unseen impact what is advised within TIGHT of its engines' own model, and how
-    every promise compares with what was measured."""
+def impacts(runs: Path, processes: int | None, names: Sequence[str]) -> None:
+    """Print for each unseen impact, or those of these names, what is advised within TIGHT of its
+    engines' own model, and how every promise compares with what was measured."""
     question = Question(error=TIGHT, against="model", methods=SOFT)
     over: list[float] = []
-    names = ("impact", "disks", f"choice for {percent(TIGHT, 2)}", "promised", "measured")
-    print(head(*names, "promised/measured"))
+    titles = ("impact", "disks", f"choice for {percent(TIGHT, 2)}", "promised", "measured")
+    print(head(*titles, "promised/measured"))
     with workers(processes) as executor:
-        for scene, entry in entries(IMPACTS, runs, executor):
+        for scene, entry in entries(chosen(IMPACTS, names), runs, executor):
             advice = advise(scene, question, library=stored_library())
             measured = {}
             for point in entry.points:
@@ -202,22 +198,21 @@ def make_library(runs: Path, processes: int | None, names: Sequence[str]) -> Non
     with workers(processes) as executor:
         known |= {entry.name: entry for _, entry in entries(chosen(LIBRARY, names), runs, executor)}
     measured = tuple(known[name] for name in LIBRARY)
-    write_text(STORED, library_text(Library(entries=measured, rates=rates_of(measured))))
+    write_library(Library(entries=measured, rates=rates_of(measured)), STORED)
     print(STORED)
+
+
+TASKS = {"library": make_library, "test": test, "impacts": impacts}
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("what", choices=("library", "test", "impacts"))
+    parser.add_argument("what", choices=TASKS)
     parser.add_argument("scenes", nargs="*", help="some scenes; all if left out")
     parser.add_argument("--runs", type=Path, default=Path("out/advice"), help="folder of the runs")
     parser.add_argument("--jobs", type=int, help="processes; as many as cores if left out")
-    options = parser.parse_args()
-    given = options.runs.absolute(), options.jobs
-    if options.what == "impacts":
-        impacts(*given)
-    else:
-        {"test": test, "library": make_library}[options.what](*given, options.scenes)
+    given = parser.parse_args()
+    TASKS[given.what](given.runs.absolute(), given.jobs, given.scenes)
 
 
 if __name__ == "__main__":

@@ -11,31 +11,23 @@ The overlap is the deepest after any step, the load the mean on all walls over t
 
 from __future__ import annotations
 
+import argparse
 import subprocess
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from analysis.engines.programs.rigid import motion_of
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
-from benchmarks.machine import describe, head, line, options, timed
-from nscd import Snapshot, _core, find_contacts
+from benchmarks.machine import options, show, timed
+from nscd import Snapshot, find_contacts
 
 WORLD = Path(__file__).parent / "processes" / "box2d_world.py"
 SUBSTEPS, STEP_S = (1, 4, 16, 64), 0.005
-
-
-class Step(NamedTuple):
-    """CPU seconds, residual, largest overlap (m) after it, Σλ of walls (N·s)."""
-
-    seconds: float
-    residual: float
-    overlap: float
-    on_walls: float
 
 
 def judged(u_free: Any, mass: Any, contacts: tuple[Any, ...], step: float) -> float:
@@ -57,53 +49,46 @@ def judged(u_free: Any, mass: Any, contacts: tuple[Any, ...], step: float) -> fl
 
 def overlap_of(position: Any, radius: Any, scene: Scene) -> float:
     """The deepest overlap (m) of disks at positions."""
-    still, mass = np.zeros_like(position), np.ones(len(radius))
-    there = Snapshot(position=position, velocity=still, radius=radius, mass=mass)
+    there = Snapshot(position=position, radius=radius, mass=np.ones(len(radius)))
     found = find_contacts(there, scene.wall_segments(), tolerance=1e-3)
     return max(0.0, -float(found.gap.min(initial=0.0)))
 
 
-class Start(NamedTuple):
-    """A motion of the rigid engine at its start, and what its drive does in a step."""
+Step = tuple[float, float, float, float]
 
-    motion: Any
-    drive: Any
-    ids: Any
-    share: float
 
-    @classmethod
-    def of(cls, scene: Scene) -> Start:
-        motion = motion_of(scene, scene.snapshot)
-        motion.separate()
-        return cls(
-            motion, scene.drive, scene.snapshot.ids, motion.step / scene.drive.relaxation_time_s
-        )
+def started(scene: Scene) -> tuple[Any, Any, Callable[..., tuple[Any, Any]]]:
+    """A motion of the rigid engine at its start, masses with what the drive adds in a step, and what
+    gives the velocity of free flight with the drive, and the desired one (n,2) m/s."""
+    motion, drive = motion_of(scene, scene.snapshot), scene.drive
+    motion.separate()
+    share = motion.step / drive.relaxation_time_s
 
-    def free(self, position: Any, velocity: Any) -> tuple[Any, Any]:
-        """The velocity of free flight with the drive, and the desired one (n,2) m/s."""
-        desired = self.drive.desired_velocity(position, ids=self.ids)
-        return _core.freed(velocity, desired, self.share, 0.0, 0.0)[0], desired
+    def free(position: Any, velocity: Any) -> tuple[Any, Any]:
+        desired = drive.desired_velocity(position, ids=scene.snapshot.ids)
+        return (velocity + share * desired) / (1 + share), desired
+
+    return motion, (1 + share) * motion.mass, free
 
 
 def rigid(scene: Scene, steps: int) -> Iterator[Step]:
-    """Steps of this product's engine."""
-    start = Start.of(scene)
-    motion = start.motion
+    """Steps of this product's engine: CPU seconds, residual, largest overlap (m) after it, Σλ of
+    walls (N·s)."""
+    motion, mass, fly = started(scene)
     for _ in range(steps):
-        free, desired = start.free(motion.position, motion.velocity)
+        free, desired = fly(motion.position, motion.velocity)
         motion._desired = lambda _, known=desired: known  # the field is not counted
         seconds, report = timed(motion.advance)
         near = report.neighbours
         contacts = near.first, near.second, near.normal, near.gap, report.reaction
-        residual = judged(free, (1 + start.share) * motion.mass, contacts, motion.step)
-        yield Step(seconds, residual, motion.overlap, float(report.reaction[near.second < 0].sum()))
+        residual = judged(free, mass, contacts, motion.step)
+        yield seconds, residual, motion.overlap, float(report.reaction[near.second < 0].sum())
 
 
 def box2d(scene: Scene, steps: int, python: Path, substeps: int) -> Iterator[Step]:
-    """Steps of Box2D, from where the rigid engine begins."""
-    start, walls = Start.of(scene), scene.wall_segments()
-    motion, n = start.motion, len(start.motion.mass)
-    mass = (1 + start.share) * motion.mass
+    """The same of Box2D, from where the rigid engine begins."""
+    (motion, mass, fly), walls = started(scene), scene.wall_segments()
+    n = len(mass)
     with tempfile.TemporaryDirectory() as folder:
         given = Path(folder) / "given.npz"
         np.savez(
@@ -114,7 +99,7 @@ def box2d(scene: Scene, steps: int, python: Path, substeps: int) -> Iterator[Ste
         with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as world:
             position, velocity = motion.position, motion.velocity
             for _ in range(steps):
-                free, _ = start.free(position, velocity)
+                free, _ = fly(position, velocity)
                 world.stdin.write(free.tobytes())
                 world.stdin.flush()
                 seconds, count = np.frombuffer(world.stdout.read(16))
@@ -126,34 +111,30 @@ def box2d(scene: Scene, steps: int, python: Path, substeps: int) -> Iterator[Ste
                 contacts = first, second, found[:, 2:4], found[:, 4], found[:, 5]
                 residual = judged(free, mass, contacts, motion.step)
                 overlap = overlap_of(position, motion.radius, scene)
-                yield Step(seconds, residual, overlap, float(found[second < 0, 5].sum()))
+                yield seconds, residual, overlap, float(found[second < 0, 5].sum())
 
 
-def row(title: str, steps: list[Step], step: float) -> str:
-    """One row of the table."""
-    seconds, residual, overlap, load = (np.array(one) for one in zip(*steps, strict=True))
-    late = load[len(load) // 2 :].mean() / step
-    errors = f"{np.median(residual):.1e}", f"{residual.max():.1e}"
-    return line(
-        [title, f"{seconds.sum():.2g}", *errors, f"{1e3 * overlap.max():.2g}", f"{late / 1e3:.3g}"]
-    )
-
-
-def main() -> None:
-    """Print the table, row by row."""
-    given = options(__doc__, "python", scene="arch", seconds=4.0)
-    names = "steps", "CPU s", "residual, median", "largest", "deepest overlap (mm)"
-    print(describe(), head(*names, "load on walls (kN)"), sep="\n\n", flush=True)
+def rows(given: argparse.Namespace) -> Iterator[list[str]]:
+    """The rows of the table."""
     scene = make(given.scene).with_run(time_step_s=None, rigid_step_s=STEP_S)
     scene = scene.with_contact(restitution=0.0)
-    steps = round(given.seconds / STEP_S)
-    for title, tolerance in (("rigid, exact", 1e-8), ("rigid, to 1e-4", 1e-4)):
-        made = scene.with_run(rigid_tolerance=tolerance)
-        print(row(title, list(rigid(made, steps)), STEP_S), flush=True)
+    count = round(given.seconds / STEP_S)
+    every = {
+        f"rigid, {name}": rigid(scene.with_run(rigid_tolerance=tolerance), count)
+        for name, tolerance in (("exact", 1e-8), ("to 1e-4", 1e-4))
+    }
     for substeps in SUBSTEPS:
-        found = list(box2d(scene, steps, given.python, substeps))
-        print(row(f"Box2D, {substeps} substeps", found, STEP_S), flush=True)
+        every[f"Box2D, {substeps} substeps"] = box2d(scene, count, given.python, substeps)
+    for title, steps in every.items():
+        seconds, residual, overlap, load = (np.array(one) for one in zip(*steps, strict=True))
+        late = load[len(load) // 2 :].mean() / STEP_S
+        errors = f"{np.median(residual):.1e}", f"{residual.max():.1e}"
+        cells = f"{seconds.sum():.2g}", *errors, f"{1e3 * overlap.max():.2g}", f"{late / 1e3:.3g}"
+        yield [title, *cells]
 
 
 if __name__ == "__main__":
-    main()
+    names = "steps", "CPU s", "residual, median", "largest", "deepest overlap (mm)"
+    show(
+        [*names, "load on walls (kN)"], rows(options(__doc__, "python", scene="arch", seconds=4.0))
+    )

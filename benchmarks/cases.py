@@ -89,24 +89,28 @@ class Scaled(NamedTuple):
     reaction: Any
     velocity: Any
 
-    @property
-    def identity(self) -> Any:
-        return sparse.identity(len(self.left), format="csc")
-
-    @property
-    def delassus(self) -> Any:
-        """GGᵀ (k, k), with ones on its diagonal."""
-        return sparse.csc_matrix(self.rows @ self.rows.T)
-
-    @property
-    def approach(self) -> Any:
-        """G y⁻ (k,)."""
-        return self.rows @ self.left
+    def program(self, dual: bool) -> tuple[Any, Any, Any, Any, Any]:
+        """P, q, A, low, high: the primal in y, or the dual in z, as min ½ x·Px + q·x subject to low
+        ≤ A x ≤ high."""
+        k, n = self.rows.shape
+        none, infinity = np.zeros(k), np.full(k, np.inf)
+        if dual:
+            delassus = sparse.csc_matrix(self.rows @ self.rows.T)
+            return delassus, -self.rows @ self.left, _identity(k), none, infinity
+        return _identity(n), -self.left, self.rows, -infinity, none
 
     def answer(self, z: Any, y: Any | None = None, seconds: float | None = None) -> Answer:
         """The answer that multipliers z (k,), and velocities y (2n,) if there are any, stand for."""
         velocity = None if y is None else np.asarray(y) * self.velocity
         return Answer(np.asarray(z) * self.reaction, velocity, seconds)
+
+    def of(self, dual: bool, x: Any, multipliers: Any) -> Answer:
+        """The answer that a solution of `program` stands for."""
+        return self.answer(x) if dual else self.answer(multipliers, x)
+
+
+def _identity(size: int) -> Any:
+    return sparse.identity(size, format="csc")
 
 
 def scaled(case: Case) -> Scaled:

@@ -10,8 +10,8 @@ statistics named take the place of those that advice reads (analysis/advice/whol
 
 from pathlib import Path
 
-from analysis.advice import motion as advice
-from analysis.advice.motion import stored_whole_runs
+from analysis.advice import whole_runs
+from analysis.advice.whole_runs import stored_whole_runs
 from analysis.scene.scene import read_scene
 from analysis.support.files import write_json
 from analysis.work_precision.point import content_of, write_points
@@ -66,7 +66,7 @@ def main() -> None:
         kept = [one for one in stored_whole_runs() if one.quantity not in given.store]
         new = [one for one in found.points if one.quantity in given.store]
         content = content_of([*kept, *new], WholeRunPoint)
-        write_json(Path(advice.__file__).with_name(advice.FILE), content)
+        write_json(Path(whole_runs.__file__).with_name(whole_runs.FILE), content)
     whole_runs_picture(found).savefig(given.out / "converge.png", dpi=120)
 
 

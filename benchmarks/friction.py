@@ -10,7 +10,6 @@ FILE.csv]
 from __future__ import annotations
 
 import argparse
-import csv
 import itertools
 import subprocess
 import sys
@@ -23,6 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from analysis.exchange.problem import GlobalProblem, LocalProblem
+from analysis.support.files import write_rows
 from benchmarks.cases import frames
 from benchmarks.contest import peers
 from benchmarks.machine import describe, options, timed
@@ -32,7 +32,7 @@ from nscd.friction.planar import natural_map
 from nscd.friction.problem import FrictionProblem, friction_problem
 
 TARGET = 1e-10
-NO_SICONOS = "no python3-siconos"
+COLUMNS = ("case", "contacts", "mu", "solver", "cpu_s", "residual", "note")
 # Pairs of sweeps between two looks at the clock.
 BLOCK = 200
 # Iterations of Siconos' solver whose time says how many the limit allows.
@@ -83,7 +83,7 @@ def own(rough: Rough, _: float) -> Result:
 
 def plain(rough: Rough, limit: float) -> Result:
     """Non-smooth Gauss–Seidel, forward and back, from zero, up to the limit."""
-    k, core = len(rough.case.contacts), rough.problem.in_core(rough.case.snapshot.position)
+    k, core = len(rough.case.contacts), rough.problem.in_core(rough.case.snapshot)
     along, across = np.zeros(k), np.zeros(k)
     started, pairs, error = time.process_time(), 0, np.inf
     while error > TARGET and time.process_time() - started < limit:
@@ -114,7 +114,7 @@ def siconos(rough: Rough, limit: float, solver: str) -> Result:
             if one.seconds > 0.5 * limit:
                 return best._replace(note=f"not within {most} iterations")
     except ImportError:
-        return best._replace(note=NO_SICONOS)
+        return best._replace(note=f"{peers.MISSING}: {peers.INSTALL_SICONOS}")
     except subprocess.CalledProcessError:
         return best._replace(note="it failed")
     return best
@@ -140,19 +140,15 @@ def main() -> None:
     solvers = {"solve": own} | ({"Gauss–Seidel": plain} if given.plain else {})
     solvers |= {f"Siconos {name}": partial(siconos, solver=name) for name in given.siconos}
     print(describe(), file=sys.stderr)
-    given.out.parent.mkdir(parents=True, exist_ok=True)
-    with given.out.open("w", newline="") as file:
-        table = csv.writer(file)
-        table.writerow(["case", "contacts", "mu", "solver", "cpu_s", "residual", "note"])
-        for case, mu in itertools.product(cases(given), given.mu):
-            rough = Rough.of(case, mu)
-            for name, solver in solvers.items():
-                found = solver(rough, given.limit)
-                line = [case.name, len(case.contacts), mu, name, f"{found.seconds:.4g}"]
-                line += [f"{found.residual:.1e}", found.note]
-                table.writerow(line)
-                file.flush()
-                print(" | ".join(map(str, line)), flush=True)
+    rows: list[list[Any]] = []
+    for case, mu in itertools.product(cases(given), given.mu):
+        rough = Rough.of(case, mu)
+        for name, solver in solvers.items():
+            found = solver(rough, given.limit)
+            line = [case.name, len(case.contacts), mu, name, f"{found.seconds:.4g}"]
+            rows.append([*line, f"{found.residual:.1e}", found.note])
+            write_rows(given.out, COLUMNS, rows)
+            print(*rows[-1], sep=" | ", flush=True)
 
 
 if __name__ == "__main__":

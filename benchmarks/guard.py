@@ -3,6 +3,7 @@ the medians and of the least of each.
 
 Usage: python benchmarks/guard.py [--repeats N] [--engine lammps yade] [--scenes SCENE …]"""
 
+import argparse
 import itertools
 import os
 import resource
@@ -10,10 +11,11 @@ import statistics
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
-from benchmarks.machine import describe, head, in_turn, line, options
+from benchmarks.machine import in_turn, options, show
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -33,12 +35,8 @@ def cpu_seconds(engine: str, scene: str, guard: str, out: str) -> float:
     return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
 
 
-def main() -> None:
-    """Print one row per scene and engine."""
-    scenes = ("arch", "jam", "corridor", "four_disks")
-    given = options(__doc__, scenes=scenes, repeats=5, engine=dict.fromkeys(("lammps", "yade")))
-    names = head("engine", "scene", "without (CPU s)", "with", "medians", "least")
-    print(describe(), names, sep="\n\n")
+def rows(given: argparse.Namespace) -> Iterator[list[str]]:
+    """One row per scene and engine."""
     for engine, scene in itertools.product(given.engine, given.scenes):
         with tempfile.TemporaryDirectory() as out:
             calls = {g: partial(cpu_seconds, engine, scene, g, out) for g in ("no", "yes")}
@@ -46,8 +44,12 @@ def main() -> None:
         without, guarded = map(statistics.median, spent.values())
         least = min(spent["yes"]) / min(spent["no"])
         shares = [f"{100 * (ratio - 1):+.1f} %" for ratio in (guarded / without, least)]
-        print(line([engine, scene, f"{without:.3f}", f"{guarded:.3f}", *shares]), flush=True)
+        yield [engine, scene, f"{without:.3f}", f"{guarded:.3f}", *shares]
 
 
 if __name__ == "__main__":
-    main()
+    asked = options(
+        __doc__, scenes=("arch", "jam", "corridor", "four_disks"), repeats=5,
+        engine=dict.fromkeys(("lammps", "yade")),
+    )  # fmt: skip
+    show(["engine", "scene", "without (CPU s)", "with", "medians", "least"], rows(asked))

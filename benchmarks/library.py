@@ -26,17 +26,19 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from analysis.cli.app import progress, show, write_picture
 from analysis.exchange.fclib import read_problem, write_answer
 from analysis.pages.numbers import number
+from analysis.support.files import write_text
 from analysis.support.parallel import workers
 from benchmarks import friction
-from benchmarks.contest.compete import MissingError, compete
-from benchmarks.contest.peers import CANONICAL, EVERYONE, INSTALL_SICONOS, LISTED, PEERS
+from benchmarks.contest.compete import compete
+from benchmarks.contest.peers import CANONICAL, LISTED, MISSING, PEERS
 from benchmarks.machine import describe, repeats
 from benchmarks.problems.families import Case
-from benchmarks.problems.score import Scores, profile_picture, score, write_scores
+from benchmarks.problems.score import means, profile_picture, score, times, with_friction
 from benchmarks.problems.writing import PROBLEMS, read_manifest, write_library
 
 # Folders of answers: ours by the name of the product, peers by their own.
@@ -95,31 +97,28 @@ def scored(given: argparse.Namespace) -> None:
         raise ValueError(f"limit: {given.limit:g}; a finite number above 0 is needed")
     with progress() as bars:
         found = score(given.library, given.answers, bars)
-    write_scores(given.out / "scores.csv", found)
+    write_text(given.out / "scores.csv", found.to_csv(index=False))
     for rough in (False, True):
-        say(found.of(rough), rough, given.limit)
+        say(with_friction(found, rough), rough, given.limit)
     print(given.out / "scores.csv")
     write_picture(given.out / "profile.png", lambda: profile_picture(found))
 
 
-def say(scores: Scores, friction: bool, limit: float) -> None:
+def say(scores: pd.DataFrame, friction: bool, limit: float) -> None:
     """Print a line for each solver, the fastest first."""
-    if not scores.problems:
+    if scores.empty:
         return
-    means, right = scores.means(limit), scores.right
-    least = min((mean for mean in means if math.isfinite(mean)), default=math.nan)
+    taken = means(times(scores), limit).sort_values()
     rows = []
-    for place in sorted(range(len(means)), key=lambda p: (math.isnan(means[p]), means[p])):
-        residuals = [one.residual for one in scores.verdicts[place] if one and one.right]
-        wrong = sum(one is not None and not one.right for one in scores.verdicts[place])
-        times = number(means[place], 2), number(means[place] / least, 2)
-        worst = number(max(residuals, default=math.nan), 2)
-        rows.append(
-            [scores.solvers[place], str(int(right[place].sum())), str(wrong), *times, worst]
-        )
+    for name, mean in taken.items():
+        of = scores[scores.solver == name]
+        right, wrong = (of[of.verdict == one] for one in ("right", "wrong"))
+        counts = str(len(right)), str(len(wrong))
+        numbers = mean, mean / taken.min(), right.residual.max()
+        rows.append([name, *counts, *(number(float(one), 2) for one in numbers)])
     kind = "with friction (residual alone)" if friction else "without friction"
     head = ["solver", "right", "wrong", "mean CPU s", "times the best", "worst residual"]
-    show(head, rows, title=f"{len(scores.problems)} problems {kind}")
+    show(head, rows, title=f"{scores.problem.nunique()} problems {kind}")
 
 
 def answered(given: argparse.Namespace) -> None:
@@ -138,13 +137,13 @@ def answered(given: argparse.Namespace) -> None:
             file = given.out / name / entry["file"]
             if name not in contestants or name in missing or file.exists():
                 continue
-            try:
-                if rough:
-                    seconds, reaction, said = with_friction(rough, name, given.limit)
-                else:
-                    seconds, reaction, said = without_friction(case, SMOOTH[name], given.limit)
-            except MissingError as error:
-                print(f"{name}: not installed: {error}", file=sys.stderr)
+            seconds, reaction, said = (
+                rubbing(rough, name, given.limit)
+                if rough
+                else smooth(case, SMOOTH[name], given.limit)
+            )
+            if said.startswith(MISSING):
+                print(f"{name}: {said}", file=sys.stderr)
                 missing.add(name)
                 continue
             if reaction is not None:
@@ -156,29 +155,23 @@ def answered(given: argparse.Namespace) -> None:
 Found = tuple[float, tuple | None, str]
 
 
-def without_friction(case: Case, solver: str, limit: float) -> Found:
+def smooth(case: Case, solver: str, limit: float) -> Found:
     """The CPU seconds of the fastest attempt that is exact, its λ and τ, if there is one, and words
-    of it. Raises MissingError saying how to install the solver."""
-    try:
-        outcome = compete(case, solver, limit)
-    except MissingError:
-        raise MissingError(EVERYONE[solver].install) from None
-    best = outcome.best
-    if best is None:
-        return math.nan, None, f"no answer: {outcome.ended}"
+    of it."""
+    outcome = compete(case, solver, limit)
+    if (best := outcome.best) is None:
+        return math.nan, None, outcome.ended or "no answer"
     reaction = best.reaction, np.zeros(len(best.reaction))
     return best.seconds, reaction, f"{best.residual:.0e}, {best.variant}"
 
 
-def with_friction(rough: friction.Rough, solver: str, limit: float) -> Found:
+def rubbing(rough: friction.Rough, solver: str, limit: float) -> Found:
     """The same with friction; short runs are repeated, since they are noisy."""
     run = partial(ROUGH[solver], rough, limit)
     if solver == "Siconos LEMKE" and len(rough.case.contacts) > MOST_DENSE:
         return math.nan, None, f"not asked for more than {MOST_DENSE} contacts"
     found = run()
     if found.reaction is None:
-        if found.note == friction.NO_SICONOS:
-            raise MissingError(INSTALL_SICONOS)
         return math.nan, None, found.note
     times = [found.seconds, *(run().seconds for _ in range(repeats(found.seconds)))]
     return min(times), found.reaction, f"{found.residual:.0e}"

@@ -7,7 +7,7 @@ import platform
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import distributions
 from pathlib import Path
 from typing import Any
 
@@ -24,18 +24,12 @@ REPEATS = {0.05: 20, 0.5: 4, 10.0: 1}
 def describe() -> str:
     """Processor, cores, memory, system and versions, in two lines."""
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 1024**3
-    found = [f"{name} {number}" for name in PACKAGES if (number := _version(name))]
+    there = {one.name: one.version for one in distributions()}
+    found = [f"{name} {there[name]}" for name in PACKAGES if name in there]
     return (
         f"{machine()}, {memory:.0f} GiB, {platform.machine()}.\n"
         f"Python {platform.python_version()}, {', '.join(found)}."
     )
-
-
-def _version(name: str) -> str | None:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return None
 
 
 def options(words: str | None, *places: str, **defaults: Any) -> argparse.Namespace:
@@ -76,6 +70,19 @@ def head(*names: str) -> str:
 def table(names: Sequence[str], rows: Iterable[Iterable[object]]) -> str:
     """A table in Markdown."""
     return "\n".join([head(*names), *map(line, rows)])
+
+
+def show(names: Sequence[str], rows: Iterable[Iterable[object]]) -> None:
+    """Print the machine and a table in Markdown, row by row as they come."""
+    print(describe(), head(*names), sep="\n\n", flush=True)
+    for row in rows:
+        print(line(row), flush=True)
+
+
+def ranges(rows: Any) -> list[str]:
+    """Median and range of each column of rows, in words: 350 (110 – 400)."""
+    ends = np.quantile(np.array(rows), [0.5, 0.0, 1.0], axis=0).T
+    return ["{:.3g} ({:.3g} – {:.3g})".format(*one) for one in ends]
 
 
 def power(sizes: Sequence[float], seconds: Sequence[float]) -> float:

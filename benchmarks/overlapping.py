@@ -22,7 +22,7 @@ from analysis.engines.run import simulate
 from analysis.scene.shipped_scenes import make
 from analysis.support.files import write_rows
 from benchmarks.cases import Solver, accuracy, frames, scaled
-from benchmarks.contest.compete import TARGET, Asked, Attempt
+from benchmarks.contest.compete import TARGET, Asked, Attempt, Outcome
 from benchmarks.contest.peers import CANONICAL, PEERS, own
 from benchmarks.machine import describe, in_turn, options, table, timed
 from benchmarks.problems.families import Case, pressed
@@ -54,10 +54,9 @@ def piqp(case: Case) -> Solver | None:
     asked = Asked()
     prepared = asked.prepare(case, PEERS["piqp"])
     found = asked.attempts(case, PEERS["piqp"], prepared)
-    good = [one for one in found if isinstance(one, Attempt) and one.residual <= TARGET]
-    if not good:
+    best = Outcome("piqp", [one for one in found if isinstance(one, Attempt)], "").best
+    if best is None or best.residual > TARGET:
         return None
-    best = min(good, key=lambda one: one.seconds)
     return partial(prepared[best.variant], best.asked)
 
 

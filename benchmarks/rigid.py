@@ -8,9 +8,10 @@ start is in the CPU time. The residual is the largest of a step from each frame,
 energy is the kinetic one at the end. The last line fits the price of the rigid engine, start and disk step, as
 `analysis/advice/library.py` has it."""
 
+import argparse
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -21,21 +22,25 @@ from analysis.engines.programs.rigid import motion_of
 from analysis.engines.run import simulate
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
-from benchmarks.machine import describe, head, line, options
+from benchmarks.machine import options, show
 from nscd import Snapshot, find_contacts
 
 # Simulated seconds.
 SCENES = {"arch": 12.0, "jam": 6.0, "corridor": 2.0, "arch_5000": 0.5}
-MODELS = (
-    ("rigid, exact", "rigid", {"rigid_tolerance": 1e-8}),
-    ("rigid, to 1e-4", "rigid", {"rigid_tolerance": 1e-4}),
-    ("LAMMPS, 1e6 N/m", "lammps", {"stiffness_N_per_m": 1e6}),
-    ("LAMMPS, 1e7 N/m", "lammps", {"stiffness_N_per_m": 1e7}),
-    ("YADE, 1e6 N/m", "yade", {"stiffness_N_per_m": 1e6}),
-    ("rigid, to 1e-6", "rigid", {"rigid_tolerance": 1e-6}),
-)
-# What steps with friction are solved to; the others are measured where nothing is said.
-WITH_FRICTION = MODELS[-1][0]
+EXACT, WITH_FRICTION = "rigid, exact", "rigid, to 1e-6"
+# Steps with friction are solved to 1e-6; the others are measured where nothing is said.
+MODELS: dict[str, tuple[str, dict[str, float]]] = {
+    EXACT: ("rigid", {"rigid_tolerance": 1e-8}),
+    "rigid, to 1e-4": ("rigid", {"rigid_tolerance": 1e-4}),
+    "LAMMPS, 1e6 N/m": ("lammps", {"stiffness_N_per_m": 1e6}),
+    "LAMMPS, 1e7 N/m": ("lammps", {"stiffness_N_per_m": 1e7}),
+    "YADE, 1e6 N/m": ("yade", {"stiffness_N_per_m": 1e6}),
+    WITH_FRICTION: ("rigid", {"rigid_tolerance": 1e-6}),
+}
+COLUMNS = (
+    "scene", "simulated", "model", "steps", "CPU s", "CPU s per s", "deepest overlap (m)",
+    "largest residual", "energy (J)",
+)  # fmt: skip
 
 
 def scene_of(name: str, duration: float) -> Scene:
@@ -65,47 +70,39 @@ def residual_of(frames: Sequence[Snapshot], scene: Scene) -> float:
 
 def main() -> None:
     """Print the table, row by row."""
-    titles = [title for title, _, _ in MODELS]
-    usual = tuple(title for title in titles if title != WITH_FRICTION)
+    usual = tuple(title for title in MODELS if title != WITH_FRICTION)
     given = options(
         __doc__, scenes=SCENES, share=1.0, friction=0.0, models=usual, out=Path
     )  # share: of the simulated time
-    if unknown := set(given.models) - set(titles):
-        sys.exit(f"models: {', '.join(unknown)}. There are: {', '.join(titles)}")
-    print(describe(), end="\n\n")
-    print(
-        head(
-            *("scene", "simulated", "model", "steps", "CPU s", "CPU s per s"),
-            *("deepest overlap (m)", "largest residual", "energy (J)"),
-        ),
-        flush=True,
-    )
+    if unknown := set(given.models) - set(MODELS):
+        sys.exit(f"models: {', '.join(unknown)}. There are: {', '.join(MODELS)}")
+    work: list[tuple[float, float]] = []
+    show(COLUMNS, rows(given, work))
+    if len(work) > 1:
+        steps, taken = np.array(work).T
+        (start, step), _ = nnls(np.column_stack([1.0 / taken, steps / taken]), np.ones(len(taken)))
+        print(f"\n{EXACT}: {start:.2g} s and {step:.2g} s for each disk and step")
+
+
+def rows(given: argparse.Namespace, work: list[tuple[float, float]]) -> Iterator[list[str]]:
+    """A row for each scene and model; adds particle-steps and CPU seconds of EXACT to the work."""
     out = given.out or Path(tempfile.mkdtemp())
-    work, seconds = [], []
     for name in given.scenes:
         scene = scene_of(name, given.share * SCENES[name]).with_contact(friction=given.friction)
-        for title, engine, change in MODELS:
-            if title not in given.models:
-                continue
+        for title in (title for title in MODELS if title in given.models):
+            engine, change = MODELS[title]
             soft = engine != "rigid"
             made = scene.with_contact(**change) if soft else scene.with_run(**change)
             folder = out / f"{name}_{title.replace(' ', '_').replace('/', '_')}"
             record, simulated = simulate(made, engine, folder), scene.run.duration_s
-            if title == MODELS[0][0]:
-                work.append(record.particle_steps)
-                seconds.append(record.cpu_seconds)
+            if title == EXACT:
+                work.append((record.particle_steps, record.cpu_seconds))
             frames = frames_of(folder)
             residual = "–" if soft else f"{residual_of(frames, made):.1e}"
             energy = 0.5 * frames[-1].mass @ (frames[-1].velocity ** 2).sum(1)
             spent = f"{record.cpu_seconds:.1f}", f"{record.cpu_seconds / simulated:.2g}"
             cells = [name, f"{simulated:g} s", title, f"{record.steps:,}", *spent]
-            overlap = f"{overlap_of(frames, made):.1e}"
-            print(line([*cells, overlap, residual, f"{energy:.3g}"]), flush=True)
-    if len(work) > 1:
-        taken = np.array(seconds)
-        rows = np.column_stack([1.0 / taken, np.array(work) / taken])
-        (start, step), _ = nnls(rows, np.ones(len(taken)))
-        print(f"\nrigid, exact: {start:.2g} s and {step:.2g} s for each disk and step")
+            yield [*cells, f"{overlap_of(frames, made):.1e}", residual, f"{energy:.3g}"]
 
 
 if __name__ == "__main__":

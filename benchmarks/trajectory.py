@@ -1,10 +1,7 @@
 """Seconds to post-process a trajectory: a dump of 1,000 frames of 594 disks read, its contacts
 found and solved, and written as CSV and as Parquet.
 
-Beside it the parts: to find the frames and read their numbers, and to find and solve contacts.
-
-A crowd that flows (arch) and one that comes to rest (jam); for both also the percussions of each
-frame alone, and how far those of a block of frames are from them.
+A crowd that flows (arch) and one that comes to rest (jam).
 
 Usage: python benchmarks/trajectory.py [--frames N] [--disks N] [--workers 1 2] [--folder DIR];
 LAMMPS runs once a folder."""
@@ -14,19 +11,14 @@ import resource
 import tempfile
 import time
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
-import numpy as np
-
-from analysis.dumps import index_dump, open_bodies
 from analysis.engines.run import simulate
 from analysis.percussions.setting import setting_beside
-from analysis.percussions.snapshot import percussions_of
-from analysis.percussions.solving import DumpToSolve, executor_for, solve_batch, solve_dump
+from analysis.percussions.solving import DumpToSolve, executor_for, solve_dump
 from analysis.percussions.table import is_parquet
 from analysis.scene.shipped_scenes import make
-from benchmarks.machine import describe, head, line, options, timed
+from benchmarks.machine import describe, head, line, options
 
 SCENES = ("arch", "jam")
 TOLERANCE = 1e-10
@@ -55,19 +47,12 @@ def main() -> None:
             print(head("table", "workers", *names))
             for kind, workers in itertools.product(("csv", "parquet"), given.workers):
                 whole(dump, workers, given.frames, folder / f"contacts.{kind}")
-            parts(dump)
-            alone(dump)
-
-
-def job_of(dump: Path) -> DumpToSolve:
-    """What is asked of the dump."""
-    setting = setting_beside(dump, left_velocity="desired", contact_tolerance=TOUCH)
-    return DumpToSolve(path=dump, setting=setting, tolerance=TOLERANCE, openness="none")
 
 
 def whole(dump: Path, workers: int, frames: int, out: Path) -> None:
     """One row: the whole dump to a table."""
-    job = job_of(dump)
+    setting = setting_beside(dump, left_velocity="desired", contact_tolerance=TOUCH)
+    job = DumpToSolve(path=dump, setting=setting, tolerance=TOLERANCE, openness="none")
     # kernels are loaded before; of another dump to the cache, so that frames are found once more
     replace(job, time_step=1.0, parquet=is_parquet(out)).solve(range(frames - 3, frames))
     started, used = time.perf_counter(), cpu_seconds()
@@ -76,48 +61,6 @@ def whole(dump: Path, workers: int, frames: int, out: Path) -> None:
     wall, cpu = time.perf_counter() - started, cpu_seconds() - used
     spent = f"{wall:.2f}", f"{cpu:.2f}", f"{1e3 * wall / frames:.2f}"
     print(line([out.suffix[1:], workers, *spent, found.contacts, len(found.unsolved)]))
-    print(*(f"    {words}\n" for words in found.unsolved[:3]), sep="", end="")
-
-
-def parts(dump: Path) -> None:
-    """CPU seconds of finding the frames, reading their numbers, and the rest up to percussions."""
-    job = job_of(dump)
-    found, index = timed(partial(index_dump, dump))
-    trajectory = open_bodies(dump).trajectory
-    read, solving = 0.0, 0.0
-    for block in job.blocks(range(len(index.frames))):
-        seconds, text = timed(partial(index.text, block))
-        read += seconds + timed(partial(index.numbers, block, text))[0]
-        bodies = trajectory.bodies(block, text, needs_velocity=False)
-        solving += timed(partial(solve_batch, bodies, job.setting, job.tolerance))[0]
-    print(
-        f"CPU s of one thread: frames found {found:.2f}, numbers read {read:.2f} "
-        f"({dump.stat().st_size / 1e6 / read:.0f} MB/s), contacts and percussions {solving:.2f}"
-    )
-
-
-def alone(dump: Path) -> None:
-    """CPU seconds of each frame alone, and how far its reactions are from those of the block."""
-    job, used, apart, left = job_of(dump), 0.0, [], 0
-    trajectory = open_bodies(dump).trajectory
-    for block in job.blocks(range(trajectory.n_frames)):
-        text = trajectory.index.text(block)
-        bodies = trajectory.bodies(block, text, needs_velocity=False)
-        found = solve_batch(bodies, job.setting, job.tolerance)
-        for number in range(len(block)):
-            snapshot = bodies.snapshot(number)
-            once = partial(percussions_of, job.setting, snapshot, tolerance=job.tolerance)
-            seconds, one = timed(once)
-            used += seconds
-            left += not found.answered[number]
-            together = found.reaction[slice(*found.start[number : number + 2])]
-            if len(together) and (together != one.answer.reaction).any():
-                far = np.abs(together - one.answer.reaction).max()
-                apart.append(far / one.answer.reaction.max())
-    print(
-        f"contacts and percussions of each frame alone {used:.2f} CPU s; {len(apart)} frames differ "
-        f"from it, by up to {max(apart, default=0.0):.0e} of the largest reaction; {left} are left to it"
-    )
 
 
 def cpu_seconds() -> float:

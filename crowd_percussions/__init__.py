@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from analysis.exchange.fclib import read_problem as read_problem
     from analysis.exchange.fclib import write_answer as write_answer
     from analysis.exchange.fclib import write_problem as write_problem
+    from analysis.exchange.jupedsim import RigidPeople as RigidPeople
     from analysis.exposure.limits import known_limits as known_limits
     from analysis.exposure.loads import read_exposure as read_exposure
     from analysis.percussions import PercussionAnalysis as PercussionAnalysis
@@ -72,6 +73,8 @@ if TYPE_CHECKING:
     from nscd import indeterminacy as indeterminacy
     from nscd import solve as solve
     from nscd import stepping as stepping
+    from nscd.gradients import NoGradientError as NoGradientError
+    from nscd.gradients import gradient as gradient
     from nscd.indeterminacy import Determinacy as Determinacy
     from nscd.indeterminacy import determinacy as determinacy
     from nscd.indeterminacy.intervals import interval as interval

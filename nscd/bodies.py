@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,8 +12,7 @@ from nscd import _core
 from nscd.arrays import LARGEST, Floats, Index32, Indices, number, read_only, whole_numbers
 from nscd.segments import nearest_on_segment
 
-_NO_IDS: Indices = np.empty(0, dtype=np.int64)
-_NO_SPIN: Floats = np.empty(0)
+_LEFT_OUT: Any = np.empty(0, dtype=np.int64)
 # Disks of one body hang together that are nearer than this share of the smaller radius.
 NEAR = 1e-3
 
@@ -35,6 +35,10 @@ class Bodies:
 
     def __len__(self) -> int:
         return len(self.mass)
+
+    def told(self, mass: Floats) -> tuple[Index32, Floats, Floats, Floats]:
+        """Give what the core is told of them, with masses (b,) kg."""
+        return self.number, self.centre, mass, self.inertia
 
     def mean(self, values: Floats, mass: Floats) -> Floats:
         """Compute (b,2) the mean of what disks of masses (n,) kg have, (n,2) in any unit."""
@@ -62,7 +66,7 @@ class Snapshot:
     """Hold n disks at one instant.
 
     position: (n,2) m
-    velocity: (n,2) m/s
+    velocity: (n,2) m/s; 0 where left out
     radius: (n,) m
     mass: (n,) kg
     ids: (n,) the numbers that people have in the files; 1…n where left out
@@ -84,11 +88,11 @@ class Snapshot:
     <Snapshot: 2 disks at 0 s>"""
 
     position: Floats
-    velocity: Floats
+    velocity: Floats = field(default_factory=lambda: _LEFT_OUT)
     radius: Floats
     mass: Floats
-    ids: Indices = field(default_factory=lambda: _NO_IDS)
-    spin: Floats = field(default_factory=lambda: _NO_SPIN)
+    ids: Indices = field(default_factory=lambda: _LEFT_OUT)
+    spin: Floats = field(default_factory=lambda: _LEFT_OUT)
     time: float = 0.0
     drive: Floats | None = None
     bodies: Bodies | None = None
@@ -97,15 +101,16 @@ class Snapshot:
         put = object.__setattr__
         put(self, "position", read_only(self.position, (-1, 2), "position"))
         n = len(self.position)
-        put(self, "velocity", read_only(self.velocity, (n, 2), "velocity"))
+        velocity = np.zeros((n, 2)) if self.velocity is _LEFT_OUT else self.velocity
+        put(self, "velocity", read_only(velocity, (n, 2), "velocity"))
         for name in ("radius", "mass"):
             put(self, name, _positive(getattr(self, name), n, name))
-        spin = np.zeros(n) if self.spin is _NO_SPIN else self.spin
+        spin = np.zeros(n) if self.spin is _LEFT_OUT else self.spin
         put(self, "spin", read_only(spin, (n,), "spin"))
         put(self, "time", number(self.time, "time", "A finite number of seconds"))
         if self.drive is not None:
             put(self, "drive", read_only(self.drive, (n, 2), "drive"))
-        ids = whole_numbers(np.arange(1, n + 1) if self.ids is _NO_IDS else self.ids, (n,), "ids")
+        ids = whole_numbers(np.arange(1, n + 1) if self.ids is _LEFT_OUT else self.ids, (n,), "ids")
         # sorting is left out where they rise, as in every dump
         if not (ids[1:] > ids[:-1]).all() and len(np.unique(ids)) != n:
             raise ValueError("ids: one distinct integer per disk is needed")
@@ -171,9 +176,12 @@ class Snapshot:
         """Give the bodies, but none where they are the disks."""
         of = self.bodies
         same = of is None or (
-            np.array_equal(of.mass[of.number], self.mass)
-            and np.array_equal(of.inertia[of.number], self.inertia)
-            and np.array_equal(of.centre[of.number], self.position)
+            len(of) == len(self)
+            and (
+                np.array_equal(of.mass[of.number], self.mass)
+                and np.array_equal(of.inertia[of.number], self.inertia)
+                and np.array_equal(of.centre[of.number], self.position)
+            )
         )
         return None if same else of
 

@@ -9,18 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nscd import _core
-from nscd.arrays import (
-    Flags,
-    Floats,
-    Index32,
-    Indices,
-    instance,
-    number,
-    read_only,
-    whole_numbers,
-)
+from nscd.arrays import Flags, Floats, Index32, Indices, instance, number, read_only, whole_numbers
 from nscd.bodies import Bodies, Snapshot, Walls
-from nscd.segments import connect
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -91,10 +81,15 @@ class Contacts:
         if highest >= n:
             raise ValueError(f"contacts: disk index {highest} where there are {n} disks")
 
+    @property
+    def tangent(self) -> Floats:
+        """Turn the normal a quarter to the left: t = (−n_y, n_x), (k,2)."""
+        return np.column_stack([-self.normal[:, 1], self.normal[:, 0]])
+
     def deformation_velocity(self, velocity: Floats) -> Floats:
         """Compute D(u) = u_i − u_j at each contact, walls at rest, without spins.
 
-        velocity: (n,2) m/s; returns (k,2) m/s"""
+        velocity: (n,2) m/s, or (n,…); returns (k,2) m/s"""
         difference = velocity[self.first]
         pairs = ~self.is_wall
         difference[pairs] -= velocity[self.second[pairs]]
@@ -126,17 +121,25 @@ class Contacts:
 
     def normal_matrix(self, n: int) -> csr_array:
         """Assemble C of v = C u with u = (u₁x, u₁y, u₂x, …): sparse (k, 2n)."""
+        return self.rows(self.normal, -self.normal, n)
+
+    def rows(self, on_first: Floats, on_second: Floats, n: int) -> csr_array:
+        """Assemble (k, w·n), sparse, of rows that have (k,w) at the first and at the second of n disks;
+        nothing at a wall."""
         from scipy.sparse import csr_array  # slow to import, and few need it
 
-        k, pairs = len(self), np.flatnonzero(~self.is_wall)
-        rows = np.concatenate([np.arange(k), np.arange(k), pairs, pairs])
-        columns = np.concatenate(
-            [2 * self.first, 2 * self.first + 1, 2 * self.second[pairs], 2 * self.second[pairs] + 1]
-        )
-        values = np.concatenate(
-            [self.normal[:, 0], self.normal[:, 1], -self.normal[pairs, 0], -self.normal[pairs, 1]]
-        )
-        return csr_array((values, (rows, columns)), shape=(k, 2 * n))
+        (k, width), pairs = on_first.shape, ~self.is_wall
+        disks = np.concatenate([self.first, self.second[pairs]])
+        row = np.concatenate([np.arange(k), np.flatnonzero(pairs)])
+        columns = width * disks[:, None] + np.arange(width)
+        values = np.concatenate([on_first, on_second[pairs]]).ravel()
+        places = np.repeat(row, width), columns.ravel()
+        return csr_array((values, places), shape=(k, width * n))
+
+    def islands(self, n: int) -> Index32:
+        """Number (n,) the islands of the contact graph of n disks, which walls do not join."""
+        second = np.where(self.is_wall, -1, self.second).astype(np.int32)
+        return _core.components(n, self.first.astype(np.int32), second)
 
     def inverse_mass(self, mass: Floats) -> Floats:
         """Compute w = 1/m_i + 1/m_j (k,) 1/kg of masses (n,) kg, a wall's being infinite.
@@ -195,8 +198,9 @@ def find_contacts(snapshot: Snapshot, walls: Walls | None = None, *, tolerance: 
         raise ValueError(f"tolerance: {tolerance} m. A length ≥ 0 is needed")
     tolerance += _rounding(snapshot, walls)
     pairs, first, second, vector, distance, gap = _core.touching(
-        snapshot.position, snapshot.radius, connected(walls or NO_WALLS), tolerance
-    )
+        snapshot.position, snapshot.radius, connected(walls or NO_WALLS), tolerance,
+        None if snapshot.bodies is None else snapshot.bodies.number,
+    )  # fmt: skip
     if pairs < 0:
         reach = 2 * float(snapshot.radius.max()) + tolerance
         raise ValueError(
@@ -211,7 +215,7 @@ def find_contacts(snapshot: Snapshot, walls: Walls | None = None, *, tolerance: 
             "Their contact has no normal"
         )
     normal = vector / distance[:, None]
-    found = Contacts(
+    return Contacts(
         first=first,
         second=second,
         is_wall=np.arange(len(first)) >= pairs,
@@ -219,11 +223,12 @@ def find_contacts(snapshot: Snapshot, walls: Walls | None = None, *, tolerance: 
         gap=gap,
         point=snapshot.position[first] + snapshot.radius[first, None] * normal,
     )
-    return found if snapshot.bodies is None else found.select(~own_contacts(snapshot, found))
 
 
-def of_bodies(bodies: Bodies, contacts: Contacts) -> Contacts:
-    """Give the contacts of disks as those of their bodies."""
+def of_bodies(bodies: Bodies | None, contacts: Contacts) -> Contacts:
+    """Give the contacts of disks as those of their bodies, where they have some."""
+    if bodies is None:
+        return contacts
     disk = np.where(contacts.is_wall, 0, contacts.second)
     second = np.where(contacts.is_wall, contacts.second, bodies.number[disk])
     return replace(contacts, first=bodies.number[contacts.first].astype(np.int64), second=second)
@@ -258,15 +263,6 @@ def inverse_masses(snapshot: Snapshot, contacts: Contacts) -> Floats:
     return of.inverse_mass(wide.mass) + turning
 
 
-def own_contacts(snapshot: Snapshot, contacts: Contacts) -> Flags:
-    """Tell (k,) which contacts are within one body."""
-    if snapshot.bodies is None:
-        return np.zeros(len(contacts), dtype=bool)
-    body = snapshot.bodies.number
-    other = np.where(contacts.is_wall, 0, contacts.second)
-    return np.asarray(~contacts.is_wall & (body[contacts.first] == body[other]))
-
-
 def _rounding(snapshot: Snapshot, walls: Walls | None) -> float:
     """What gaps may be wrong by (m), from the size of coordinates.
 
@@ -289,33 +285,4 @@ def _rounding(snapshot: Snapshot, walls: Walls | None) -> float:
 def connected(walls: Walls) -> _core.Walls:
     """Tell how walls meet, found once: the frames of a film have the same ones."""
     low, high = walls.period_x or (0.0, 0.0)
-    return _core.Walls(*connect(walls.start, walls.end), low, high - low)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Islands:
-    """Hold the m islands of a contact graph.
-
-    label: (n,) island of each disk
-    contacts, disks: (m,) how many it has
-    pressed: (m,) whether one of its contacts would close"""
-
-    label: Index32
-    contacts: Indices
-    disks: Indices
-    pressed: Flags
-
-
-def find_islands(snapshot: Snapshot, contacts: Contacts, left_velocity: Floats) -> Islands:
-    """Find the islands of n disks with left velocities (n,2) m/s."""
-    contacts.check_disks(len(snapshot))
-    second = np.where(contacts.is_wall, -1, contacts.second).astype(np.int32)
-    label = _core.components(len(snapshot), contacts.first.astype(np.int32), second)
-    disks, home = np.bincount(label), label[contacts.first]
-    closing = home[contacts.approach_velocity(left_velocity) > 0]
-    return Islands(
-        label=label,
-        contacts=np.bincount(home, minlength=len(disks)),
-        disks=disks,
-        pressed=np.bincount(closing, minlength=len(disks)) > 0,
-    )
+    return _core.Walls(np.column_stack([walls.start, walls.end]), low, high - low)

@@ -163,7 +163,7 @@ class Percussions:
 
     def to_dataframe(self) -> pd.DataFrame:
         """Make a pandas data frame with one row per contact and units in its column names."""
-        cells = arrays(self.snapshot, self.contacts, self.reaction, self.impulse, self.window)
+        cells = arrays(self.snapshot.ids, self.contacts, self.reaction, self.impulse, self.window)
         return as_frame(cells | (self.friction.columns() if self.friction else {}))
 
     def plot(self, axes: Any = None) -> Any:

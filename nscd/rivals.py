@@ -161,15 +161,14 @@ def social_force(
     for pairs that name disks beyond the snapshot's."""
     law = SocialForceLaw() if law is None else law
     pairs.check_disks(len(snapshot))
-    tangent = np.column_stack([-pairs.normal[:, 1], pairs.normal[:, 0]])
-    slip = (tangent * pairs.deformation_velocity(snapshot.velocity)).sum(1)
+    slip = (pairs.tangent * pairs.deformation_velocity(snapshot.velocity)).sum(1)
     sliding = law.sliding_friction * np.maximum(-pairs.gap, 0.0) * slip
     return SocialForces(
         pairs=pairs,
         disks=len(snapshot),
         repulsion=law.repulsion(pairs.gap),
         body=law.body(pairs.gap),
-        sliding=sliding[:, None] * tangent,
+        sliding=sliding[:, None] * pairs.tangent,
     )
 
 

@@ -4,62 +4,32 @@ for."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Floats, Indices
 from nscd.bodies import Snapshot, Walls
 from nscd.contacts import Contacts
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from nscd.frames import Found
+
 WIDEST = 5.0  # points
 # Rows of a table in a notebook.
 SHOWN = 10
 
 
-class People(Protocol):
-    """Has ids, as a `Snapshot` has."""
-
-    @property
-    def ids(self) -> Indices:
-        """(n,)."""
-
-
-class Touching(Protocol):
-    """Has who touches whom, as `Contacts` has."""
-
-    @property
-    def first(self) -> Indices:
-        """(k,)."""
-
-    @property
-    def second(self) -> Indices:
-        """(k,)."""
-
-    @property
-    def is_wall(self) -> Flags:
-        """(k,)."""
-
-    @property
-    def normal(self) -> Floats:
-        """(k,2)."""
-
-    @property
-    def gap(self) -> Floats:
-        """(k,) m."""
-
-
 def arrays(
-    snapshot: People,
-    contacts: Touching,
+    ids: Indices,
+    contacts: Contacts | Found,
     reaction: Floats,
     impulse: Floats,
     window: float | None = None,
 ) -> dict[str, Floats | Indices]:
-    """Name the columns (k,) of k contacts, with units in the names.
+    """Name the columns (k,) of k contacts between disks with ids (n,), with units in the names.
 
     reaction: (k,) N·s
     impulse: (k,2) N·s
@@ -68,9 +38,9 @@ def arrays(
     first, second are the ids of disks; of a wall, which is_wall says, second is its number from
     1."""
     wall = contacts.is_wall
-    second = np.where(wall, contacts.second + 1, snapshot.ids[np.where(wall, 0, contacts.second)])
+    second = np.where(wall, contacts.second + 1, ids[np.where(wall, 0, contacts.second)])
     named = {
-        "first": snapshot.ids[contacts.first],
+        "first": ids[contacts.first],
         "second": second,
         "is_wall": wall.astype(int),
         "nx": contacts.normal[:, 0],
@@ -111,6 +81,16 @@ def as_html(title: str, frame: pd.DataFrame) -> str:
     return f"<p>{title}</p>{head}{more}"
 
 
+def contact_lines(snapshot: Snapshot, contacts: Contacts) -> Floats:
+    """Return lines from the first disk's centre to the second's, or to the wall, (k,2,2) m; across
+    the end of a period they lead out of it."""
+    end = contacts.point.copy()
+    pairs = ~contacts.is_wall
+    beyond = contacts.gap[pairs] + snapshot.radius[contacts.second[pairs]]
+    end[pairs] += beyond[:, None] * contacts.normal[pairs]
+    return np.stack([snapshot.position[contacts.first], end], axis=1)
+
+
 def draw(
     snapshot: Snapshot,
     contacts: Contacts,
@@ -139,11 +119,8 @@ def draw(
         segments = list(np.stack([walls.start, walls.end], axis=1))
         axes.add_collection(LineCollection(segments, colors="black", linewidths=2))
     if len(contacts):
-        start, end = snapshot.position[contacts.first], contacts.point.copy()
-        pairs = ~contacts.is_wall
-        end[pairs] = snapshot.position[contacts.second[pairs]]
         lines = LineCollection(
-            list(np.stack([start, end], axis=1)),
+            list(contact_lines(snapshot, contacts)),
             array=size,
             cmap="viridis_r",
             linewidths=list(0.2 + WIDEST * size / (size.max() or 1.0)),

@@ -4,7 +4,7 @@ way from one method to the next."""
 
 import math
 import time
-from typing import Any, TypedDict, Unpack
+from typing import Any, NoReturn, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from nscd import _core
 from nscd.arrays import Floats, count, flag, instance, number, read_only, shown
 from nscd.bodies import Snapshot
-from nscd.contacts import Contacts, inverse_masses, own_contacts
+from nscd.contacts import Contacts, inverse_masses
 from nscd.laws import ContactLaw
 from nscd.percussions import GAIN, FrictionPart, Percussions, Status
 
@@ -28,6 +28,7 @@ CHOICES = (
     ("tree", "the contacts of {n} disks form trees: linear time"),
     ("active_set", "corrects the guess"),
     ("active_set", "{n} disks of even masses: descent found the closed contacts"),
+    ("active_set", "{n} bodies of even masses: contacts made firmer step by step"),
     ("interior_point", "{n} disks: descent does not find the closed contacts exactly"),
     ("interior_point", "{n} disks, masses far apart"),
     ("interior_point", "{n} disks, dissipative contacts"),
@@ -120,8 +121,10 @@ def solve(
         asked["guess"] = guess.reaction
     if not law.plain:
         asked["starts"] = starts
-    if snapshot.wide is not None:
-        left = _of_bodies(snapshot, contacts, np.asarray(left), solver, asked)
+    if (wide := snapshot.wide) is not None:
+        if solver in FIRST_ORDER:
+            raise ValueError(f"solver: {solver} is for disks, not for bodies of several")
+        asked |= {"bodies": wide.told(wide.mass), "spin": snapshot.spin}
     if not law.plain:
         asked |= _told(snapshot, contacts, _left(snapshot, left), law, solver)
     said = _core.solve_impact(
@@ -129,10 +132,8 @@ def solve(
         snapshot.radius, snapshot.mass, left, tolerance=tolerance, least=canonical,
         threads=threads, method=SOLVERS.index(solver), **asked,
     )  # fmt: skip
-    if said is None:  # a disk that does not exist, or a velocity that cannot be computed with
-        contacts.check_disks(len(snapshot))
-        _left(snapshot, left_velocity)
-        raise AssertionError("contacts and velocities that the core refuses and Python does not")
+    if said is None:
+        _refuse(snapshot, contacts, left_velocity)
     found, finite, energy, rung, disks, _, shared, rough = said
     status, reason = _status_of(found, finite, tolerance)
     name, why = CHOICES[rung]
@@ -140,7 +141,7 @@ def solve(
         why = why.format(n=disks)
     if shared > 1:
         why += f", {shared} threads"
-    _to_disks(snapshot, found)
+    found.setdefault("right_spin", snapshot.spin)
     change = found["energy_change"]
     part = None
     if rough:
@@ -160,36 +161,22 @@ def solve(
     )
 
 
+def _refuse(snapshot: Snapshot, contacts: Contacts, left: ArrayLike | None) -> NoReturn:
+    """Raise ValueError for a disk that does not exist, a velocity that cannot be computed with, or a
+    contact within a body."""
+    contacts.check_disks(len(snapshot))
+    _left(snapshot, left)
+    pairs, of = contacts.select(~contacts.is_wall), snapshot.bodies
+    if of is not None and (of.number[pairs.first] == of.number[pairs.second]).any():
+        raise ValueError("contacts: two disks of one body")
+    raise AssertionError("contacts and velocities that the core refuses and Python does not")
+
+
 def _start_of(seed: int) -> str:
     """Where a search with friction began, by its seed."""
     if seed < 0:
         return "rest"
     return f"random states {seed}" if seed else "convex programme"
-
-
-def _of_bodies(
-    snapshot: Snapshot, contacts: Contacts, left: Floats, solver: str, asked: dict[str, Any]
-) -> Floats:
-    """Tell the core of bodies of several disks; their disks' left velocities (n,2) m/s."""
-    wide = snapshot.wide
-    assert wide is not None
-    contacts.check_disks(len(snapshot))
-    if own_contacts(snapshot, contacts).any():
-        raise ValueError("contacts: two disks of one body")
-    if solver == "gauss_seidel":
-        raise ValueError(f"solver: {solver} is for disks, not for bodies of several")
-    moving = wide.motion(snapshot, _left(snapshot, left))
-    asked["bodies"] = wide.number, wide.centre, wide.mass, wide.inertia, moving
-    return wide.of_disks(moving, snapshot.position)
-
-
-def _to_disks(snapshot: Snapshot, found: dict[str, Any]) -> None:
-    """Give each disk the velocity and the spin that it has after the impact."""
-    found.setdefault("right_spin", snapshot.spin)
-    if (wide := snapshot.wide) is not None:
-        moving = np.column_stack([found["right_velocity"], found["right_spin"]])
-        found["right_velocity"] = wide.of_disks(moving, snapshot.position)
-        found["right_spin"] = moving[wide.number, 2]
 
 
 def _told(
@@ -198,6 +185,8 @@ def _told(
     """What the core is told of a law with dissipation or friction: μ (k,), k_n and k_t (k,) kg of
     contacts that do not open, and spins where something acts across."""
     contacts.check_disks(len(snapshot))
+    if (wide := snapshot.wide) is not None:
+        left = wide.of_disks(wide.motion(snapshot, left), snapshot.position)
     along, across = law.acting(contacts, inverse_masses(snapshot, contacts), left)
     told: dict[str, Any] = {"maintained": law.maintained}
     if along.any() or across.any():

@@ -95,7 +95,9 @@ def scene_at(snapshot, walls=(), *, contact, run, name="made", time=None, **othe
         for n, (start, end) in enumerate(walls)
     )
     when = {} if time is None else {"time_s": time}
-    looked = Analysis(kind="driven" if others.get("drive") else "impact", **when)
+    looked = Analysis(
+        kind="driven" if others.get("drive") or others.get("body_force") else "impact", **when
+    )
     return Scene(
         name=name, title=name, source="a test", snapshot=snapshot, walls=made,
         contact=ContactModel(**contact), run=Run(**run), analysis=looked, **others,

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import yade.remote
-from yade import Vector3, utils
+from yade import Vector3
 from yade.wrapper import (
     Bo1_Box_Aabb,
     Bo1_Sphere_Aabb,
@@ -46,6 +46,7 @@ if not str(getattr(yade.remote, "__file__", "")).startswith(str(HERE)):
 
 atexit.register(remove_temporary_folder)
 sys.path.insert(0, str(HERE))
+from crowd_arms import Arms  # noqa: E402
 from crowd_dumps import Dumps, Impulses  # noqa: E402
 from crowd_guard import STOPPED, Guard  # noqa: E402
 from crowd_law import interactions, law_of  # noqa: E402
@@ -54,6 +55,7 @@ from crowd_walls import Walls  # noqa: E402
 from scene_file import (  # noqa: E402
     SceneFileError,
     acceleration,
+    complete_drive,
     drive_force,
     limit_drive,
     penalty_of,
@@ -80,7 +82,8 @@ def main(words):
     if guarded not in ("yes", "no"):
         raise SceneFileError(f"guard={guarded}: there are yes and no")
     scene = read_scene(path, given)
-    disks = read_disks(path.parent / scene["disks"]["data"])
+    disks = read_disks(path.parent / scene["disks"]["data"], scene["disks"].get("bodies"))
+    complete_drive(scene.get("drive", {}), disks.bodies.mass)
     penalty = penalty_of(scene, disks)
     if "drive" in scene:
         limit_drive(scene, penalty.time_step)
@@ -102,7 +105,7 @@ def main(words):
     # where YADE looks for the commands of its observers
     main_module = sys.modules["__main__"]
     main_module.crowd_springs, main_module.crowd_joints = crowd.press, crowd.walls.take_back
-    main_module.crowd_give = crowd.walls.give
+    main_module.crowd_give, main_module.crowd_arms = crowd.walls.give, crowd.arms.press
     for name in crowd.after:
         setattr(main_module, f"crowd_{name}", getattr(crowd, name))
     names = ["bodies.dump", "contacts.dump"]
@@ -132,20 +135,16 @@ class Crowd:
     same numbers."""
 
     def __init__(self, scene, disks, penalty, guarded):
-        self.guarded, self.broken, self.seen = guarded, "", (-1,)
+        self.guarded, self.broken, self.seen = guarded, "", (-1, ())
         self.scene, self.disks, self.penalty = scene, disks, penalty
         self.law = law_of(scene, penalty)
-        self.material = O.materials.append(self.law.disk)
-        self.states = [
-            self._add_disk(*row)
-            for row in zip(
-                disks.radius, disks.mass, disks.position, disks.velocity, disks.spin, strict=True
-            )
-        ]
-        self.motion = Motion(self.states)
-        collider = InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Box_Aabb()], verletDist=SKIN_M)
-        self.walls = Walls(scene.get("walls", []), self.law.wall, self.states, collider)
+        self.motion = Motion(disks, O.materials.append(self.law.disk))
+        arm = scene["contact"].get("arm_reach_m", 0.0)
+        sphere = Bo1_Sphere_Aabb(aabbEnlargeFactor=1 + arm / disks.radius.min())
+        collider = InsertionSortCollider([sphere, Bo1_Box_Aabb()], verletDist=SKIN_M)
+        self.walls = Walls(scene.get("walls", []), self.law.wall, self.motion.states, collider)
         self.law.walls = set(self.walls.numbers)
+        self.arms = Arms(scene["contact"], disks.radius, self.motion, self.walls)
         self.weight = disks.mass[:, None] * acceleration(scene)
         self.held = np.zeros((len(disks.ids), 2))
         # what is done after a step, in this order, each at an interval of its own
@@ -156,20 +155,11 @@ class Crowd:
             interactions(self.law),
             runner("springs", initRun=True, dead=not self.law.spring),
             runner("joints", initRun=True, dead=not self.walls.joints),
+            runner("arms", initRun=True, dead=not arm),
             runner("give", initRun=True, dead=not self.walls.giving),
             NewtonIntegrator(damping=0.0),
             *self.after.values(),
         ]
-
-    def _add_disk(self, radius, mass, position, velocity, spin):
-        body = utils.sphere((*map(float, position), 0.0), float(radius), material=self.material)
-        state = body.state
-        state.mass = float(mass)
-        state.inertia = Vector3.Ones * (0.5 * float(mass) * float(radius) ** 2)
-        state.blockedDOFs = "zXY"
-        state.vel = Vector3(*map(float, velocity), 0.0)
-        state.angVel = Vector3(0.0, 0.0, float(spin))
-        return O.bodies[O.bodies.append(body)].state
 
     def run(self, bodies, contacts, impulses=None):
         """Run all steps, writing frames to the open files; impulses are summed where one is
@@ -177,7 +167,7 @@ class Crowd:
         self.dumps = Dumps(bodies, contacts, self.disks, self.walls.numbers)
         step = self.penalty.time_step
         self.impulses = Impulses(self.dumps, impulses, step) if impulses else None
-        self._push(self.disks.position, self.disks.velocity)
+        self._push(self.disks.bodies.centre, self.disks.bodies.velocity)
         # step 0: forces at the start, with no time passing
         O.dt = self.law.NO_TIME_S
         O.step()
@@ -185,11 +175,11 @@ class Crowd:
         self._let_go_of_touching(force)
         self._write(0, self.disks.position, self.disks.velocity, self.disks.spin, force)
         if self.guarded:
-            stored = sum(self.law.energy(i) for i in self.walls.touching())
+            stored = sum(self.law.energy(i) for i in self.walls.touching()) + self.arms.energy()
             self.guard = Guard(self.scene, self.disks, self.penalty, stored, self._apart)
             self.guard.moved = self.walls.moved
             self._every(self.guard.interval, "look")
-        self._first_half_step(force)
+        self.motion.first_half_step(self.penalty.time_step, force)
         self.walls.begin(self.penalty.time_step)
         O.dt = self.penalty.time_step
         self._every(self.penalty.frame_interval, "write")
@@ -218,13 +208,6 @@ class Crowd:
                 # impulses are sums of it
                 interaction.phys.normalForce = Vector3.Zero
 
-    def _first_half_step(self, force):
-        half, dt = 0.5 * self.penalty.time_step, self.penalty.time_step
-        for body, state in enumerate(self.states):
-            state.vel = state.vel + half / state.mass * Vector3(*map(float, force[body]), 0.0)
-            state.angVel = state.angVel + half / state.inertia[2] * O.forces.t(body)
-            state.pos = state.pos + dt * state.vel
-
     def press(self):
         """Called when YADE has evaluated its contacts: add the springs of a law that it has not."""
         for interaction in O.interactions:
@@ -251,42 +234,40 @@ class Crowd:
 
     def _position(self):
         """Where the disks are, (n,2) m; of this step, where it has been asked for."""
-        return self.seen[1] if self.seen[0] == O.iter else self.motion.position()
+        return self.seen[1][2] if self.seen[0] == O.iter else self.motion.position()
 
     def _instant(self):
-        """Positions, velocities and forces, each (n,2), of the step from which YADE has moved the
-        disks on to the next one."""
+        """See Motion.instant."""
         if self.seen[0] != O.iter:
-            dt, mass = self.penalty.time_step, self.disks.mass[:, None]
-            force, later = self.motion.force(), self.motion.velocity()
-            position = self.motion.position() - dt * later
-            self.seen = O.iter, position, later - 0.5 * dt * force / mass, force
-        return self.seen[1:]
+            self.seen = O.iter, self.motion.instant(self.penalty.time_step)
+        return self.seen[1]
 
     def add_impulses(self):
         """Called after every step where impulses are summed."""
         written = O.iter % self.penalty.frame_interval == 0
-        self.impulses.add(self.walls.touching(), 0.5 if written else 1.0)
+        self._add_impulses(0.5 if written else 1.0)
+
+    def _add_impulses(self, share):
+        self.impulses.add(self.walls.touching(), self.arms.pushes, share)
 
     def write(self):
         """Called after the step of a frame."""
-        position, velocity, force = self._instant()
-        self.walls.write(self.penalty.time_step)
-        half, inertia = 0.5 * self.penalty.time_step, 0.5 * self.disks.mass * self.disks.radius**2
-        torque = np.array([O.forces.t(body)[2] for body in range(len(self.states))])
-        spin = np.array([state.angVel[2] for state in self.states]) - half * torque / inertia
-        self._write(O.iter, position, velocity, spin, force)
+        now, dt = self._instant(), self.penalty.time_step
+        self.walls.write(dt)
+        self._write(O.iter, now[2], *self.motion.of_disks(dt, *now), self.motion.force())
 
     def drive(self):
         """Called after a step at the interval of the drive."""
         self._push(*self._instant()[:2])
 
-    def _push(self, position, velocity):
-        """Set the forces that act until the next call: the drive and the body force."""
+    def _push(self, centre, velocity):
+        """Set the forces that act until the next call: the drive, by where bodies are and how they move,
+        and the body force."""
         if "drive" in self.scene:
             # within a step O.time is that of the step before
             time = O.iter * self.penalty.time_step
-            self.held = drive_force(self.scene["drive"], self.disks, position, velocity, time)
+            at = (values[self.disks.bodies.of] for values in (centre, velocity))
+            self.held = drive_force(self.scene["drive"], self.disks, *at, time)
         self.motion.hold(self.held + self.weight)
 
     def _write(self, step, position, velocity, spin, force):
@@ -295,11 +276,11 @@ class Crowd:
         self.dumps.write_contacts(step, self.walls.touching())
         if self.impulses:
             self.impulses.write(step)
-            self.impulses.add(self.walls.touching(), 0.5)
+            self._add_impulses(0.5)
         self.last_written = step
         energy = 0.5 * float(self.disks.mass @ (velocity**2).sum(1))
         time = step * self.penalty.time_step
-        print(f"{step:10d} {time:.6g} {len(self.states)} {energy:.8g}", flush=True)
+        print(f"{step:10d} {time:.6g} {len(self.disks.ids)} {energy:.8g}", flush=True)
 
 
 try:

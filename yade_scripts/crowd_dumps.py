@@ -22,6 +22,10 @@ class Dumps:
         columns = [disks.ids, zero + 1, position, zero, disks.radius, disks.mass]
         columns += [velocity, zero, spin, force]
         names = "id type x y z radius mass vx vy vz omegaz fx fy"
+        if disks.joined:
+            bodies = disks.bodies
+            columns += [values[bodies.of] for values in (bodies.ids, bodies.inertia)]
+            names += " mol body_inertia"
         if drive is not None:
             columns, names = [*columns, drive], names + " drive_x drive_y"
         table = np.column_stack(columns)
@@ -76,14 +80,19 @@ class Impulses:
         self.dumps, self.file, self.time_step = dumps, file, time_step
         self.sums = {}
 
-    def add(self, interactions, share=1.0):
-        """Add the forces of a step over a share of it."""
-        sums, time = self.sums, share * self.time_step
-        for interaction in interactions:
-            force = interaction.phys.normalForce + interaction.phys.shearForce
-            had = sums.setdefault((interaction.id1, interaction.id2), [0.0, 0.0])
-            had[0] += time * force[0]
-            had[1] += time * force[1]
+    def add(self, interactions, pushes, share):
+        """Add the forces of a step over a share of it; pushes: first, second, and what the first
+        does to the second, x, y."""
+        forces = [
+            (one.id1, one.id2, *(one.phys.normalForce + one.phys.shearForce).xy())
+            for one in interactions
+        ]
+        for first, second, x, y in (*forces, *pushes):
+            if first > second:
+                first, second, x, y = second, first, -x, -y
+            had = self.sums.setdefault((first, second), [0.0, 0.0])
+            had[0] += share * self.time_step * x
+            had[1] += share * self.time_step * y
 
     def write(self, step):
         """One frame: the sums since the last one, the smaller id first, walls last."""

@@ -24,7 +24,7 @@ def interval_of(scene, disks, penalty):
     evaluated, if that is often enough."""
     drive = scene.get("drive")
     span = min(
-        2 * math.sqrt(disks.mass.min() / penalty.stiffest),
+        2 * math.sqrt(disks.masses_met()[0] / penalty.stiffest),
         0.5 * disks.radius.min() / (speed_most(scene, disks) + 1e-300),
         0.05 * drive["relaxation_time_s"] if drive else math.inf,
     )
@@ -44,8 +44,8 @@ class Guard:
         drive = scene.get("drive")
         self.relaxation_time = drive["relaxation_time_s"] if drive else math.inf
         self.desired = 0.5 * float(disks.mass.sum()) * drive["speed_m_per_s"] ** 2 if drive else 0.0
-        inertia = 0.5 * disks.mass * disks.radius**2
-        kinetic = 0.5 * float(disks.mass @ (disks.velocity**2).sum(1) + inertia @ disks.spin**2)
+        of = disks.bodies
+        kinetic = 0.5 * float(of.mass @ (of.velocity**2).sum(1) + of.inertia @ of.spin**2)
         self.start = kinetic + stored
         self.given, self.power = 0.0, self._power(kinetic)
         self.margin = ENERGY_SHARE * (self.start + self.desired) + 1e-12
@@ -75,7 +75,7 @@ class Guard:
             or self._stride(kinetic, velocity)
             or (self._through_walls(position()) if len(self.walls) else None)
             or self._energy(kinetic, position)
-            or (self._momentum() if self.isolated else None)
+            or (self._momentum(velocity()) if self.isolated else None)
         )
 
     def _power(self, kinetic):
@@ -133,7 +133,7 @@ class Guard:
     def _stride(self, kinetic, velocity):
         dt, disks = self.penalty.time_step, self.disks
         # nobody can be faster than this: then there is no need to look at each
-        if math.sqrt(2 * kinetic / disks.mass.min()) * dt <= STEP_SHARE * disks.radius.min():
+        if math.sqrt(2 * kinetic / disks.masses_met()[0]) * dt <= STEP_SHARE * disks.radius.min():
             return None
         share = float((np.hypot(*velocity().T) / disks.radius).max()) * dt
         if not share <= STEP_SHARE:
@@ -144,9 +144,9 @@ class Guard:
             )
         return None
 
-    def _momentum(self):
+    def _momentum(self, velocity):
         scale = math.sqrt(2 * float(self.disks.mass.sum()) * self.start) + 1e-300
-        now = utils.momentum()
+        now = self.disks.mass @ velocity
         drift = (abs(now[0] - self.momentum[0]) + abs(now[1] - self.momentum[1])) / scale
         if not drift <= MOMENTUM_SHARE:
             return (

@@ -106,6 +106,7 @@ class Walls:
         """states: of the disks, which are the first bodies; collider: it finds who is near."""
         self.collider, self.looked, self.near_ends = collider, 0, []
         self.material, self.states = O.materials.append(material), states
+        self.ends = np.array([(wall["start_m"], wall["end_m"]) for wall in walls]).reshape(-1, 2, 2)
         self.numbers = {self._add(wall): number for number, wall in enumerate(walls, start=1)}
         bodies = {number: body for body, number in self.numbers.items()}
         self.giving = {

@@ -36,9 +36,23 @@ class SceneFileError(ValueError):
 
 
 @dataclass(frozen=True)
+class Bodies:
+    """What moves, alone or as rigid bodies of several disks: ids (b,), mass (b,) kg, centre (b,2) m,
+    inertia (b,) kg m2, velocity (b,2) m/s, spin (b,) rad/s; of (n,): the body of each disk."""
+
+    ids: np.ndarray
+    mass: np.ndarray
+    centre: np.ndarray
+    inertia: np.ndarray
+    velocity: np.ndarray
+    spin: np.ndarray
+    of: np.ndarray
+
+
+@dataclass(frozen=True)
 class Disks:
     """ids (n,), radius (n,) m, mass (n,) kg, position and velocity (n,2) m, m/s, spin (n,) rad/s,
-    box: its three lines."""
+    box: its three lines, bodies: what moves, joined: whether disks are in the file of bodies."""
 
     ids: np.ndarray
     radius: np.ndarray
@@ -47,6 +61,16 @@ class Disks:
     velocity: np.ndarray
     spin: np.ndarray
     box: tuple
+    bodies: Bodies
+    joined: bool
+
+    def masses_met(self):
+        """The smallest and largest mass (kg) that a contact without friction can meet: at a lever l
+        M/(1 + M l^2/I) of a body, and M."""
+        body = self.bodies
+        square = ((self.position - body.centre[body.of]) ** 2).sum(1)
+        met = body.mass[body.of] / (1 + (body.mass / body.inertia)[body.of] * square)
+        return met.min(), body.mass.max()
 
 
 def read_scene(path, given):
@@ -67,8 +91,6 @@ def read_scene(path, given):
             scene[table][key] = type(scene[table].get(key, 0.0))(float(text))
         except ValueError:
             raise SceneFileError(f"{name}={text}: not a number") from None
-    if "period_x_m" in scene:
-        raise SceneFileError(f"{path}: period_x_m: YADE has none here: use lammps or rigid")
     for way in (drive := scene.get("drive", {}), *drive.get("goals", [])):
         if way and "door_start_m" not in way:  # a door far ahead, at which nobody arrives
             x, y = way["outward"]
@@ -77,14 +99,10 @@ def read_scene(path, given):
     contact = scene["contact"]
     if contact["law"] not in LAWS:
         raise SceneFileError(f"{path}: contact.law: {contact['law']}. There are {', '.join(LAWS)}")
-    if "bodies" in scene["disks"]:
-        raise SceneFileError(
-            f"{path}: disks.bodies: YADE cannot turn bodies of several disks here: use lammps or rigid"
-        )
-    if "arm_reach_m" in contact:
-        raise SceneFileError(
-            f"{path}: contact.arm_reach_m: YADE cannot push before bodies touch: use lammps or rigid"
-        )
+    if "period_x_m" in scene:
+        raise SceneFileError(f"{path}: period_x_m: YADE has none here: use lammps or rigid")
+    if "bodies" in scene["disks"] and "arm_reach_m" in contact:
+        raise SceneFileError(f"{path}: contact.arm_reach_m: only for people of one disk each")
     if contact["law"] != "hooke" and contact.get("friction", 0.0):
         raise SceneFileError(
             f"{path}: contact.friction: {contact['friction']:g}. YADE runs {contact['law']} without "
@@ -95,6 +113,17 @@ def read_scene(path, given):
     if "clearance_m" in scene.get("drive", {}):
         scene["drive"]["way"] = read_way(Path(path).with_suffix(".way"), scene)
     return scene
+
+
+def complete_drive(drive, mass):
+    """Put speed and relaxation time (0.5 s where neither is said) in the place of push_N, the push m
+    U/tau of a person of mean mass."""
+    if "push_N" in drive:
+        mean, push = float(mass.mean()), drive.pop("push_N")
+        if "speed_m_per_s" in drive:
+            drive["relaxation_time_s"] = mean * drive["speed_m_per_s"] / push
+        tau = drive.setdefault("relaxation_time_s", 0.5)
+        drive.setdefault("speed_m_per_s", push * tau / mean)
 
 
 def limit_drive(scene, time_step):
@@ -121,10 +150,10 @@ def speed_most(scene, disks):
     return speed + float(np.hypot(*acceleration(scene))) * lasts
 
 
-def read_disks(path):
+def read_disks(path, bodies=None):
     """The disks of a LAMMPS data file (atom_style sphere). The density column is that of a
-    sphere."""
-    section, rows, bounds = "", {"Atoms": [], "Velocities": []}, {}
+    sphere. bodies: the file of fix rigid/small, where Molecules says whose each disk is."""
+    section, rows, bounds = "", {"Atoms": [], "Velocities": [], "Molecules": []}, {}
     try:
         lines = Path(path).read_text(encoding="utf-8").splitlines()
     except OSError as error:
@@ -152,14 +181,40 @@ def read_disks(path):
         raise SceneFileError(f"{path}: not as many complete Velocities as Atoms")
     radius = 0.5 * atoms[:, 2]
     mass = np.array([float(f"{m:.13g}") for m in atoms[:, 3] * (4.0 * np.pi / 3.0) * radius**3])
+    ids, place, velocity, spin = (
+        atoms[:, 0].astype(int),
+        atoms[:, 4:6],
+        motion[:, 1:3],
+        motion[:, 6],
+    )
+    alone = Bodies(ids, mass, place, 0.5 * mass * radius**2, velocity, spin, np.arange(len(ids)))
     return Disks(
-        ids=atoms[:, 0].astype(int),
+        ids=ids,
         radius=radius,
         mass=mass,
-        position=atoms[:, 4:6],
-        velocity=motion[:, 1:3],
-        spin=motion[:, 6],
+        position=place,
+        velocity=velocity,
+        spin=spin,
+        bodies=read_bodies(path.parent / bodies, ids, rows["Molecules"]) if bodies else alone,
+        joined=bool(bodies),
         box=tuple("{:.16e} {:.16e}\n".format(*bounds[axis]) for axis in ("xlo", "ylo", "zlo")),
+    )
+
+
+def read_bodies(path, ids, molecules):
+    """The rigid bodies of disks with ids (n,), of the file and of rows of a disk and its body: an id,
+    mass, centre, inertia xx yy zz xy xz yz, velocity, angular momentum."""
+    try:
+        table, whose = np.loadtxt(path, skiprows=1, ndmin=2), np.array(sorted(molecules))
+        table = table[np.argsort(table[:, 0])]
+        of = np.searchsorted(table[:, 0], whose[:, 1])
+        if not np.array_equal(whose, np.column_stack([ids, table[of, 0]])):
+            raise ValueError("other bodies than in the section Molecules")
+        turning, inertia = table[:, 16], table[:, 7]
+    except (OSError, ValueError, IndexError) as error:
+        raise SceneFileError(f"{path}: not the bodies of this scene: {error}") from None
+    return Bodies(
+        table[:, 0], table[:, 1], table[:, 2:4], inertia, table[:, 11:13], turning / inertia, of
     )
 
 
@@ -245,7 +300,7 @@ LAWS = {
 
 def penalty_of(scene, disks):
     """The numbers of the scene's contact law and run: the rules of the LAMMPS decks."""
-    contact, run, mass = scene["contact"], scene["run"], disks.mass
+    contact, run, (least, most_met) = scene["contact"], scene["run"], disks.masses_met()
     k, (damping, springs_of) = contact["stiffness_N_per_m"], LAWS[contact["law"]]
     # a dashpot on approach only: its restitution is the root of that of one that never pulls
     power = 0.5 if damping == "apart" else 1.0
@@ -254,17 +309,19 @@ def penalty_of(scene, disks):
     friction = contact.get("friction", 0.0)
     tangential = contact.get("tangential_ratio", 2 / 7) if friction else 0.0
     # the dashpot of hertz grows with the masses: every contact has the same damping ratio
-    most = ratio if damping == "tangent" else ratio * math.sqrt(mass.max() / mass.min())
+    most = ratio if damping == "tangent" else ratio * math.sqrt(most_met / least)
     springs, wall_springs, stiffest = springs_of(k, wall_k, float(disks.radius.mean()))
+    if "arm_reach_m" in contact:
+        stiffest = max(stiffest, contact["arm_force_N"] / contact["arm_reach_m"])
     safe = min(
-        STEP_FRACTION * math.sqrt(mass.min() / stiffest) / max(1.0, 2 * most),
+        STEP_FRACTION * math.sqrt(least / stiffest) / max(1.0, 2 * most),
         CROSSING_FRACTION * disks.radius.min() / (speed_most(scene, disks) + 1e-300),
     )
-    wall_damping = 2 * ratio * math.sqrt(wall_k * mass.max())
+    wall_damping = 2 * ratio * math.sqrt(wall_k * most_met)
     for wall in scene.get("walls", []):  # each that gives, pressed by all who have room
         if "mass_kg" in wall:
             room = math.dist(wall["start_m"], wall["end_m"]) // (2 * float(disks.radius.min())) + 1
-            count = min(len(mass), room)
+            count = min(len(disks.mass), room)
             pulls = wall.get("stiffness_N_per_m", 0.0) + count * stiffest
             damps = wall.get("damping_N_s_per_m", 0.0) + count * wall_damping + 1e-300
             fastest = min(math.sqrt(wall["mass_kg"] / pulls), wall["mass_kg"] / damps)
@@ -284,7 +341,7 @@ def penalty_of(scene, disks):
         tangential_stiffness=tangential * k,
         wall_tangential_stiffness=tangential * wall_k,
         restitution=(restitution_of(most) ** power, restitution_of(ratio) ** power),
-        damping=2 * ratio * math.sqrt(k * mass.max() / 2),
+        damping=2 * ratio * math.sqrt(k * most_met / 2),
         wall_damping=wall_damping,
         springs=springs,
         wall_springs=wall_springs,

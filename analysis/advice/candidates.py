@@ -111,7 +111,7 @@ def safety_of(rates: Rates, curves: Curves) -> Safety:
     least 1; infinite where there is no rate."""
 
     def factor(what: str) -> float:
-        rate = rates.get((curves.load, what))
+        rate = rates.get(f"{curves.load}_{what}")
         # that others came out better than predicted is luck
         return float("inf") if rate is None else float(np.exp(max(rate, 0.0) * unlikeness(curves)))
 
@@ -132,7 +132,7 @@ def rates_of(entries: Sequence[Entry]) -> Rates:
     The rate of one point is log(measured/expected)/unlikeness. Against promises that are made for
     one scene from many it errs on the safe side where the scene left out was the only one of its
     sort."""
-    found: dict[tuple[str, str], list[float]] = {}
+    found: dict[str, list[float]] = {}
     for entry in entries:
         others = [other for other in entries if other is not entry]
         for load in sorted({point.load for point in entry.points}):
@@ -142,7 +142,7 @@ def rates_of(entries: Sequence[Entry]) -> Rates:
             far = unlikeness(curves)
             for what, measured, expected in _predicted(entry, curves):
                 rate = float(np.log(max(measured, NO_MATTER) / max(expected, NO_MATTER))) / far
-                found.setdefault((load, what), []).append(rate)
+                found.setdefault(f"{load}_{what}", []).append(rate)
     return {key: float(np.quantile(rates, WITHIN)) for key, rates in found.items()}
 
 

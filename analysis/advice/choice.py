@@ -1,7 +1,6 @@
 """The choice among candidates, impacts being tried; what the model leaves out of a scene; advice in
 words, and a scene as advised."""
 
-import dataclasses
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,14 +19,7 @@ from analysis.advice.candidates import (
     safety_of,
     timing_of,
 )
-from analysis.advice.library import (
-    Curves,
-    Entry,
-    Library,
-    Likeness,
-    likeness_of,
-    stored_library,
-)
+from analysis.advice.library import Curves, Entry, Library, Likeness, likeness_of, stored_library
 from analysis.engines import EngineError
 from analysis.engines import engine as find_engine
 from analysis.engines.penalty import penalty_of
@@ -35,19 +27,9 @@ from analysis.pages.names import engine_name
 from analysis.pages.numbers import percent, seconds, significant
 from analysis.percussions.snapshot import percussions_of
 from analysis.scene.scene import Scene
-from analysis.support.files import write_json
-from analysis.work_precision.point import WORTH, Point, PointStatus
+from analysis.work_precision import soft
+from analysis.work_precision.point import Point, PointStatus, front
 from analysis.work_precision.rigid_solves import solve_rigid
-from analysis.work_precision.soft import (
-    LAWS,
-    ReferenceError,
-    SoftSetting,
-    leapfrog,
-    prepare_window,
-    scene_of,
-    soft_engines,
-    soft_reference,
-)
 from analysis.work_precision.window import (
     Answer,
     Converged,
@@ -57,7 +39,7 @@ from analysis.work_precision.window import (
     rigid_reference,
 )
 from nscd import ContactLaw
-from nscd.contacts import connected, find_islands
+from nscd.contacts import connected
 from nscd.percussions import Status
 from nscd.stepping import Arms
 
@@ -65,49 +47,42 @@ from nscd.stepping import Arms
 NOTHING = 1e-9
 
 
-def left_out(scene: Scene, folder: Path) -> list[str]:
-    """List what is left out, a line each: friction, spin, the restitution of a pressed crowd,
+def left_out(scene: Scene, folder: Path) -> Iterator[str]:
+    """Yield what is left out, a line each: friction, spin, the restitution of a pressed crowd,
     islands that nothing presses, disks that carry nothing.
 
     A crowd that is still to be pressed together is pressed first, by an engine, and kept in the
     folder; without an engine a line says that its contacts are not known. The scene is one without
     friction (`likeness_of` refuses others)."""
-    n = len(scene.snapshot)
-    lines = [
-        "friction cone: μ = 0, one unknown per contact instead of two",
-        f"spin: no tangential forces, {2 * n} unknown velocities instead of {3 * n}",
-        "slope, walls that give: the ground is flat, and all walls stand",
-        _arms(scene),
-        SHOULDERS,
-    ]
-    if scene.drive is not None and scene.contact.restitution:
-        lines.append(
-            f"restitution e = {significant(scene.contact.restitution)}: "
+    n, driven, restitution = len(scene.snapshot), scene.drive is not None, scene.contact.restitution
+    unknown = "islands, disks that carry nothing: not known, "
+    yield "friction cone: μ = 0, one unknown per contact instead of two"
+    yield f"spin: no tangential forces, {2 * n} unknown velocities instead of {3 * n}"
+    yield "slope, walls that give, stops, period: none of them is in this scene"
+    yield _arms(scene)
+    yield SHOULDERS
+    if driven and restitution:
+        yield (
+            f"restitution e = {significant(restitution)}: "
             "forces of a crowd that is pressed and rests do not depend on it"
         )
-    elif scene.contact.restitution == 1:
-        return [
-            *lines,
-            "islands, disks that carry nothing: not known, the rigid model has no e = 1",
-        ]
-    if scene.drive is not None:
+    elif restitution == 1:
+        yield f"{unknown}the rigid model has no e = 1"
+        return
+    if driven:
         hidden = f"{scene.hidden} of {n} people have a wall before the door"
-        wanted = (
-            "needed, drive.clearance_m" if scene.hidden else "not needed, 15-26 % of a run saved"
-        )
-        lines.append(f"way round walls: {hidden}: {wanted}")
-    to_press = scene.drive is not None and scene.reconciliation is None
-    if to_press and not soft_engines():
-        return [
-            *lines,
-            "islands, disks that carry nothing: not known, no engine is there to press the crowd "
-            "together",
-        ]
+        without = "not needed, 15-26 % of a run saved"
+        wanted = "needed, drive.clearance_m" if scene.hidden else without
+        yield f"way round walls: {hidden}: {wanted}"
+    if driven and scene.reconciliation is None and not soft.soft_engines():
+        yield f"{unknown}no engine is there to press the crowd together"
+        return
     folder.mkdir(parents=True, exist_ok=True)
-    window = prepare_window(scene, folder)
+    window = soft.prepare_window(scene, folder)
     if gone := n - len(window.scene.snapshot):
-        lines.append(f"people who have passed the door: {gone} of {n}")
-    return [*lines, *_islands(window), *_idle(window)]
+        yield f"people who have passed the door: {gone} of {n}"
+    yield from _islands(window)
+    yield from _idle(window)
 
 
 # What arms of this reach (m) and 200 N change, and cost (docs/results/arms.md).
@@ -137,13 +112,15 @@ SHOULDERS = (
 
 def _islands(window: Window) -> Iterator[str]:
     snapshot, contacts = window.scene.snapshot, window.contacts
-    islands = find_islands(snapshot, contacts, window.left_velocity)
-    idle = (islands.contacts > 0) & ~islands.pressed
-    if alone := int((islands.contacts == 0).sum()):
+    label = contacts.islands(len(snapshot))
+    disks, home = np.bincount(label), label[contacts.first]
+    closing = home[contacts.approach_velocity(window.left_velocity) > 0]
+    touched, pressed = (np.bincount(some, minlength=len(disks)) > 0 for some in (home, closing))
+    idle = touched & ~pressed
+    if alone := int((~touched).sum()):
         yield f"disks that touch nothing: {alone} of {len(snapshot)}"
     if idle.any():
-        disks = int(islands.disks[idle].sum())
-        yield f"islands that nothing presses: {int(idle.sum())} with {disks} disks"
+        yield f"islands that nothing presses: {int(idle.sum())} with {disks[idle].sum()} disks"
 
 
 def _idle(window: Window) -> Iterator[str]:
@@ -196,7 +173,7 @@ def tried(scene: Scene, question: Question) -> list[Point]:
     found: list[Point] = []
     if "rigid" in question.methods and question.against == "rigid":
         found += [point for answer in solve_rigid(window) for point in judge.points(answer)]
-    for law in LAWS["lammps"]:
+    for law in soft.LAWS["lammps"]:
         if engines := [m for m in question.methods if law in question.laws(m, scene)]:
             found += _stepped(judge, law, engines)
     return [_with_bars(point) for point in found]
@@ -210,19 +187,19 @@ def _stepped(judge: Judge, law: str, engines: Iterable[str]) -> Iterator[Point]:
         return
     stiffness = scene.contact.stiffness_N_per_m
     try:
-        reference = soft_reference(window.variant(law, stiffness))
-    except ReferenceError:
+        reference = soft.soft_reference(window.variant(law, stiffness))
+    except soft.ReferenceError:
         return
     own, looser = (window.quantities(motion, stiffness) for motion in reference)
     model = Converged(own=own, looser=looser, wrong="the time step is too long: wrong")
     for share in SHARES:
         near: list[list[Point]] = []
         for times in NEARBY:
-            setting = SoftSetting(
+            setting = soft.SoftSetting(
                 engine="", law=law, stiffness_N_per_m=stiffness, share=times * share
             )
             with np.errstate(all="ignore"):
-                values = window.quantities(leapfrog(scene_of(window, setting)), stiffness)
+                values = window.quantities(soft.leapfrog(soft.scene_of(window, setting)), stiffness)
             answers = (
                 Answer(
                     method=engine,
@@ -292,6 +269,25 @@ class Advice:
     tried: bool  # whether this very scene was tried here: an impact (see `tried`)
     measured: tuple[str, ...]
 
+    def content(self) -> dict[str, Any]:
+        """Give it as advice.json has it."""
+        return {
+            "scene": self.scene.name,
+            "quantity": self.question.quantity,
+            "against": self.question.against,
+            "asked_error": self.question.error,
+            "likeness": self.likeness,
+            "choice": self.choice,
+            "next_better": self.better,
+            "best": self.best,
+            "by_method": self.by_method,
+            "curve": self.curve,
+            "read": [{"scene": name, "weight": weight} for name, weight in self.read],
+            "from_own_chart": self.own,
+            "tried": self.tried,
+            "measured": self.measured,
+        }
+
 
 def advise(
     scene: Scene, question: Question, *, library: Library, chart: Sequence[Point] | None = None
@@ -323,7 +319,7 @@ def advise(
         better=better,
         best=min(found, key=lambda c: (c.promised_error, c.cpu_seconds), default=None),
         found=tuple(found),
-        curve=tuple(_front(found)),
+        curve=tuple(front(found, lambda c: c.cpu_seconds, lambda c: c.promised_error)),
         by_method=tuple(best for best in by_method if best is not None),
         read=tuple(read.items()),
         own=chart is not None,
@@ -368,14 +364,6 @@ def _cheapest(candidates: Iterable[Candidate]) -> Candidate | None:
         (c for c in known if c.cpu_seconds <= (1 + MARGIN) * least),
         key=lambda c: (c.promised_error, c.cpu_seconds),
     )
-
-
-def _front(candidates: Iterable[Candidate]) -> Iterator[Candidate]:
-    least = float("inf")
-    for candidate in sorted(candidates, key=lambda c: (c.cpu_seconds, c.promised_error)):
-        if candidate.promised_error < (1 - WORTH) * least:
-            least = candidate.promised_error
-            yield candidate
 
 
 def setting(candidate: Candidate) -> str:
@@ -468,33 +456,6 @@ def _curve(advice: Advice) -> Iterator[str]:
         yield f"read from the scenes most like it: {scenes}" if scenes else _nothing_like(advice)
 
 
-def write_advice(advice: Advice, left: Sequence[str], folder: Path) -> Path:
-    """Write advice.json into the folder, whole or not at all; return its path."""
-
-    def one(candidate: Candidate | None) -> dict[str, Any] | None:
-        return None if candidate is None else dataclasses.asdict(candidate)
-
-    content = {
-        "scene": advice.scene.name,
-        "quantity": advice.question.quantity,
-        "against": advice.question.against,
-        "asked_error": advice.question.error,
-        "likeness": dataclasses.asdict(advice.likeness),
-        "choice": one(advice.choice),
-        "next_better": one(advice.better),
-        "best": one(advice.best),
-        "by_method": [one(c) for c in advice.by_method],
-        "curve": [one(c) for c in advice.curve],
-        "read": [{"scene": name, "weight": weight} for name, weight in advice.read],
-        "from_own_chart": advice.own,
-        "tried": advice.tried,
-        "measured": list(advice.measured),
-        "left_out": list(left),
-    }
-    write_json(folder / "advice.json", content)
-    return folder / "advice.json"
-
-
 RIGID = "rigid"
 
 
@@ -502,8 +463,8 @@ def methods_here(asked: Sequence[str] | None = None) -> tuple[str, ...]:
     """Give the methods asked for; all that are installed by default. Raises ValueError for an
     unknown one."""
     if not asked:
-        return RIGID, *soft_engines()
-    known = (RIGID, *LAWS)
+        return RIGID, *soft.soft_engines()
+    known = (RIGID, *soft.LAWS)
     for name in asked:
         if name not in known:
             raise ValueError(f"method: unknown {name!r}. There are: {', '.join(known)}")
@@ -520,11 +481,11 @@ def scene_within(
     it; EngineError where there is no engine."""
     if engine_name is not None:
         find_engine(engine_name)
-        if engine_name not in LAWS:
+        if engine_name not in soft.LAWS:
             raise ValueError(
-                f"error: it is for {' and '.join(LAWS)}, and {engine_name} has no stiffness"
+                f"error: it is for {' and '.join(soft.LAWS)}, and {engine_name} has no stiffness"
             )
-    engines = [engine_name] if engine_name else soft_engines()
+    engines = [engine_name] if engine_name else soft.soft_engines()
     if not engines:
         raise EngineError("no engine: nothing can run the scene. See: percussions doctor")
     question = Question(error=asked_error(error), methods=tuple(engines), whole_run=True)

@@ -4,14 +4,16 @@ costs."""
 from __future__ import annotations
 
 import functools
-import json
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import astuple, dataclass
+import gzip
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from importlib.resources import files
-from typing import Any, Self
+from pathlib import Path
+from typing import Self
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from analysis.engines import engine as engine_named
 from analysis.engines.penalty import damping_ratio_for
@@ -54,10 +56,6 @@ class Likeness:
     def _compared(self) -> Floats:
         damping = max(self.damping_ratio, 0.01)
         return np.array([self.depth, self.links, self.door, self.mass_ratio, damping])
-
-    def to_json(self) -> list[float]:
-        """Give the fields in order."""
-        return [float(value) for value in astuple(self)]
 
 
 def likeness_of(scene: Scene) -> Likeness:
@@ -132,18 +130,9 @@ def _longest_way(contacts: Contacts, n: int) -> int:
     return longest
 
 
-FORMAT = 2
-FILE = "library.json"
-# What the points of one run have in common, in this order, then the errors of each quantity.
-RUN = (
-    "method", "law", "solver", "time_step_s", "time_step_share", "stiffness_N_per_m", "tolerance",
-    "cpu_seconds",
-)  # fmt: skip
-ERRORS = ("numerical_error", "model_error", "total_error", "status")
-# Digits that are kept: a timing has no more.
-DIGITS = 3
-# (load, what) → rate
-Rates = dict[tuple[str, str], float]
+FILE = "library.json.gz"
+# By load and what, in one word: disk_numerical.
+Rates = dict[str, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -196,101 +185,20 @@ class Library:
     rates: Rates
 
 
-def library_text(library: Library) -> str:
-    """Write the library as JSON, one line per run: what its points have in common (`RUN`), then
-    `ERRORS` of each quantity."""
-    scenes = []
-    for entry in library.entries:
-        first = entry.points[0]
-        quantities = dict.fromkeys((point.quantity, point.unit) for point in entry.points)
-        runs: dict[str, dict[str, list[object]]] = {}
-        for point in entry.points:
-            run = json.dumps([_short(getattr(point, name)) for name in RUN])
-            errors = [_short(getattr(point, name)) for name in ERRORS]
-            runs.setdefault(run, {})[point.quantity] = errors
-        head = {
-            "name": entry.name,
-            "likeness": [_short(value) for value in entry.likeness.to_json()],
-            "stiffness_N_per_m": entry.stiffness_N_per_m,
-            "window_s": entry.window_s,
-            "machine": first.machine,
-            "date": max(point.date for point in entry.points),
-            "quantities": list(quantities),
-        }
-        rows = [
-            f"{run[:-1]}, {json.dumps([found.get(quantity) for quantity, _ in quantities])}]"
-            for run, found in runs.items()
-        ]
-        scenes.append(
-            json.dumps(head, ensure_ascii=False)[:-1] + ', "runs": [\n' + ",\n".join(rows) + "\n]}"
-        )
-    rates = [[*key, _short(rate)] for key, rate in sorted(library.rates.items())]
-    top = json.dumps({"format": FORMAT, "rates": rates, "run": RUN, "errors": ERRORS})
-    return top[:-1] + ', "scenes": [\n' + ",\n".join(scenes) + "\n]}\n"
-
-
-def library_of(text: str) -> Library:
-    """Read the library that `library_text` wrote. Raises ValueError for another format."""
-    content = json.loads(text)
-    if (
-        content.get("format") != FORMAT
-        or tuple(content["run"]) != RUN
-        or tuple(content["errors"]) != ERRORS
-    ):
-        raise ValueError(f"{FILE}: format {content.get('format')} where {FORMAT} is needed")
-    return Library(
-        entries=tuple(_entry(scene) for scene in content["scenes"]),
-        rates={(load, what): rate for load, what, rate in content["rates"]},
-    )
+def write_library(library: Library, path: Path) -> None:
+    """Write the library as JSON, compressed: of the same library the same bytes."""
+    path.write_bytes(gzip.compress(TypeAdapter(Library).dump_json(library), mtime=0))
 
 
 @functools.cache
 def stored_library() -> Library:
     """Read the library that the product brings along."""
-    return library_of((files("analysis.advice") / FILE).read_text(encoding="utf-8"))
+    return read_library((files("analysis.advice") / FILE).read_bytes())
 
 
-def _entry(scene: dict[str, Any]) -> Entry:
-    driven, disks, *others = scene["likeness"]
-    likeness = Likeness(
-        **dict(zip(Likeness.__dataclass_fields__, (bool(driven), int(disks), *others), strict=True))
-    )
-    return Entry(
-        name=scene["name"],
-        likeness=likeness,
-        stiffness_N_per_m=scene["stiffness_N_per_m"],
-        window_s=scene["window_s"],
-        points=tuple(_points(scene, likeness.disks)),
-    )
-
-
-def _points(scene: dict[str, Any], disks: int) -> Iterator[Point]:
-    for *run, errors in scene["runs"]:
-        common = dict(zip(RUN, run, strict=True))
-        for (quantity, unit), found in zip(scene["quantities"], errors, strict=True):
-            if found is None:
-                continue
-            numerical, model, total, status = found
-            yield Point(
-                scene=scene["name"],
-                disks=disks,
-                quantity=quantity,
-                unit=unit,
-                numerical_error=numerical,
-                numerical_bar=None,
-                model_error=model,
-                model_bar=None,
-                total_error=total,
-                status=PointStatus(status),
-                reason="",
-                machine=scene["machine"],
-                date=scene["date"],
-                **common,
-            )
-
-
-def _short(value: object) -> object:
-    return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
+def read_library(content: bytes) -> Library:
+    """Read what `write_library` wrote. Raises ValueError for anything else."""
+    return TypeAdapter(Library).validate_json(gzip.decompress(content))
 
 
 # As many scenes are read, none of which is less like the one asked about than FARTHEST (three

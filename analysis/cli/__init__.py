@@ -100,34 +100,36 @@ def _status_of(error: BaseException) -> int:
     if type(error).__name__ == "Abort":
         _say("interrupted. Earlier results are untouched")
         return INTERRUPTED
-    from analysis.support.extras import missing_extra
-
     if isinstance(error, BrokenPipeError):
         sys.stdout = None  # whoever read it is gone: nothing to flush
         return 128 + signal.SIGPIPE
-    if isinstance(error, OSError) and error.strerror:
-        _say(f"{error.filename}: {error.strerror}" if error.filename else error.strerror)
-        return 1
-    if isinstance(error, (ValueError, OSError)):
-        _say(str(error))
-        return 1
-    if isinstance(error, ImportError) and (missing := missing_extra(error)):
-        _say(missing)
-        return 1
     if isinstance(error, MemoryError):
         _say("out of memory. Fewer disks, frames or workers need less")
         return OUT_OF_MEMORY
-    # not before: what is wrong may be that this cannot be imported
-    from analysis.engines.record import EngineError
-
-    if isinstance(error, EngineError):
-        _say(str(error))
+    if words := _words_of(error):
+        _say(words)
         return 1
     _say(
         f"a mistake in crowd-percussions, {type(error).__name__}: {error}. Nothing was changed. "
         "The same command with --traceback says where"
     )
     return INTERNAL
+
+
+def _words_of(error: BaseException) -> str | None:
+    """What an error says, where it is no mistake of the program."""
+    from analysis.support.extras import missing_extra
+
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
+    if isinstance(error, (ValueError, OSError)):
+        return str(error)
+    if isinstance(error, ImportError) and (missing := missing_extra(error)):
+        return missing
+    # not before: what is wrong may be that this cannot be imported
+    from analysis.engines.record import EngineError
+
+    return str(error) if isinstance(error, EngineError) else None
 
 
 def _say(words: str) -> None:

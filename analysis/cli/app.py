@@ -157,7 +157,13 @@ def refuse_beside(context: typer.Context, names: Iterable[str], why: str) -> Non
     for name in names:
         source = context.get_parameter_source(name)
         if source is not None and source.name == "COMMANDLINE":
-            raise ValueError(f"--{name.replace('_', '-')}: {why}")
+            refuse(why, **{name: source})
+
+
+def refuse(why: str, **options: object) -> None:
+    """Raise ValueError for the first of these options that is given."""
+    for name in drop_none(**options):
+        raise ValueError(f"--{name.replace('_', '-')}: {why}")
 
 
 def drop_none(**options: object) -> dict[str, Any]:

@@ -1,17 +1,16 @@
-"""All commands, in the order of `--help`. A new one is a function in a file of its name, and its name
+"""All commands, in the order of `--help`. A new one is a function in one of these modules, and its name
 here."""
 
-import importlib
-
+from analysis.cli import compare, pages, runs, scenes
 from analysis.cli.app import app
 from analysis.cli.options import with_options
 
 __all__ = ["app"]
 COMMANDS = (
-    "scenes", "new", "run", "import_", "solve", "compare", "film", "export", "exposure", "report", "chart",
-    "stability", "standards", "advise", "paper", "push", "doctor",
+    scenes.scenes, scenes.new, runs.run, scenes.import_, runs.solve, compare.compare, compare.film,
+    pages.explore, runs.export, compare.exposure, pages.report, pages.chart, pages.stability,
+    pages.standards, pages.advise, pages.paper, pages.push, pages.measured, runs.doctor,
 )  # fmt: skip
 
-for name in COMMANDS:
-    command = getattr(importlib.import_module(f"analysis.cli.{name}"), name)
-    app.command(name=name.rstrip("_"))(with_options(command))
+for command in COMMANDS:
+    app.command(name=command.__name__.rstrip("_"))(with_options(command))

@@ -1,19 +1,28 @@
-"""percussions compare."""
+"""Commands that look at runs, or at the frames of a file: compare, film, exposure."""
 
 from __future__ import annotations
 
+import contextlib
+import sys
 from collections.abc import Sequence
+from dataclasses import replace
+from enum import StrEnum
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Literal
 
 import typer
 
-from analysis.cli.app import show, warn
-from analysis.cli.options import NO_RUN, InputFile, OfFile, Out, Positive, RigidLaw, is_run
+from analysis.cli.app import command_line, progress, refuse, show, show_page, warn
+from analysis.cli.options import InputFile, OfFile, Out, Positive, Processes, RigidLaw, is_run
+from analysis.support.extras import load
 
 if TYPE_CHECKING:
+    from analysis.exposure.loads import RunLoads
+    from analysis.film.frame import Frames, Reel
     from analysis.motion.pairwise import WindowComparison
     from nscd import ContactLaw
+
 
 # Rows of the table of windows in the terminal.
 MOST_ROWS = 12
@@ -62,18 +71,14 @@ def compare(
 
     folders = [is_run(one) for one in runs]
     if not all(folders):
-        for name, value in {"time": time, "window": window, "last": last}.items():
-            if value is not None:
-                raise ValueError(f"--{name}: only of runs. Of files give --frames")
+        refuse("only of runs. Of files give --frames", time=time, window=window, last=last)
         if any(folders):
             raise ValueError(
                 f"{runs[folders.index(True)]}: a folder. Give runs only, or files only"
             )
         _by_files(runs, of_file, radius, out or Path("compare"))
         return
-    of_file.given(radius).refuse(NO_RUN)
-    if out is not None:
-        raise ValueError(f"--out: {NO_RUN}")
+    of_file.refuse_run(radius=radius, out=out)
     if window is not None:
         if len(runs) < 2:
             raise ValueError("window: two runs or more are compared by windows")
@@ -105,7 +110,7 @@ def _by_files(files: list[Path], of_file: OfFile, radius: float | None, out: Pat
     sources = [open_any(file, of_file.given(radius)) for file in files]
     made = []
     for one in sources:
-        if one.own:
+        if one.engine:
             every = one.frames(of_file.frames)
             pairs = (
                 (each.window(one.file, ENGINE), each.window(one.file, RIGID)) for each in every
@@ -133,7 +138,6 @@ def _by_files(files: list[Path], of_file: OfFile, radius: float | None, out: Pat
 
 
 def _show_pair(compared: WindowComparison, title: str, of: str) -> None:
-    """Print the means of both over windows or frames."""
     from analysis.exposure.loads import MEASURES
     from analysis.motion.study import more_words
     from analysis.pages.numbers import decimals, significant
@@ -156,12 +160,9 @@ def _by_windows(first: Path, other: Path, window: float | None, last: float | No
     compared = compare_windows(first, other, window or SHORTEST_S, last)
     paths = write_windows(other, compared, (first, other))
     starts, ends = compared.windows["start_s"], compared.windows["end_s"]
-    title = (
-        f"{compared.scene}: impulses over windows of "
-        f"{significant(ends[0] - starts[0])} s, {len(starts)} from {starts[0]:.4g} "
-        f"to {ends[-1]:.4g} s"
-    )
-    _show_pair(compared, title, "windows")
+    span = f"{len(starts)} from {starts[0]:.4g} to {ends[-1]:.4g} s"
+    lasting = f"impulses over windows of {significant(ends[0] - starts[0])} s"
+    _show_pair(compared, f"{compared.scene}: {lasting}, {span}", "windows")
     print("one pair of runs: no verdict. Replicates have one: percussions report SCENE --seeds 5")
     show(*_window_rows(compared), title="window by window, second against first")
     print(*paths, sep="\n")
@@ -176,31 +177,28 @@ def _window_rows(
     every = -(-len(compared.windows["end_s"]) // MOST_ROWS)
     shown = {name: values[every - 1 :: every] for name, values in compared.windows.items()}
     first, second = shown["contacts_only_first"], shown["contacts_only_second"]
-    columns = [
-        [f"{end:.4g}" for end in shown["end_s"]],
-        [f"{count:.0f}" for count in shown["contacts_both"]],
-        [f"{one:.0f}, {other:.0f}" for one, other in zip(first, second, strict=True)],
-        [percent(share) for share in shown["contact_relative_difference"]],
-        [decimals(share, 3) for share in shown["contact_correlation"]],
-        [percent(share) for share in shown["person_relative_difference"]],
-        [percent(share) for share in shown["wall_difference"]],
-        [percent(share) for share in shown["sum_difference"]],
-    ]
-    rows = [list(row) for row in zip(*columns, strict=True)]
-    head = [when, "contacts of both", "of one only", "per contact", "correlation", "per person"]
-    return [*head, "load on walls", "sum of all"], rows
+    only = [f"{one:.0f}, {other:.0f}" for one, other in zip(first, second, strict=True)]
+    columns = {
+        when: [f"{end:.4g}" for end in shown["end_s"]],
+        "contacts of both": [f"{count:.0f}" for count in shown["contacts_both"]],
+        "of one only": only,
+        "per contact": map(percent, shown["contact_relative_difference"]),
+        "correlation": [decimals(share, 3) for share in shown["contact_correlation"]],
+        "per person": map(percent, shown["person_relative_difference"]),
+        "load on walls": map(percent, shown["wall_difference"]),
+        "sum of all": map(percent, shown["sum_difference"]),
+    }
+    return [*columns], [list(row) for row in zip(*columns.values(), strict=True)]
 
 
 def _law_words(law: ContactLaw) -> str:
-    """Say a law in a few words."""
     bouncing = "inelastic" if not law.restitution else f"restitution {law.restitution:g}"
     return f"{bouncing}, friction {law.friction:g}" if law.friction else bouncing
 
 
 def _by_snapshot(runs: Sequence[Path], time: float | None, rigid_law: ContactLaw | None) -> bool:
     """Each run with the percussions of its snapshot. Returns whether all were solved."""
-    from analysis.compare.comparison import compare_run, write_contacts
-    from analysis.compare.statistics import statistics
+    from analysis.compare.comparison import compare_run, statistics, write_contacts
     from analysis.compare.study import remarks
     from analysis.engines.rigid import NAME as RIGID
     from analysis.motion.study import model_title
@@ -217,7 +215,7 @@ def _by_snapshot(runs: Sequence[Path], time: float | None, rigid_law: ContactLaw
             "unit": comparison.unit,
             "rigid_law": _law_words(comparison.law),
         }
-        said = remarks(comparison)
+        said = [*remarks(comparison)]
         write_contacts(folder / "comparison.csv", comparison)
         write_json(folder / "comparison.json", words | numbers | {"remarks": said})
         for sentence in said:
@@ -235,3 +233,185 @@ def _by_snapshot(runs: Sequence[Path], time: float | None, rigid_law: ContactLaw
     for folder in runs:
         print(folder / "comparison.csv")
     return all(column["status"] == "solved" for column in columns)
+
+
+MEASURED = (
+    "no door and no drive: the left velocity is the measured one, and percussions are impulses. Forces "
+    "need --room with a [drive]"
+)
+RADII = (0.16, 0.17, 0.18, 0.19, 0.20)
+
+
+class Form(StrEnum):
+    """For which program a film is exported: ParaView or OVITO."""
+
+    VTK = "vtk"
+    OVITO = "ovito"
+
+
+def film(
+    target: list[InputFile],
+    *,
+    of_file: OfFile,
+    radius: list[Positive] | None = None,
+    export: list[Form] | None = None,
+    openness: Literal["ranges", "ensemble"] = "ranges",
+    parquet: bool = False,
+    jobs: Processes = 1,
+    scheduler: str | None = None,
+    out: Out = Path("film"),
+) -> None:
+    """Make a film of the contact forces of a run, of a LAMMPS dump, or of a real trajectory.
+
+    Writes film.html, which opens offline and plays, and film.csv. Runs (of LAMMPS, YADE and the
+    rigid engine, side by side) show what the engine wrote, the percussions of the same places, and
+    the difference. A dump of disks shows its own contact forces where it has some. In a trajectory
+    heads become disks that do not overlap, in every frame.
+
+    Exit status 1 if the percussions of a frame are not solved.
+
+    target: Folders of finished runs of one scene, or one dump or trajectory file.
+    radius: Of a trajectory: radius in m. May be repeated: the middle one counts, all make the band.
+        Default: 0.16, 0.17, 0.18, 0.19 and 0.20.
+    export: Write files for ParaView or OVITO too. May be repeated.
+    openness: Of percussions: one state and the bounds of all, or mean and 90 % of all states.
+        These are sampled, in seconds a frame, by default in 5 frames.
+    parquet: Write film.parquet too (needs pyarrow).
+    jobs: Processes that measure the frames.
+
+    Example: percussions film scenes/gate_excerpt.txt --frames 400:410:5 --room scenes/rooms/gate.toml"""
+    load("matplotlib")
+    from analysis.film import export as exports
+    from analysis.film.frame import Frames
+    from analysis.film.page import write_film
+    from analysis.film.summary import headline_rows, write_table
+    from analysis.support.parallel import workers
+
+    if parquet:
+        load("pyarrow")
+    chosen = Frames() if of_file.frames is None else Frames.parse(of_file.frames)
+    chosen = replace(chosen, ensemble=openness == "ensemble")
+    folders = [is_run(one) for one in target]
+    if all(folders):
+        replace(of_file, frames=None).refuse_run(radius=radius or None)
+        make = partial(exports.film_runs, target, chosen)
+    elif len(target) > 1:
+        odd = target[folders.index(False)]
+        raise ValueError(f"{odd}: no folder of a run. Give folders of runs, or one file")
+    else:
+        make = partial(_reels_of, target[0], of_file, radius, chosen)
+    with contextlib.ExitStack() as stack:
+        executor = None
+        if jobs > 1 or scheduler:
+            executor = stack.enter_context(workers(jobs, scheduler))
+        reels = make(progress=stack.enter_context(progress()), executor=executor)
+    print(*write_table(reels, out, parquet=parquet), sep="\n")
+    for form in dict.fromkeys(export or []):
+        print(*exports.export(reels, form.value, out), sep="\n")
+    page = write_film(reels, out, command_line(), "" if all(folders) else target[0].name)
+    columns, rows = headline_rows(reels)
+    show(["median (nine tenths)", *columns], rows)
+    unsolved = [(reel.title, frame) for reel in reels for frame in reel.unsolved]
+    for title, frame in unsolved:
+        print(f"{title}, frame {frame.number}: {frame.status}: {frame.reason}", file=sys.stderr)
+    show_page(page)
+    raise typer.Exit(bool(unsolved))
+
+
+def _reels_of(
+    file: Path, of_file: OfFile, radii: list[float] | None, chosen: Frames | None, **how: Any
+) -> list[Reel]:
+    """The reels of a dump, or of a trajectory with each radius."""
+    from analysis.film import export as exports
+    from analysis.film.files import open_any
+
+    given = of_file.given(radii[0] if radii else None)
+    source = open_any(file, given)
+    if source.recording is None:
+        return exports.film_dump(source, chosen, **how)
+    if source.measured:
+        warn(MEASURED)
+    every = sorted(radii or RADII)
+    return exports.film_heads(source.recording, of_file.room, every, chosen, given=given, **how)
+
+
+def exposure(
+    run: InputFile,
+    *,
+    limits: list[Path] | None = None,
+    sensors: Path | None = None,
+    stops: str | None = None,
+    window: Positive = 0.1,
+    of_file: OfFile,
+    radius: Positive | None = None,
+    out: Out | None = None,
+) -> None:
+    """List who carries more than the limits, for how long, and the loads on walls.
+
+    Writes exposure_people.csv, exposure_walls.csv, exposure_crowd.csv and exposure_limits.csv into
+    the folder of the run. The rigid engine always sums impulses. LAMMPS and YADE sum them in
+    a run with --impulses.
+
+    Of a LAMMPS dump or a trajectory the forces are the percussions of single frames, no sums of
+    impulses. They need a room with a drive.
+
+    run: Folder of a finished run with impulses, or a dump or trajectory file.
+    sensors: TOML file of mats on walls and vests on people: their readings go to sensors.csv.
+    stops: Limit of a force on a person. Writes the scene again beside the run's folder. In it
+        those want to go nowhere whose sum of forces was above the limit for its time.
+    window: Window over which forces are means, in s.
+    radius: Of a trajectory: radius of each person in m. Default: 0.18.
+    out: Folder for the results. Default: that of the run, or exposure.
+
+    Example: percussions exposure out/arch/rigid_moreau_jean --limits mine.toml"""
+    from analysis.exposure.limits import LimitError, known_limits
+    from analysis.exposure.loads import (
+        HEAD,
+        exposure_rows,
+        read_exposure,
+        write_exposure,
+        write_stops,
+    )
+    from analysis.exposure.sensors import write_sensors
+
+    known = known_limits(limits or [])
+    if stops and stops not in (names := [limit.name for limit in known]):
+        raise LimitError(f"--stops {stops}: unknown limit. There are: {', '.join(names)}")
+    if is_run(run):
+        of_file.refuse_run(radius=radius, out=out)
+        found, folder = read_exposure(run, window), run
+        what = f"forces are impulses over windows of {found.duration[0]:g} s. The run lasts"
+    else:
+        refuse(f"{run} is no run with impulses", sensors=sensors, stops=stops)
+        found, folder = _loads_of(run, of_file, radius), out or Path("exposure")
+        apart = float(found.duration.max())
+        if apart > (1 + 1e-9) * window:
+            warn(
+                f"{run}: frames are up to {apart:g} s apart, too far for windows of {window:g} s. "
+                "Loads between frames are not seen"
+            )
+        what = (
+            f"forces are those of {len(found.time)} single frames, not sums of impulses. It lasts"
+        )
+    written = [write_sensors(run, sensors)] if sensors else []
+    written += write_exposure(found, known, folder)
+    title = f"{found.scene.title}: {what} {found.time[-1]:g} s"
+    show(HEAD, exposure_rows(found, known), numbers_from=len(HEAD), title=title)
+    for limit in (one for one in known if one.name == stops):
+        count, path = write_stops(found, limit, run.resolve().parent)
+        print(f"{count} people stop. An assumption, no medicine")
+        written.append(path)
+    print(*written, sep="\n")
+
+
+def _loads_of(file: Path, of_file: OfFile, radius: float | None) -> RunLoads:
+    from analysis.exposure.loads import loads_of_frames
+    from analysis.film.files import open_any
+    from analysis.film.frame import ENGINE, RIGID
+
+    source, model = open_any(file, of_file.given(radius)), ENGINE if of_file.contacts else RIGID
+    with progress():
+        windows = [one.window(file, model) for one in source.frames(of_file.frames)]
+    if len(windows) < 2:
+        raise ValueError(f"{file}: one frame only. Times above limits need two")
+    return loads_of_frames(source.scene, windows)

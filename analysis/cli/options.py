@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal, get_args, get_type_hints
 import typer
 from typer.models import OptionInfo
 
-from analysis.cli.app import drop_none
+from analysis.cli.app import drop_none, refuse
 from analysis.support.files import or_shipped
 
 MOST_PROCESSES = 1024
@@ -31,9 +31,9 @@ SHARED = {
     "mass": "Mass of each person in kg.",
     "unit": "Unit of the file, where it does not say.",
     "frame_rate": "Frames per second, where the file does not say.",
-    "openness": "For each reaction: nothing, whether equilibrium determines it, or also its "
-    "least and largest value. The first is about 20 times faster than the second. The last is "
-    "slow.",
+    "openness": "For each reaction: nothing, whether equilibrium determines it, also its "
+    "least and largest value, or its mean and spread over all admissible ones. The first is about "
+    "20 times faster than the second. The last two are slow.",
     "rigid_law": "Contact law of the percussions: scene (an impact has the scene's restitution), "
     "inelastic, or a restitution. Default: scene.",
 }
@@ -104,7 +104,7 @@ Replicates = Annotated[int, typer.Option(min=0, max=1000)]
 Out = Annotated[Path, _path]
 InputFile = Annotated[Path, _input_file]
 RigidLaw = Annotated[Any, typer.Option(parser=_law, metavar="LAW")]
-Openness = Literal["none", "determined", "ranges"]
+Openness = Literal["none", "determined", "ranges", "ensemble"]
 Unit = Literal["m", "cm"]
 
 
@@ -238,14 +238,15 @@ class OfFile:
     frame_rate: Positive | None = None
     time_step: Positive | None = None
 
+    def refuse_run(self, **others: object) -> None:
+        """Raise ValueError for the first of these options that is given beside a run."""
+        refuse("only of a dump or a trajectory file", **vars(self), **others)
+
     def given(self, radius: float | None = None) -> Any:
         """Give it as `analysis.film.files.Given`, with the radius (m) of heads."""
         from analysis.film.files import Given
 
         return Given(radius=radius, **vars(self))
-
-
-NO_RUN = "only of a dump or a trajectory file"
 
 
 def is_run(target: Path) -> bool:

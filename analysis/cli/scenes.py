@@ -1,9 +1,25 @@
-"""percussions scenes."""
+"""Commands that write a scene: scenes, new, import."""
 
+from __future__ import annotations
+
+import math
+import shlex
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
-from analysis.cli.app import show, warn
-from analysis.cli.options import Count, Out, Seed
+import typer
+
+from analysis.cli.app import progress, refuse_beside, show, warn, write_picture
+from analysis.cli.options import Count, InputFile, NotNegative, Out, Positive, Seed, Share, Unit
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from shapely import Polygon
+
+    from analysis.scene.real.import_crowd import ImportedCrowd
+    from analysis.scene.scene import Scene
+    from analysis.scene.waiting import Doorway
 
 
 def scenes(
@@ -30,3 +46,245 @@ def scenes(
         [one.name, str(len(one.snapshot)), one.title, kinds[one.analysis.kind]] for one in every
     ]
     show(["scene", "disks", "what", "compared"], rows, numbers_from=4)
+
+
+def new(
+    context: typer.Context,
+    name: str,
+    *,
+    people: Count,
+    door: list[str] | None = None,
+    room: str | None = None,
+    geometry: Path | None = None,
+    stream: bool = False,
+    block: list[str] | None = None,
+    barrier: list[str] | None = None,
+    people_from: str | None = None,
+    radius: Positive = 0.2,
+    radius_spread: Share = 0.1,
+    mass: Positive = 75.0,
+    push: Positive = 150.0,
+    speed: Positive | None = None,
+    tau: Positive | None = None,
+    law: str = "hooke",
+    friction: NotNegative = 0.0,
+    duration: Positive = 10.0,
+    seed: Seed = 1,
+    out: Out = Path("."),
+) -> None:
+    """Write a scene of a crowd before the doors of a room, and a picture of it.
+
+    name: Name of the scene, with or without .toml.
+    people: How many people.
+    door: Width in m of a door in the middle of a room's side, or its ends: x,y,x,y in m. Several
+        times for several, each with its share of the crowd behind a colon (0,1,0,2:0.3).
+    room: LENGTHxWIDTH in m: −LENGTH < x < 0, |y| < WIDTH/2. Its door is at x = 0.
+    geometry: Floor in m instead of a room: WKT, GeoJSON, an SQLite trajectory of JuPedSim or a
+        Vadere scenario, which has its own doors.
+    stream: Two opposing streams along a room, open at both ends (or as --door).
+    block: Pillar or thick wall: x,y,x,y of two opposite corners in m. May be repeated.
+    barrier: Straight wall inside, without thickness: x,y,x,y in m. May be repeated.
+    people_from: Radii and masses of a survey: 'ANSUR II', … men, … women.
+    radius_spread: Radii are uniform within this share about it.
+    speed: Desired speed in m/s. Default: push · tau / mass.
+    tau: Relaxation time in s. Default: 0.5, or mass · speed / push with --speed.
+    law: hooke, hertz, body or body_hertz (bodies as soft as people).
+    friction: Coulomb's coefficient.
+    duration: Time to simulate, in s.
+
+    radius: Mean radius in m.
+    mass: Mass of each in kg.
+    push: Push of a person who is held, in N.
+
+    Example: percussions new my_room --room 8x6 --door 0.8 --people 150 --people-from "ANSUR II"
+    --push 100"""
+    from analysis.scene import Crowd, Inside, from_geometry
+    from analysis.scene import room as rectangle
+    from analysis.scene.anthropometry import Varied
+
+    if (room is None) == (geometry is None):
+        raise ValueError("room: either --room or --geometry is needed")
+    name = name.removesuffix(".toml")
+    if (out / f"{name}.toml").exists():
+        raise ValueError(f"{out / name}.toml: exists already. Give another name or --out")
+    if people_from is not None:
+        sizes = ("radius", "radius_spread", "mass")
+        refuse_beside(context, sizes, "--people-from has radii and masses of its own")
+    if speed is not None and tau is not None:
+        refuse_beside(context, ("push",), "--speed and --tau give it: mass · speed / tau")
+    varied = Varied(people=people_from, radius_share=radius_spread, seed=seed)
+    who: dict[str, Any] = {"people": people, "radius": radius, "mass": mass, "varied": varied}
+    who |= {"push": push, "speed": speed, "relaxation": tau, "law": law, "friction": friction}
+    crowd = Crowd(**who)
+    blocks, walls = _corners("block", block), _corners("barrier", barrier)
+    inside = Inside(blocks=blocks, barriers=[(wall[:2], wall[2:]) for wall in walls])
+    with progress():
+        if geometry is None:
+            length, width = _lengths("room", room or "", "x", 2)
+            doors = _doors_of_room(door or [], (length, width), stream)
+            scene = rectangle(name, length, width, doors, crowd, duration, inside)
+        else:
+            floor, ways = _floor(geometry, door or [], stream)
+            scene = from_geometry(name, floor, ways, crowd, duration, inside)
+    for warning in scene.check(name):
+        warn(warning)
+    made = scene.write(out)
+    print(scene.notes, made, made.with_suffix(".data"), sep="\n")
+    write_picture(made.with_suffix(".png"), partial(_picture, scene))
+    print(f"next: percussions report {shlex.quote(str(made))}")
+
+
+def _picture(scene: Scene) -> Figure:
+    from analysis.pages.drawing import scene_picture
+
+    return scene_picture(scene)
+
+
+def _doors_of_room(
+    doors: list[str], size: tuple[float, float], stream: bool
+) -> float | list[Doorway]:
+    from analysis.scene.waiting import opposing
+
+    if stream:
+        if len(doors) > 1 or "," in "".join(doors):
+            raise ValueError("stream: at most one --door is needed, the width of both")
+        gap = _lengths("door", doors[0], ",", 1)[0] if doors else None
+        if gap is not None and not 0 < gap <= size[1]:
+            raise ValueError(f"door: {gap:g} m. It needs 0 to the side of {size[1]:g} m")
+        return list(opposing(*size, gap))
+    if not doors:
+        raise ValueError("door: its width or its ends are needed (--door)")
+    if len(doors) == 1 and "," not in doors[0]:
+        return float(_lengths("door", doors[0], ",", 1)[0])
+    return [_doorway(text) for text in doors]
+
+
+def _floor(geometry: Path, doors: list[str], stream: bool) -> tuple[Polygon, list[Doorway]]:
+    """The floor of a file, and its doors, or those that are given."""
+    from analysis.scene.floors import read_floor
+
+    if stream:
+        raise ValueError("stream: only of a --room. Give the doors of a floor by --door")
+    floor = read_floor(geometry)
+    if not doors and not floor.doors:
+        raise ValueError(f"door: {geometry} has none. Its ends are needed: --door x,y,x,y")
+    return floor.polygon, [_doorway(text) for text in doors] or list(floor.doors)
+
+
+def _doorway(text: str) -> Doorway:
+    """A door by its ends and its share: x,y,x,y:SHARE."""
+    from analysis.scene.waiting import Doorway
+
+    ends, colon, part = text.partition(":")
+    corners = _lengths("door", ends, ",", 4)
+    given = {"share": _lengths("door share", part, ",", 1)[0]} if colon else {}
+    return Doorway(ends=(corners[:2], corners[2:]), **given)
+
+
+def _corners(key: str, texts: list[str] | None) -> Any:
+    return [_lengths(key, text, ",", 4) for text in texts or ()]
+
+
+def _lengths(key: str, text: str, between: str, wanted: int) -> Any:
+    """The numbers of an option, in m, a tuple."""
+    try:
+        numbers = tuple(map(float, text.split(between)))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != wanted or not all(map(math.isfinite, numbers)):
+        form = between.join(["m"] * wanted)
+        raise ValueError(f"{key}: {text!r}. Numbers as {form} are needed")
+    return numbers
+
+
+# Options that make disks of the heads of a trajectory.
+OF_HEADS = (
+    *("frame", "people", "radius", "mass", "radius_spread", "seed", "unit", "frame_rate"),
+    *("window", "others", "apart"),
+)
+
+
+def import_(
+    context: typer.Context,
+    file: InputFile,
+    *,
+    room: InputFile,
+    frame: int | None = None,
+    one_disk: bool = False,
+    radius: Positive = 0.18,
+    mass: Positive = 75.0,
+    radius_spread: Share = 0.0,
+    people: str | None = None,
+    seed: Seed = 1,
+    name: str | None = None,
+    unit: Unit | None = None,
+    frame_rate: Positive | None = None,
+    window: Positive = 0.4,
+    others: Annotated[int, typer.Option(min=0, max=100)] = 4,
+    apart: Positive = 1.0,
+    out: Out = Path("."),
+) -> None:
+    """Turn a frame of a real trajectory, and frames near it, or a crowd of LEMONS into a scene.
+
+    room: TOML file with walls, drive, contact, run and analysis, as in a scene.
+    frame: Of a trajectory: number of the frame.
+    one_disk: Of LEMONS: take a person of several disks as one of the same area.
+    radius: Radius of each disk in m.
+    radius_spread: Radii are uniform within this share about --radius.
+    people: Radii and masses of a survey instead: 'ANSUR II', … men, … women.
+    seed: Seed of radii and masses.
+    name: Name of the scene. Default: the room's.
+    others: Other frames that a report varies the crowd by. 0: none.
+    apart: Time in s from one of these frames to the next.
+
+    file: Trajectory file that PedPy can load, or AgentDynamics.xml of LEMONS, with its other files
+        beside it.
+    window: Time in s over which velocities are measured.
+
+    Example: percussions import scenes/gate_excerpt.txt --frame 405 --room scenes/rooms/gate.toml
+    --name mine"""
+    if file.suffix.lower() == ".xml":
+        refuse_beside(context, OF_HEADS, "only of a trajectory. Files of LEMONS say it")
+        _import_lemons(file, room, name, one_disk, out)
+        return
+    if people is not None:
+        sizes = ("radius", "radius_spread", "mass")
+        refuse_beside(context, sizes, "--people has radii and masses of its own")
+    if frame is None or one_disk:
+        raise ValueError("--frame: of a trajectory it is needed, and --one-disk is for LEMONS")
+    from analysis.scene.anthropometry import Varied
+    from analysis.scene.real.import_crowd import import_crowd, with_other_frames
+    from analysis.scene.real.trajectory import Recording
+
+    recording = Recording.read(file, unit=unit, frame_rate=frame_rate)
+
+    def crowd_of(number: int) -> ImportedCrowd:
+        after = number - frame
+        own = seed + 2 * abs(after) - (after > 0)  # each frame has its own
+        varied = Varied(people=people, radius_share=radius_spread, seed=own)
+        heads = recording.heads(number, window)
+        return import_crowd(heads, radius=radius, room=room, mass=mass, name=name, varied=varied)
+
+    _check_place(out / f"{name or room.stem}.toml", room)
+    crowd = crowd_of(frame)
+    imported, refused = with_other_frames(crowd, recording, others, apart, crowd_of)
+    for reason in refused:
+        warn(f"left out of the other frames: {reason}")
+    print(imported.write(out))
+    print(imported.statement)
+    if more := imported.scene.other_frames:
+        print(more.statement)
+
+
+def _check_place(scene: Path, room: Path) -> None:
+    if scene.exists() and scene.samefile(room):
+        raise ValueError(f"{scene}: the scene would replace its room. Give --name or --out")
+
+
+def _import_lemons(file: Path, room: Path, name: str | None, one_disk: bool, out: Path) -> None:
+    from analysis.scene.real.lemons import read_lemons
+
+    scene = read_lemons(file, one_disk=one_disk).into(room, name)
+    _check_place(out / f"{scene.name}.toml", room)
+    print(scene.write(out))
+    print(scene.notes)

@@ -26,53 +26,50 @@ DEEP = 0.03
 ALIKE = 0.01
 
 
-def remarks(comparison: Comparison) -> list[str]:
+def remarks(comparison: Comparison) -> Iterator[str]:
     """Say where the two models are not alike, and which numbers are not sharp."""
     record, law, known = comparison.record, comparison.law, comparison.match.determined
     contact, impact = comparison.scene.contact, comparison.percussions.window is None
     deep, error = deep_overlap(comparison), comparison.balance.closure_error
     rigid, asked = law.restitution or 0.0, contact.restitution
     least, most = record.restitution_least, record.restitution_most
-    said = [
-        (
-            record.engine == RIGID,
+    if record.engine == RIGID:
+        yield (
             "a rigid contact has no force at an instant: the engine's forces are means since the "
-            "frame before, not like with like. Compare two runs by windows",
-        ),
-        (
-            contact.friction != law.friction,
+            "frame before, not like with like. Compare two runs by windows"
+        )
+    if contact.friction != law.friction:
+        yield (
             f"the engine's contacts have friction {contact.friction:g}, the percussions "
-            f"{law.friction:g}: the difference of the laws is in every number",
-        ),
-        (
-            contact.friction == law.friction and law.frictional,
+            f"{law.friction:g}: the difference of the laws is in every number"
+        )
+    elif law.frictional:
+        yield (
             f"both models have friction {law.friction:g}: the balance leaves forces open where "
-            f"contacts stick, {int(known.sum())} of {len(known)} are determined",
-        ),
-        (
-            not impact and deep > DEEP,
+            f"contacts stick, {int(known.sum())} of {len(known)} are determined"
+        )
+    if not impact and deep > DEEP:
+        yield (
             "this snapshot is too soft to compare contact by contact: one overlap in twenty is "
             f"above {deep:.2g} of the mean radius (at most {DEEP:g}). Windows stay usable: "
-            "percussions compare RUN RIGID_RUN --window 0.1",
-        ),
-        (
-            impact and abs(asked - rigid) > ALIKE,
+            "percussions compare RUN RIGID_RUN --window 0.1"
+        )
+    if impact and abs(asked - rigid) > ALIKE:
+        yield (
             f"the engine's contacts have restitution {asked:g}, the percussions "
-            f"{rigid:g}: the difference of the laws is in every number",
-        ),
-        (
-            impact and max(abs(asked - least), abs(asked - most)) > ALIKE,
+            f"{rigid:g}: the difference of the laws is in every number"
+        )
+    if impact and max(abs(asked - least), abs(asked - most)) > ALIKE:
+        yield (
             f"restitution {asked:g} was asked. The engine's contacts have "
-            f"{least:.3g} to {most:.3g}, since one dashpot serves all masses",
-        ),
-        (
-            impact and math.isfinite(error) and error > FRAMES_NEEDED_FROM,
+            f"{least:.3g} to {most:.3g}, since one dashpot serves all masses"
+        )
+    if impact and math.isfinite(error) and error > FRAMES_NEEDED_FROM:
+        yield (
             f"the impulses ∫f dt miss the momentum that disks gain by up to {error:.1%}. About "
             f"{comparison.balance.frames_needed} frames (run.frames) would make it "
-            f"{FRAMES_NEEDED_FROM:.0%}",
-        ),
-    ]
-    return [words for holds, words in said if holds]
+            f"{FRAMES_NEEDED_FROM:.0%}"
+        )
 
 
 def deep_overlap(comparison: Comparison) -> float:
@@ -143,14 +140,11 @@ def study(
             begin[name] = anew
     if not comparisons and not failures:
         raise EngineError(f"scene {scene.name}: no engine ran: " + "; ".join(warnings))
-    for sentence in _said_of(comparisons):
-        if sentence not in warnings:
-            warnings.append(sentence)
     return Study(
         scene=scene,
         comparisons=comparisons,
         failures=failures,
-        warnings=warnings,
+        warnings=list(dict.fromkeys([*warnings, *_said_of(comparisons)])),
         anew=frozenset(begin) - {c.record.engine for c in comparisons if not at_rest(c)},
     )
 

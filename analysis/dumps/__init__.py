@@ -8,9 +8,9 @@ from analysis.dumps.contacts import (
     index_contacts,
     read_contacts,
 )
-from analysis.dumps.frame import DumpError
+from analysis.dumps.frames import DumpError
 from analysis.dumps.index import DumpIndex, index_dump
-from analysis.dumps.reader import frame_at, open_bodies, snapshot_of
+from analysis.dumps.reader import open_bodies, snapshot_of
 
 __all__ = [
     "CONTACT_COLUMNS",
@@ -19,7 +19,6 @@ __all__ = [
     "DumpIndex",
     "EngineContacts",
     "contacts_at",
-    "frame_at",
     "index_contacts",
     "index_dump",
     "open_bodies",

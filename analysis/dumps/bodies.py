@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from analysis.dumps.frame import LARGEST_LENGTH, DumpError
+from analysis.dumps.frames import LARGEST_LENGTH, DumpError
 from analysis.dumps.index import WORDS, DumpIndex
 from analysis.scene.lammps_data import SPHERE
 from nscd import Snapshot
-from nscd.arrays import LARGEST, Flags, Floats, Indices
+from nscd.arrays import LARGEST, Floats, Indices
 
 # Names of a place, best first, and whether they are shares of the box.
 PLACES = ((("x", "y", "z"), False), (("xu", "yu", "zu"), False), (("xs", "ys", "zs"), True),
@@ -86,21 +86,15 @@ class BodyColumns:
             if name not in WORDS and not name.startswith(COMPUTED):
                 bad = ~np.isfinite(column)
                 index.refuse(numbers, bad, f"{name}: ", column, ": a finite number is needed")
-        if len(ids) and np.ptp(data["z"]) != 0:
-            for frame in range(len(frames)):
-                self._check_plane(numbers, data, frame_of == frame)
+        # heights of each frame, where there are any
+        for frame in range(len(frames)) if len(ids) and np.ptp(data["z"]) != 0 else ():
+            mine = frame_of == frame
+            z, size = data["z"][mine], np.abs(data["radius"][mine]).min(initial=math.inf)
+            if len(z) and not np.ptp(z) <= FLAT * size:
+                where = f"z from {z.min():g} to {z.max():g}: disks in three dimensions"
+                high = mine & (data["z"] == z.max())
+                index.refuse(numbers, high, f"{where}. Only crowds in one plane are read here")
         return {name: column[order] for name, column in data.items()}
-
-    def _check_plane(self, numbers: range, data: dict[str, Floats], mine: Flags) -> None:
-        """Refuse disks of a frame that are not in one plane."""
-        z, smallest = data["z"][mine], float(np.abs(data["radius"][mine]).min(initial=math.inf))
-        if len(z) and not np.ptp(z) <= FLAT * smallest:
-            self.index.refuse(
-                numbers,
-                mine & (data["z"] == z.max()),
-                f"z from {z.min():g} to {z.max():g}: disks in three dimensions. Only crowds in "
-                "one plane are read here",
-            )
 
     def _quantities(self, numbers: range, table: Floats, frame_of: Indices) -> dict[str, Floats]:
         """All columns of tables; a density is that of a sphere, as LAMMPS writes it."""

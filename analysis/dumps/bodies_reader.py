@@ -8,7 +8,7 @@ from MDAnalysis.coordinates.base import ReaderBase
 from MDAnalysis.coordinates.timestep import Timestep
 
 from analysis.dumps.bodies import UNITS, Bodies, BodyColumns
-from analysis.dumps.frame import DumpError
+from analysis.dumps.frames import DumpError
 from analysis.dumps.index import DumpIndex, index_dump
 
 # Where half of the disks have a larger radius (m), the dump may be in another unit.

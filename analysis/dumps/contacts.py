@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
@@ -10,9 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from analysis.dumps.frame import DumpError
+from analysis.dumps.frames import DumpError
 from analysis.dumps.index import DumpIndex, index_dump
-from analysis.dumps.reader import snapshot_of
+from analysis.dumps.reader import open_bodies, snapshot_of
+from analysis.support.files import whole_file
+from analysis.support.frames import write_frame
 from nscd import Contacts, Snapshot, Walls
 from nscd.arrays import Flags, Floats, Indices
 from nscd.contacts import connected, sum_at_disks
@@ -44,8 +47,8 @@ class EngineContacts:
     def __len__(self) -> int:
         return len(self.first)
 
-    def select(self, keep: Flags) -> EngineContacts:
-        """Take the contacts that a mask chooses, in their order."""
+    def select(self, keep: Flags | Indices) -> EngineContacts:
+        """Take the contacts that a mask chooses, or places in their order."""
         names = [field.name for field in fields(self)]
         return EngineContacts(**{name: getattr(self, name)[keep] for name in names})
 
@@ -78,7 +81,9 @@ def contacts_at(index: DumpIndex, number: int) -> EngineContacts:
     first, second = (index.ids(here, get[name], name) for name in ("first", "second"))
     normal = np.column_stack([get["nx"], get["ny"]])
     wall = get["is_wall"] == 1
-    again = _again((wall.astype(np.int64) << 62) + (first << 31) + second)
+    keys = keys_of(first, second, wall)
+    again = np.ones(len(keys), dtype=bool)
+    again[np.unique(keys, return_index=True)[1]] = False
     for bad, what in (
         (np.asarray(~np.isfinite(table).all(axis=1)), "not a finite number"),
         (~wall & (get["is_wall"] != 0), "is_wall: 0 or 1 is needed"),
@@ -97,14 +102,9 @@ def contacts_at(index: DumpIndex, number: int) -> EngineContacts:
     )
 
 
-def _again(keys: Indices) -> Flags:
-    """Which keys have occurred before."""
-    if (keys[1:] > keys[:-1]).all():  # as every engine writes them
-        return np.zeros(len(keys), dtype=bool)
-    _, place = np.unique(keys, return_index=True)
-    again = np.ones(len(keys), dtype=bool)
-    again[place] = False
-    return again
+def keys_of(first: Indices, second: Indices, is_wall: Flags) -> Indices:
+    """Number contacts (k,), each by whom it joins."""
+    return (is_wall.astype(np.int64) << 62) + (first << 31) + second
 
 
 def read_contacts(path: Path) -> Iterator[EngineContacts]:
@@ -125,18 +125,28 @@ def arm_rows(arms: Arms, now: Snapshot, walls: Walls) -> Floats:
     return np.column_stack([*pairs, normal, -near.gap, push[:, None] * normal])
 
 
-def summed(tables: Sequence[Floats]) -> Floats:
-    """Join tables (·, 8) of contacts in the order of a dump: their forces are summed where several
-    have a contact, the rest is that of the first."""
-    every = np.concatenate(tables)
-    _, place, row = np.unique(every[:, [2, 0, 1]], axis=0, return_index=True, return_inverse=True)
-    found = every[place]
-    found[:, 6:] = 0.0
-    np.add.at(found[:, 6:], row.ravel(), every[:, 6:])
-    return found + 0.0  # no negative zeros
+def add_arms(folder: Path, arms: Arms, walls: Walls) -> None:
+    """Add to contacts.dump of a run's folder who reaches whom with arms: forces of bodies and arms are
+    summed where there are both, the rest is that of the bodies."""
+    index = index_dump(folder / "contacts.dump", "ENTRIES")
+    trajectory: Any = open_bodies(folder / "bodies.dump").trajectory
+    with index.path.open(encoding="utf-8") as file:
+        box = "".join(itertools.islice(file, 5, 8))
+    with whole_file(index.path) as out:
+        for frame, step in enumerate(index.steps):
+            pushes = arm_rows(arms, snapshot_of(trajectory[frame]), walls)
+            every, keys = np.concatenate([index.table(frame), pushes]), [2, 0, 1]
+            _, place, row = np.unique(
+                every[:, keys], axis=0, return_index=True, return_inverse=True
+            )
+            rows = every[place]
+            rows[:, 6:] = 0.0
+            np.add.at(rows[:, 6:], row.ravel(), every[:, 6:])
+            rows = rows + 0.0  # no negative zeros
+            columns = [*rows[:, :3].T.astype(int), *rows[:, 3:].T]
+            write_frame(out, "ENTRIES", step, CONTACT_COLUMNS, columns, box=box)
 
 
-Key = tuple[int, int, bool]
 # Impulses that miss the momentum change by more than this share deserve more frames.
 FRAMES_NEEDED_FROM = 0.01
 # The rule's order is between that of a jump and that of a smooth force.
@@ -158,86 +168,64 @@ class Impulses:
 
 
 def integrate_contacts(
-    index: DumpIndex,
+    contacts_of: Callable[[int], EngineContacts],
     trajectory: Any,
+    times: Floats,
     touching: Contacts,
     start: Snapshot,
-    check: Callable[[int, EngineContacts], None],
     acceleration: Floats,
 ) -> Impulses:
     """Integrate every contact's force over all frames by the trapezoidal rule: ∫f dt.
 
+    contacts_of: gives those of a frame; times: s, of the frames
     touching: contacts at the start; they jump to their damping force at once. Where frame 0 shows
         no force yet, theirs at t = 0 is extrapolated from the next two frames
-    check: called with the number and the contacts of every frame
     acceleration: (2,) m/s², g of a body force"""
-    times = np.array(index.steps) * trajectory.dt
     # of the rule over all frames, and over every second one
     weights = np.zeros((len(times), 2))
     weights[:, 0], weights[::2, 1] = _weights(times), _weights(times[::2])
-    numbers: dict[Key, int] = {}
-    seen: list[EngineContacts] = []
-    first_forces: list[tuple[list[int], Floats]] = []
-    sums = np.zeros((0, 2, 2))  # contact, rule, axis
-    for frame in range(len(times)):
-        contacts = contacts_at(index, frame)
-        check(frame, contacts)
-        keys = _keys(contacts.first, contacts.second, contacts.is_wall)
-        seen.append(contacts.select(np.array([key not in numbers for key in keys], dtype=bool)))
-        places = [numbers.setdefault(key, len(numbers)) for key in keys]
-        sums = np.pad(sums, ((0, len(numbers) - len(sums)), (0, 0), (0, 0)))
-        sums[places] += weights[frame, :, None] * contacts.force[:, None]
-        if frame < 5:
-            first_forces.append((places, contacts.force))
-    early = np.zeros((5, len(numbers), 2))
-    for force, (places, given) in zip(early, first_forces, strict=False):
-        force[places] = given
-    at_start = _touching_at_start(numbers, touching, start)
-    every, end = EngineContacts.joined(seen), snapshot_of(trajectory[-1])
-    gained = end.velocity - start.velocity - acceleration * (times[-1] - times[0])
-    found = []
+    frames = [contacts_of(frame) for frame in range(len(times))]
+    frame = np.repeat(np.arange(len(times)), [*map(len, frames)])
+    every = EngineContacts.joined(frames)
+    keys = keys_of(every.first, every.second, every.is_wall)
+    _, seen, place = np.unique(keys, return_index=True, return_inverse=True)
+    order = np.argsort(seen)  # contacts are numbered as they first appear
+    number = np.argsort(order)[place]
+    sums = np.zeros((len(order), 2, 2))  # contact, rule, axis
+    np.add.at(sums, number, weights[frame, :, None] * every.force[:, None])
+    early, soon = np.zeros((5, len(order), 2)), frame < 5
+    early[frame[soon], number[soon]] = every.force[soon]
+    every = every.select(seen[order])
+    other = np.where(
+        touching.is_wall, touching.second + 1, start.ids[touching.second * ~touching.is_wall]
+    )
+    touched = keys_of(start.ids[touching.first], other, touching.is_wall)
+    at_start, end = np.isin(keys[seen[order]], touched), snapshot_of(trajectory[-1])
+    change = end.velocity - start.velocity - acceleration * (times[-1] - times[0])
+    change *= start.mass[:, None]
+    one = np.searchsorted(start.ids, every.first)
+    two = np.searchsorted(start.ids, np.where(every.is_wall, start.ids[0], every.second))
+    errors = []
     for rule, some in enumerate((times, times[::2])):
         total = sums[:, rule]
         if len(some) > 2:
             first, second, third = early[: 2 * rule + 3 : rule + 1]
             late = at_start & ~first.any(axis=1)
             total[late] += 0.5 * (some[1] - some[0]) * (2 * second - third)[late]
-        found.append(_against_change(replace(every, force=total), start, gained))
-    fine, coarse = found
-    return replace(fine, frames_needed=_frames_needed(len(times) - 1, fine.error, coarse.error))
+        given = sum_at_disks(one, np.where(every.is_wall, -1, two), -total, total, len(start))
+        errors.append(float(np.abs(change - given).max()) / (float(np.abs(change).max()) or 1.0))
+    return Impulses(
+        contacts=replace(every, force=sums[:, 0]),
+        change=change,
+        error=errors[0],
+        frames_needed=_frames_needed(len(times) - 1, *errors),
+    )
 
 
 def _weights(times: Floats) -> Floats:
     """Of the trapezoidal rule at some times, s."""
     intervals = np.diff(times)
     return 0.5 * (np.pad(intervals, (0, 1)) + np.pad(intervals, (1, 0)))
-
-
-def _keys(first: Indices, second: Indices, is_wall: Flags) -> list[Key]:
-    return list(zip(first.tolist(), second.tolist(), is_wall.tolist(), strict=True))
-
-
-def _touching_at_start(numbers: dict[Key, int], touching: Contacts, start: Snapshot) -> Flags:
-    """Which of the contacts that the engine ever had touch at t = 0."""
-    second = np.where(
-        touching.is_wall, touching.second + 1, start.ids[touching.second * ~touching.is_wall]
-    )
-    keys = _keys(start.ids[touching.first], second, touching.is_wall)
-    return np.isin(np.arange(len(numbers)), [numbers.get(key, -1) for key in keys])
-
-
-def _against_change(contacts: EngineContacts, start: Snapshot, gained: Floats) -> Impulses:
-    """Impulses, in order of their first appearance, against the velocity (n,2) m/s that they
-    gave."""
-    wall = contacts.is_wall
-    first = np.searchsorted(start.ids, contacts.first)
-    second = np.searchsorted(start.ids, np.where(wall, start.ids[0], contacts.second))
-    given = sum_at_disks(
-        first, np.where(wall, -1, second), -contacts.force, contacts.force, len(start)
-    )
-    change = start.mass[:, None] * gained
-    error = float(np.abs(change - given).max()) / (float(np.abs(change).max()) or 1.0)
-    return Impulses(contacts=contacts, change=change, error=error, frames_needed=0)
 
 
 def _frames_needed(frames: int, error: float, error_of_half: float) -> int:

@@ -5,36 +5,19 @@ import atexit
 import functools
 import math
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
 import numpy as np
 
-from analysis.dumps.binary import BEGIN, BinaryFrames, is_binary
-from analysis.dumps.frame import DumpError, Frame
-from analysis.dumps.text import TextFrames
-from analysis.support.reading import (
-    DAMAGED,
-    NUMBER,
-    UnreadableError,
-    open_file,
-)
+from analysis.dumps.frames import BEGIN, BinaryFrames, DumpError, Frame, TextFrames, is_binary
+from analysis.support.reading import DAMAGED, NUMBER, UnreadableError, open_file
 from nscd import _core
 from nscd.arrays import Flags, Floats, Indices
 
-# So many bytes are read at once where frames are read one after the other.
-AHEAD = 1 << 18
 # Columns of words, which LAMMPS writes on request; nothing here reads them.
 WORDS = frozenset({"element", "typelabel"})
-
-
-@dataclass(slots=True)
-class _Ahead:
-    """Tables that were read and not asked for yet, and the frame behind them."""
-
-    tables: dict[int, Floats]
-    next: int = 0
 
 
 @dataclass(frozen=True)
@@ -46,9 +29,6 @@ class DumpIndex:
     frames: tuple[Frame, ...]
     columns: tuple[str, ...]
     binary: bool = False
-    _ahead: _Ahead = field(
-        default_factory=lambda: _Ahead({}), init=False, repr=False, compare=False
-    )
 
     @functools.cached_property
     def steps(self) -> tuple[int, ...]:
@@ -64,36 +44,8 @@ class DumpIndex:
         """Read the numbers of one frame, (rows, columns); columns of words are NaN.
 
         Raises DumpError naming the line of a row that has not one number per column."""
-        ahead = self._ahead
-        if number not in ahead.tables:
-            ahead.tables = self._read(number, AHEAD if number == ahead.next else 0)
-            ahead.next = max(ahead.tables) + 1
-        return ahead.tables.pop(number)
-
-    def _read(self, number: int, ahead: int) -> dict[int, Floats]:
-        """A frame, and those behind it that are within so many bytes, as far as they can be read."""
-        last = number + 1
-        while (
-            last < len(self.frames) and self.frames[last].end < self.frames[number].offset + ahead
-        ):
-            last += 1
-        numbers = range(number, last)
-        try:
-            whole = self.numbers(numbers, self.text(numbers))
-        except DumpError:
-            if len(numbers) == 1:
-                raise
-            return self._read(number, 0)
-        return dict(
-            zip(numbers, np.split(whole, np.cumsum(self.counts[number : last - 1])), strict=True)
-        )
-
-    def _parts(self, numbers: range) -> Indices:
-        """Start and end (bytes behind the first one's start) and rows of frames."""
-        frames = self.frames[numbers.start : numbers.stop]
-        parts = np.array([(one.offset, one.end, one.rows) for one in frames])
-        parts[:, :2] -= frames[0].offset
-        return parts
+        here = range(number, number + 1)
+        return self.numbers(here, self.text(here))
 
     def text(self, numbers: range) -> bytes:
         """Read the bytes from the table of a frame to the end of that of a later one.
@@ -112,7 +64,9 @@ class DumpIndex:
         """Read the tables of frames from their text, one below the other; columns of words are NaN.
 
         Raises DumpError naming the line of a row that has not one number per column."""
-        parts = self._parts(numbers)
+        frames = self.frames[numbers.start : numbers.stop]
+        parts = np.array([(one.offset, one.end, one.rows) for one in frames])
+        parts[:, :2] -= frames[0].offset  # of the start of the text
         named = not self.binary and WORDS & set(self.columns)
         found = None if named else _core.rows(text, parts, len(self.columns), self.binary)
         if found is not None and (self.binary or not np.isinf(found).any()):
@@ -120,8 +74,8 @@ class DumpIndex:
         # row by row, as words are, and to see whether digits are too many or a row is wrong
         return np.concatenate(
             [
-                self._by_row(text[start:end], self.frames[number])
-                for number, (start, end, _) in zip(numbers, parts, strict=True)
+                self._by_row(text[start:end], frame)
+                for frame, (start, end, _) in zip(frames, parts, strict=True)
             ]
         )
 

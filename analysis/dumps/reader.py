@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from analysis.dumps.bodies import UNITS, joined_of, snapshot_at, state_of
-from analysis.dumps.frame import DumpError
+from analysis.dumps.frames import DumpError
 from analysis.dumps.index import index_dump
 from analysis.support.reading import UnreadableError, read_text
 from nscd import Snapshot
-from nscd.arrays import LARGEST, Floats
+from nscd.arrays import LARGEST
 
 if TYPE_CHECKING:
     from MDAnalysis import Universe
@@ -95,8 +92,3 @@ def snapshot_of(ts: Timestep, path: str | Path = "", *, needs_velocity: bool = T
     state = state_of(data, path, needs_velocity)
     where = f"{path}, step {data['step']}"
     return snapshot_at(state, float(ts.time), where, joined_of(data))
-
-
-def frame_at(times: Sequence[float] | Floats, wanted: float) -> int:
-    """Find the frame nearest to a time (s)."""
-    return int(np.argmin(np.abs(np.asarray(times) - wanted)))

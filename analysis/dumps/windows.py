@@ -1,16 +1,19 @@
 """Impulses over windows of time: what each pair and each wall of a run received, and the crowd
 then."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from analysis.dumps.frame import DumpError
+from analysis.dumps.frames import DumpError
 from analysis.dumps.index import DumpIndex, index_dump
 from analysis.dumps.reader import open_bodies, snapshot_of
+from analysis.scene.rigid_bodies import people_of
 from analysis.support.frames import IMPULSE_COLUMNS
 from nscd import Snapshot
 from nscd.arrays import Flags, Floats, Indices
@@ -23,13 +26,15 @@ class Window:
     """Hold what a window of a run passed on.
 
     keys: (k,3) id of a disk; id of the other, or number of the wall from 1; 1 for a wall, else 0;
-        rising, each once"""
+        rising, each once
+    disks: of a window of people that of the disks of their bodies"""
 
     start: float  # s
     end: float  # s
     now: Snapshot  # the crowd at its end
     keys: Indices
     impulse: Floats  # (k,2) N·s, of the first on the second
+    disks: Window | None = None
 
     @property
     def duration(self) -> float:
@@ -47,13 +52,31 @@ class Window:
         """(k,) N: the magnitude of each impulse over the time."""
         return np.asarray(np.hypot(*self.impulse.T) / self.duration)
 
-    def at_people(self, of_contacts: Floats) -> Floats:
-        """Sum numbers (k,) of the contacts at each person, (n,)."""
-        total, wall = np.zeros(len(self.now)), self.is_wall
-        rank = np.searchsorted(self.now.ids, self.keys[:, :2])
-        np.add.at(total, rank[:, 0], of_contacts)
-        np.add.at(total, rank[~wall, 1], of_contacts[~wall])
-        return total
+    def of_people(self) -> Window:
+        """Give the window of people, two of whom may have several keys: those of their disks."""
+        people, of = people_of(self.now)
+        if people is self.now:
+            return self
+        wall, who = self.is_wall, people.ids[of]
+        rank = np.searchsorted(
+            self.now.ids, np.where(wall[:, None], self.keys[:, :1], self.keys[:, :2])
+        )
+        first, second = who[rank].T
+        turned = ~wall & (first > second)
+        keys = np.column_stack(
+            [
+                np.where(turned, second, first),
+                np.where(wall, self.keys[:, 1], np.where(turned, first, second)),
+                wall,
+            ]
+        )
+        impulse = np.where(turned[:, None], -self.impulse, self.impulse)
+        return replace(self, now=people, keys=keys, impulse=impulse, disks=self)
+
+    def summed(self) -> Window:
+        """Give the window with each key once."""
+        keys, impulse = _summed(self.keys, self.impulse)
+        return replace(self, keys=keys, impulse=impulse)
 
 
 class RunWindows:
@@ -101,12 +124,8 @@ class RunWindows:
 
 def joined(parts: Sequence[Window]) -> Window:
     """Join windows that follow each other."""
-    keys, impulse = _summed(
-        np.concatenate([part.keys for part in parts]),
-        np.concatenate([part.impulse for part in parts]),
-    )
-    last = parts[-1]
-    return Window(start=parts[0].start, end=last.end, now=last.now, keys=keys, impulse=impulse)
+    keys, impulse = (np.concatenate([getattr(p, n) for p in parts]) for n in ("keys", "impulse"))
+    return replace(parts[-1], start=parts[0].start, keys=keys, impulse=impulse).summed()
 
 
 def _summed(keys: Indices, impulse: Floats) -> tuple[Indices, Floats]:

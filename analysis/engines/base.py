@@ -3,9 +3,9 @@
 import shutil
 from pathlib import Path
 
-from analysis.engines.penalty import penalty_of, penalty_setting
+from analysis.engines.penalty import penalty_of
 from analysis.engines.process import Command, digest_of, version_said
-from analysis.engines.record import EngineError, Timing
+from analysis.engines.record import Timing
 from analysis.scene.scene import Scene
 from analysis.support.files import shipped
 
@@ -53,15 +53,12 @@ class Engine:
 
     def setting(self, scene: Scene) -> str:
         """Return what tells its runs of one scene apart, as a part of a folder's name."""
-        return penalty_setting(scene)
+        contact = scene.contact
+        walls = f"_w{contact.at_walls:.6g}" if contact.wall_stiffness_N_per_m else ""
+        return f"{contact.law}_k{contact.stiffness_N_per_m:.6g}{walls}"
 
     def check(self, scene: Scene) -> None:
         """Raise EngineError naming the field of a scene that it cannot run."""
-        if scene.snapshot.bodies is not None:
-            raise EngineError(
-                f"{scene.name}: disks.bodies: {self.TITLE} cannot turn bodies of several disks here: "
-                "use lammps or rigid"
-            )
 
     def write_input(self, scene: Scene, decks: Path) -> None:
         """Write all that it reads, but for the scene itself, into a new folder `decks`: copies, since

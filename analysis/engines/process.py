@@ -118,7 +118,9 @@ def run_command(
             while line := process.stdout.readline(LONGEST_LINE):
                 log.write(line)
                 if line.strip():
-                    last.append(_printable(line.rstrip()))
+                    words = line.rstrip().expandtabs()
+                    shown = "".join(c if c.isprintable() else "?" for c in words)
+                    last.append(shown[:LONGEST_SAID])
                 if on_line:
                     on_line(line)
             status = process.wait()
@@ -137,11 +139,6 @@ def run_command(
 def _end_group(process: subprocess.Popen[str]) -> None:
     with suppress(ProcessLookupError):
         os.killpg(process.pid, signal.SIGKILL)
-
-
-def _printable(line: str) -> str:
-    """A line for a message: no control characters, not too long."""
-    return "".join(c if c.isprintable() else "?" for c in line.expandtabs())[:LONGEST_SAID]
 
 
 @contextmanager
@@ -188,16 +185,11 @@ def killed_by(status: int | None) -> str:
 
     A signal n is the status −n of a process, 128 + n of a shell and 256 − n of LAMMPS' start; None
     stands for one that was killed by us."""
-    number: int
     if status is None:
-        number = signal.SIGKILL
-    elif status < 0:
-        number = -status
-    elif status > 192:
-        number = 256 - status
-    else:
-        number = status - 128
-    return _KILLED.get(number, "")
+        return _KILLED[signal.SIGKILL]
+    if status < 0:
+        return _KILLED.get(-status, "")
+    return _KILLED.get(256 - status if status > 192 else status - 128, "")
 
 
 def digest_of(files: Iterable[Path]) -> str:

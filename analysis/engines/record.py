@@ -61,6 +61,8 @@ FAILED = "failed"  # the engine died, or its dumps cannot be right
 
 
 NotNegative = Annotated[Number, Field(ge=0)]
+# What a record has of a `Timing` under the same name.
+AS_TIMED = ("steps", "frame_interval", "damping_ratio", "restitution_least", "restitution_most")
 
 
 class EngineError(RuntimeError):
@@ -126,13 +128,9 @@ class RunRecord:
             scene_digest=scene.digest(),
             disks=len(scene.snapshot),
             time_step_s=timing.time_step,
-            steps=timing.steps,
-            frame_interval=timing.frame_interval,
-            damping_ratio=timing.damping_ratio,
-            restitution_least=timing.restitution_least,
-            restitution_most=timing.restitution_most,
             stiffness_N_per_m=timing.stiffness,
             wall_stiffness_N_per_m=timing.wall_stiffness,
+            **{name: getattr(timing, name) for name in AS_TIMED},
         )
 
     def finished(self, folder: Path) -> RunRecord:

@@ -18,13 +18,14 @@ import numpy as np
 
 from analysis.dumps import DumpError, index_contacts, index_dump
 from analysis.engines import PENALTY, engine, installed
+from analysis.engines.energy import write_energy
 from analysis.engines.guard import (
     CENTRES_SHARE,
     ENERGY_SHARE,
     TIME,
     RunStoppedError,
     died,
-    elastic_energy,
+    effective_radius,
     energy_besides,
     full_disk,
     garbage,
@@ -36,6 +37,7 @@ from analysis.engines.record import FAILED, STOPPED, EngineError, RunRecord
 from analysis.engines.softness import softness_warning
 from analysis.scene.scene import Scene, read_scene
 from analysis.support.parallel import Progress, Task, do_all, workers
+from analysis.support.reading import UnreadableError, read_text
 from nscd.arrays import Floats
 
 NEEDED = ("id", "x", "y", "radius", "mass", "vx", "vy", "omegaz")
@@ -105,14 +107,13 @@ def check_contacts(path: Path, energies: Floats, record: RunRecord, scene: Scene
 
     Overlap: two centres nearer than half the smallest radius. Energy: E = K + V − W with the kinetic energy K and
     the work W of the body force of each frame, energies (2, frames) J, and V = Σ ½ k δ² (hertz ⅖ K
-    √R δ^2.5). Without drive E never grows; with drive K stays below max(E at the start, ½ M (U + g
-    τ)²) and the largest V so far (docs/results/guard.md)."""
+    √R δ^2.5). Without drive E never grows by more than a body force gives in a step; with drive K stays
+    below max(E at the start, ½ M (U + g τ)²) and the largest V so far (docs/results/guard.md)."""
     snapshot, drive = scene.snapshot, scene.drive
     start = 0.5 * float(snapshot.mass @ (snapshot.velocity**2).sum(1)) + energy_besides(scene)
-    desired = 0.0
-    if drive:
-        speed = drive.speed_m_per_s + np.hypot(*scene.acceleration()) * drive.relaxation_time_s
-        desired = 0.5 * float(snapshot.mass.sum() * speed**2)
+    falls_s = drive.relaxation_time_s if drive else record.time_step_s
+    speed = np.hypot(*scene.acceleration()) * falls_s + (drive.speed_m_per_s if drive else 0.0)
+    desired = 0.5 * float(snapshot.mass.sum() * speed**2)
     margin = ENERGY_SHARE * (start + desired) + 1e-12
     # a tangential spring holds energy that is not in V and comes back
     keeps_all = not drive and scene.contact.friction == 0 and not scene.giving()
@@ -165,9 +166,8 @@ def _stored(rows: Floats, scene: Scene) -> tuple[float, float, float]:
     wall, overlap = rows[:, 2] > 0, rows[:, 5]
     first = radius[order[np.searchsorted(ids[order], rows[:, 0])]]
     other = radius[order[np.searchsorted(ids[order], np.where(wall, rows[:, 0], rows[:, 1]))]]
-    # against a wall the effective radius is the disk's own
-    effective = np.where(wall, first, first * other / (first + other))
-    energy = float(elastic_energy(scene, overlap, effective, wall).sum())
+    elastic = scene.contact.elastic(float(radius.mean()))
+    energy = float(elastic.energy(overlap, effective_radius(first, other, wall), wall).sum())
     if scene.contact.arms:
         energy += float(scene.contact.arms.energy(-overlap).sum())
     apart = np.where(wall, np.inf, first + other - overlap)
@@ -241,9 +241,9 @@ def staged(folder: Path, resume: RunRecord | None = None) -> Iterator[Path]:
             shutil.rmtree(staging, ignore_errors=True)
 
 
-def _record_in(folder: Path) -> RunRecord | None:
+def _record_in(folder: Path, *, even_stopped: bool = False) -> RunRecord | None:
     try:
-        return RunRecord.read(folder)
+        return RunRecord.read(folder, even_stopped=even_stopped)
     except EngineError:
         return None
 
@@ -260,10 +260,8 @@ def _publish(staging: Path, folder: Path) -> None:
 def _holds_results(folder: Path) -> bool:
     """Whether there is anything that a stopped run must not replace: all but another stopped
     run."""
-    try:
-        return RunRecord.read(folder, even_stopped=True).exit_state not in (STOPPED, FAILED)
-    except EngineError:
-        return folder.exists()
+    record = _record_in(folder, even_stopped=True)
+    return record.exit_state not in (STOPPED, FAILED) if record else folder.exists()
 
 
 DECKS = "decks"
@@ -289,7 +287,7 @@ def run_folder(out: Path, scene: Scene, engine_name: str) -> Path:
 
 
 def finished_run(scene: Scene, engine_name: str, folder: Path) -> RunRecord | None:
-    """Return the finished run that is in the folder if scene, decks, engine and version are the
+    """Return the finished run that is in the folder if scene, way, decks, engine and version are the
     same, else None."""
     try:
         chosen, record = engine(engine_name), RunRecord.read(folder)
@@ -297,7 +295,10 @@ def finished_run(scene: Scene, engine_name: str, folder: Path) -> RunRecord | No
         same = record.deck_digest == chosen.deck_digest() and record.version == installed(
             engine_name
         )
-    except EngineError:
+        if scene.drive and scene.drive.way:  # another search may find another one
+            way = scene.drive.way.to_json(scene.wall_segments())
+            same = same and read_text(folder / "scene.way") == way
+    except (EngineError, UnreadableError):
         return None
     return record if same else None
 
@@ -430,7 +431,10 @@ def _check(name: str, engine_name: str, staging: Path, record: RunRecord) -> flo
             engine(engine_name).collect(scene, staging)
         except DumpError as error:
             raise damaged(record, error, staging) from None
-        return check_contacts(staging / "contacts.dump", energies, record, scene)
+        deepest = check_contacts(staging / "contacts.dump", energies, record, scene)
+        if engine_name in SOFT:
+            write_energy(scene, staging, record)
+        return deepest
     except RunStoppedError:
         if full := full_disk(staging):
             raise EngineError(f"{engine_name}, {name}: {full}") from None
@@ -481,12 +485,8 @@ class Cost:
     cpu_seconds: float = 0.0
 
     def __add__(self, other: Cost) -> Cost:
-        return Cost(
-            made=self.made + other.made,
-            reused=self.reused + other.reused,
-            failed=self.failed + other.failed,
-            cpu_seconds=self.cpu_seconds + other.cpu_seconds,
-        )
+        mine, others = dataclasses.asdict(self), dataclasses.asdict(other)
+        return Cost(**{name: mine[name] + others[name] for name in mine})
 
 
 def run_ahead(

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from analysis.dumps.contacts import add_arms
 from analysis.engines.base import Engine
 from analysis.engines.process import Command
 from analysis.engines.record import EngineError
@@ -18,15 +19,9 @@ class Yade(Engine):
 
     def check(self, scene: Scene) -> None:
         """Raise EngineError for hertz with friction, YADE's tangential spring being another there."""
-        super().check(scene)
         contact = scene.contact
         if scene.period_x_m:
             raise EngineError(f"{scene.name}: period_x_m: YADE has none here: use lammps or rigid")
-        if contact.arms:
-            raise EngineError(
-                f"{scene.name}: contact.arm_reach_m: YADE cannot push before bodies touch: use "
-                "lammps or rigid"
-            )
         if contact.friction and self.NAME not in contact.kind.friction:
             raise EngineError(
                 f"{scene.name}: contact.friction: {contact.friction:g}. YADE runs {contact.law} "
@@ -46,3 +41,8 @@ class Yade(Engine):
             "OMP_NUM_THREADS": "1",
         }
         return Command(words=(*start, "scene.toml", *given), environment=environment)
+
+    def collect(self, scene: Scene, folder: Path) -> None:
+        """Add to contacts.dump who reaches whom with arms."""
+        if scene.contact.arms:
+            add_arms(folder, scene.contact.arms, scene.wall_segments())

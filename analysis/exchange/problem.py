@@ -134,16 +134,11 @@ def is_hdf5(path: Path) -> bool:
     return begins(path, SIGNATURE)
 
 
-def hdf5() -> Any:
-    """Import h5py. Raises MissingExtraError saying how to install it."""
-    return load("h5py")
-
-
 @contextlib.contextmanager
 def new_file(path: Path) -> Iterator[Any]:
     """Open an HDF5 file for writing, which takes its name only if the block ends well."""
     content = io.BytesIO()
-    with hdf5().File(content, "w") as file:
+    with load("h5py").File(content, "w") as file:
         yield file
     with whole_file(path, "wb") as whole:
         whole.write(content.getvalue())
@@ -152,7 +147,7 @@ def new_file(path: Path) -> Iterator[Any]:
 def opened(path: Path) -> Group:
     """Read the parts of an HDF5 file that FCLIB and this program know. Raises ExchangeError naming
     it."""
-    hdf5()
+    load("h5py")
     if not is_hdf5(path):
         raise ExchangeError(f"{path}: no HDF5 file")
     try:
@@ -163,7 +158,7 @@ def opened(path: Path) -> Group:
 
 def put_words(group: Any, name: str, words: str) -> None:
     """Write a text as FCLIB does: fixed length, ended by a zero byte."""
-    library, content = hdf5(), words.encode() + b"\0"
+    library, content = load("h5py"), words.encode() + b"\0"
     kind = library.h5t.C_S1.copy()
     kind.set_size(len(content))
     kind.set_strpad(library.h5t.STR_NULLTERM)
@@ -290,7 +285,10 @@ class Group:
             raise place.refuse("m", f"{m} where {rows} is needed")
         nz, entries = place.whole("nz", ROWS), place.whole("nzmax")
         if nz >= 0:
-            return place.triplets(nz, m, n)
+            row, column = place.wholes("p", (nz,)), place.wholes("i", (nz,))
+            place.check_range("p", row, m)
+            place.check_range("i", column, n)
+            return csc_array(coo_array((place.numbers("x", (nz,)), (row, column)), shape=(m, n)))
         major, minor = (n, m) if nz == COLUMNS else (m, n)
         starts = place.wholes("p", (major + 1,))
         if starts[0] or starts[-1] > entries or (np.diff(starts) < 0).any():
@@ -306,14 +304,6 @@ class Group:
         found = csc_array(whole)
         found.sum_duplicates()
         return found
-
-    def triplets(self, count: int, rows: int, columns: int) -> csc_array:
-        """Read the entries of a matrix by row and column."""
-        row, column = self.wholes("p", (count,)), self.wholes("i", (count,))
-        self.check_range("p", row, rows)
-        self.check_range("i", column, columns)
-        values = self.numbers("x", (count,))
-        return csc_array(coo_array((values, (row, column)), shape=(rows, columns)))
 
     def check_range(self, key: str, indices: Any, end: int) -> None:
         """Refuse indices outside of 0 … end − 1."""

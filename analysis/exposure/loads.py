@@ -1,27 +1,139 @@
 """The loads of a run: what people, walls and the crowd bear, window by window, and for how long they
-are above limits."""
+are above limits; arches before a door; and who would stop."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
 
 from analysis.dumps import DumpError
 from analysis.dumps.windows import RunWindows, Window, joined
 from analysis.engines.record import read_finished
-from analysis.exposure.arches import LEAST_N, Arch, arches_of, share_of
-from analysis.exposure.limits import QUANTITIES, Limit, Quantity, above_key, limits_of_people
+from analysis.exposure.limits import (
+    QUANTITIES,
+    Limit,
+    LimitError,
+    Quantity,
+    above_key,
+    limits_of_people,
+)
 from analysis.pages.numbers import NONE, significant, with_unit
+from analysis.scene.drive import Stop
+from analysis.scene.rigid_bodies import people_of
 from analysis.scene.scene import Scene
 from analysis.support.columns import Columns
 from analysis.support.files import write_columns, write_rows
 from nscd import Snapshot
-from nscd.arrays import Flags, Floats
+from nscd.arrays import Flags, Floats, Indices
+
+# The force (N) below which two bodies hardly touch.
+LEAST_N = 10.0
+# An arch is made of people within half the door's width and so many mean diameters of its middle.
+DIAMETERS = 2.0
+# Ends of walls this near (m) to an end of the door flank it.
+AT_POST_M = 1e-6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Arch:
+    """Name who holds an arch, and when.
+
+    start, end: s, of the first and the last window between two frames in which it was seen"""
+
+    people: frozenset[int]  # ids
+    start: float
+    end: float
+
+    @property
+    def lifetime(self) -> float:
+        """Give how long it was seen (s)."""
+        return self.end - self.start
+
+
+def arches_of(scene: Scene, frames: Sequence[Window]) -> tuple[Arch, ...]:
+    """Follow the arches before the door of a scene, window by window: one lives as long as the same
+    people form it in windows that follow each other. None where the door has no walls beside it."""
+    found: list[Arch] = []
+    for window in frames:
+        people = arch_in(scene, window)
+        if not people:
+            continue
+        last = found[-1] if found else None
+        if last and last.people == people and window.start - last.end < 0.5 * window.duration:
+            found[-1] = Arch(people=people, start=last.start, end=window.end)
+        else:
+            found.append(Arch(people=people, start=window.start, end=window.end))
+    return tuple(found)
+
+
+def share_of(window: Window, arches: Sequence[Arch]) -> float:
+    """Give the share of a window's time in which an arch stood."""
+    stood = (min(window.end, arch.end) - max(window.start, arch.start) for arch in arches)
+    return sum(time for time in stood if time > 0) / window.duration
+
+
+def arch_in(scene: Scene, window: Window) -> frozenset[int]:
+    """Find the shortest chain of people who press each other, and whose ends press the walls on
+    either side of the door; empty where there is none near the door. Of several doors the own of
+    the drive is looked at.
+
+    Its length is that of the line from one end of the door through the centres to the other end."""
+    drive = scene.drive
+    if drive is None:
+        return frozenset()
+    posts = np.array(drive.door)
+    flanks = [_flanking(scene, post) for post in posts]
+    window = window.of_people().summed()
+    now, n = window.now, len(window.now)
+    reach = 0.5 * np.hypot(*(posts[1] - posts[0])) + DIAMETERS * 2 * now.radius.mean()
+    near = np.hypot(*(now.position - posts.mean(0)).T) <= reach
+    near &= (now.position - posts[0]) @ np.array(drive.outward) < 0
+    presses = window.force > LEAST_N
+    first = np.searchsorted(now.ids, window.keys[:, 0])
+    second = np.searchsorted(now.ids, np.where(window.is_wall, now.ids[0], window.keys[:, 1]))
+    pairs = presses & ~window.is_wall & near[first] & near[second]
+    rows, columns = [first[pairs]], [second[pairs]]
+    lengths = [_distance(now.position[first[pairs]], now.position[second[pairs]])]
+    for side, (post, walls) in enumerate(zip(posts, flanks, strict=True)):
+        on = presses & window.is_wall & near[first] & np.isin(window.keys[:, 1], walls)
+        who = np.unique(first[on])
+        rows.append(who)
+        columns.append(np.full(len(who), n + side))
+        lengths.append(_distance(now.position[who], post))
+    return _shortest(np.concatenate(rows), np.concatenate(columns), np.concatenate(lengths), window)
+
+
+def _shortest(rows: Indices, columns: Indices, lengths: Floats, window: Window) -> frozenset[int]:
+    """Who is on the shortest way between the two ends of the door, which follow the people."""
+    n = len(window.now)
+    graph = csr_array((lengths, (rows, columns)), shape=(n + 2, n + 2))
+    length, before = dijkstra(graph, directed=False, indices=n, return_predecessors=True)
+    if not np.isfinite(length[n + 1]):
+        return frozenset()
+    chain, at = [], int(before[n + 1])
+    while at != n:
+        chain.append(int(window.now.ids[at]))
+        at = int(before[at])
+    return frozenset(chain)
+
+
+def _flanking(scene: Scene, post: Floats) -> Indices:
+    """Numbers, from 1, of the walls that end at an end of the door."""
+    walls = scene.wall_segments()
+    ends = [_distance(end, post) <= AT_POST_M for end in (walls.start, walls.end)]
+    return np.flatnonzero(ends[0] | ends[1]) + 1
+
+
+def _distance(places: Floats, other: Floats) -> Floats:
+    return np.asarray(np.hypot(*(places - other).T))
+
 
 # The shortest window (s) that is worth comparing: below it a quantile of forces depends on the
 # step.
@@ -48,25 +160,22 @@ MEASURES: Mapping[str, Quantity] = {
 def loads_of(scene: Scene, window: Window) -> dict[str, Floats]:
     """Compute QUANTITIES in a window: (n,) of people, those who have passed the door included, (w,)
     of walls, (1,) of the crowd, (0,) where there is no door. Forces are the magnitudes of the mean
-    force vectors of contacts, |∫f dt|/T. Raises ValueError for bodies of several disks."""
-    if scene.snapshot.wide is not None:
-        raise ValueError(
-            f"{scene.name}: disks.bodies: loads of people are for people of one disk each"
-        )
+    force vectors of contacts, |∫f dt|/T. A body of several disks is one person."""
+    window = window.of_people()
     now, force, pairs = window.now, window.force, ~window.is_wall
     # of a wall the second means nothing
     first, second = np.searchsorted(now.ids, window.keys[:, :2]).T
-    largest, given, total = np.zeros(len(now)), np.zeros((len(now), 2)), window.at_people(force)
-    np.maximum.at(largest, first, force)
-    np.maximum.at(largest, second[pairs], force[pairs])
-    np.add.at(given, first, -window.impulse)
-    np.add.at(given, second[pairs], window.impulse[pairs])
+    (largest, total), given = np.zeros((2, len(now))), np.zeros((len(now), 2))
+    for who, some, sign in ((first, slice(None), -1.0), (second[pairs], pairs, 1.0)):
+        np.maximum.at(largest, who, force[some])
+        np.add.at(total, who, force[some])
+        np.add.at(given, who, sign * window.impulse[some])
     return {
         "contact_largest": largest,
         "contact_sum": total,
         "resultant": np.hypot(*given.T) / window.duration,
         "pressure": total / (2 * np.pi * now.radius),
-        **_walls(scene, window),
+        **_walls(scene, window.disks or window),
         **_crowd(scene, window),
     }
 
@@ -128,13 +237,15 @@ def pressing(window: Window) -> Floats:
 
 def passed(scene: Scene, now: Snapshot) -> float:
     """Count who is beyond the line of the door."""
-    return float(_gone(scene, now).sum())
+    assert scene.drive is not None
+    people = people_of(now)[0]
+    return float(scene.drive.gone(people.position, people.ids).sum())
 
 
 def values_of(scene: Scene, window: Window, loads: Mapping[str, Floats]) -> dict[str, float]:
-    """Measure a window, of which `loads_of` gave the loads; of a driven crowd pressure, speed and
-    density at the door, too."""
-    now, pressed = window.now, pressing(window)
+    """Measure a window, of which `loads_of` gave the loads; where there is a door pressure, speed and
+    density there, too."""
+    now, pressed = people_of(window.now)[0], pressing(window)
     values = {
         "contact_largest": float(loads["contact_largest"].max(initial=0.0)),
         "contact_95": float(np.quantile(pressed, 0.95)) if len(pressed) else 0.0,
@@ -142,7 +253,7 @@ def values_of(scene: Scene, window: Window, loads: Mapping[str, Floats]) -> dict
         "person_largest": float(loads["contact_sum"].max(initial=0.0)),
         "walls": float(window.force[window.is_wall].sum()),
     }
-    if scene.drive is None:
+    if scene.drive is None or not scene.drive.gates:
         return values
     near = near_door(scene, now)
     return values | {
@@ -155,17 +266,11 @@ def values_of(scene: Scene, window: Window, loads: Mapping[str, Floats]) -> dict
 def near_door(scene: Scene, now: Snapshot) -> Flags:
     """Tell who (n,) is within 2 m of the own door and has not passed it."""
     assert scene.drive is not None
-    near = ~_gone(scene, now)
+    near = ~scene.drive.gone(now.position, now.ids)
     for exit_, mine in scene.drive.exits(now.ids):
         middle = np.mean(exit_.door, axis=0)
         near[mine] &= np.hypot(*(now.position[mine] - middle).T) <= NEAR_M
     return near
-
-
-def _gone(scene: Scene, snapshot: Snapshot) -> Flags:
-    """Who has passed the line of the own door."""
-    assert scene.drive is not None
-    return scene.drive.gone(snapshot.position, snapshot.ids)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -198,11 +303,14 @@ class RunLoads:
         """Sum for each person or wall, or the crowd, the time above a limit (s), and find its
         longest stretch without a break (s)."""
         above = self.loads[limit.quantity] > limit.number
-        longest = running = np.zeros(above.shape[1])
-        for now, duration in zip(above, self.duration, strict=True):
-            running = np.where(now, running + duration, 0.0)
-            longest = np.maximum(longest, running)
-        return self.duration @ above, longest
+        return self.duration @ above, self.running(above).max(axis=0, initial=0.0)
+
+    def running(self, above: Flags) -> Floats:
+        """Sum how long (t,n) s somebody has been above without a break at the end of each window."""
+        running = np.zeros(above.shape)
+        for number, (now, duration) in enumerate(zip(above, self.duration, strict=True)):
+            running[number] = np.where(now, running[number - 1] + duration, 0.0)
+        return running
 
     def names(self, of: str) -> list[Any]:
         """Name its people or walls, or the crowd, which has no name."""
@@ -226,7 +334,8 @@ def read_exposure(
     run = RunWindows(folder, record.time_step_s)
     frames = list(run.between_frames())
     together = max(1, math.ceil(window_s / frames[0].duration - 1e-9))
-    windows = [joined(frames[n - together : n]) for n in range(together, len(run.times), together)]
+    ends = range(together, len(run.times), together)
+    windows = [joined(frames[end - together : end]).of_people() for end in ends]
     if not windows:
         raise DumpError(f"{folder}: the run of {run.times[-1]:g} s is shorter than {window_s:g} s")
     every = [loads_of(scene, window) for window in windows]
@@ -242,24 +351,25 @@ def read_exposure(
         gone = [passed(scene, window.now) for window in windows]
         values["flow"] = np.diff([passed(scene, scene.snapshot), *gone]) / duration
         values["arch_share"] = np.array([share_of(window, arches) for window in windows])
-    return RunLoads(
-        scene=scene,
-        ids=frames[0].now.ids.tolist(),
-        time=np.array([window.end for window in windows]),
-        duration=duration,
-        loads={key: np.stack([loads[key] for loads in every]) for key in QUANTITIES},
-        values=values,
-        arches=arches,
-    )
+    return replace(_joined(scene, windows, every), duration=duration, values=values, arches=arches)
 
 
 def loads_of_frames(scene: Scene, frames: Sequence[Window]) -> RunLoads:
     """Give the loads at instants, each as a window of one second. A frame stands for the time to the
     next, the last for as long as the one before: two are needed. Loads (t,n) of who is not there
     are NaN."""
+    frames = [frame.of_people() for frame in frames]
+    found = _joined(scene, frames, [loads_of(scene, frame) for frame in frames])
+    apart = np.diff(found.time)
+    return replace(found, duration=np.append(apart, apart[-1]))
+
+
+def _joined(
+    scene: Scene, frames: Sequence[Window], every: Sequence[Mapping[str, Floats]]
+) -> RunLoads:
+    """Windows with the loads of each, as one dataset without durations and values."""
     time = np.array([frame.end for frame in frames])
     ids = np.unique(np.concatenate([frame.now.ids for frame in frames]))
-    every = [loads_of(scene, frame) for frame in frames]
     loads: dict[str, Floats] = {}
     for key, quantity in QUANTITIES.items():
         if quantity.of != "person":
@@ -268,20 +378,16 @@ def loads_of_frames(scene: Scene, frames: Sequence[Window]) -> RunLoads:
         loads[key] = np.full((len(time), len(ids)), np.nan)
         for row, frame, one in zip(loads[key], frames, every, strict=True):
             row[np.searchsorted(ids, frame.now.ids)] = one[key]
+    nothing = np.zeros(0)
     return RunLoads(
-        scene=scene,
-        ids=ids.tolist(),
-        time=time,
-        duration=np.append(np.diff(time), time[-1] - time[-2]),
-        loads=loads,
-        values={},
+        scene=scene, ids=ids.tolist(), time=time, duration=nothing, loads=loads, values={}
     )
 
 
 HEAD = ["limit", "value", "quantity", "ever above", "longest time above", "largest", "source"]
 LOADS = Columns("""
 time_s, window_s | s | end of the window, and how long it is
-id, wall | | which person, which wall
+id, wall | | which person (by the first disk of a body), which wall
 contact_largest_N | N | the largest contact force of the person
 contact_sum_N, resultant_N | N | the sum of their magnitudes, and the size of their vector sum
 pressure_N_per_m | N/m | `contact_sum_N` over the person's outline
@@ -354,3 +460,31 @@ def exposure_rows(run: RunLoads, limits: Sequence[Limit]) -> list[list[str]]:
             ]
         )
     return rows
+
+
+ENDING = "_stops"
+
+
+def stops_of(run: RunLoads, limit: Limit) -> tuple[Stop, ...]:
+    """List who bears a sum of contact forces (N) above the number of a limit for its time without a
+    break, and when that time is over, to a window; in the order of time.
+
+    An assumption, no medicine: most limits are of one force, and none is about fainting. Raises
+    LimitError for a limit that is not of a force on a person."""
+    if QUANTITIES[limit.quantity].of != "person" or limit.unit != "N":
+        raise LimitError(f"--stops {limit.name}: a limit of a force (N) on a person is needed")
+    above = run.loads["contact_sum"] > limit.number
+    over = above & (run.running(above) >= (limit.duration_s or 0.0) - 1e-9)
+    first = run.time[over.argmax(axis=0)]
+    found = sorted((float(first[n]), run.ids[n]) for n in np.flatnonzero(over.any(axis=0)).tolist())
+    return tuple(Stop(people=(one, one), time_s=round(time, 9)) for time, one in found)
+
+
+def write_stops(run: RunLoads, limit: Limit, folder: Path) -> tuple[int, Path]:
+    """Write the scene of a run in which those stop (`stops_of`), and no others, into a folder, as
+    `<name>_stops`; return how many stop, and its path. Raises LimitError where nobody is driven."""
+    if run.scene.drive is None:
+        raise LimitError("--stops: nobody is driven")
+    name, stops = f"{run.scene.name.removesuffix(ENDING)}{ENDING}", stops_of(run, limit)
+    scene = run.scene.with_drive(stops=stops).model_copy(update={"name": name})
+    return len(stops), scene.write(folder)

@@ -13,16 +13,15 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analysis.compare.comparison import OpenRun, rigid_law_of
 from analysis.dumps import DumpError
 from analysis.dumps.contacts import CONTACT_COLUMNS
 from analysis.exposure.loads import loads_of
-from analysis.film.files import FrameFile, Given, of_heads
+from analysis.film.files import FrameFile, Given, of_heads, of_run
 from analysis.film.frame import ENGINE, OWN, Frame, Frames, Reel, frame_of, window_of
 from analysis.pages.names import engine_name
-from analysis.percussions import PercussionAnalysis
 from analysis.percussions.setting import FORCE
 from analysis.scene.real.trajectory import Recording
+from analysis.scene.rigid_bodies import people_of
 from analysis.support.files import whole_file, write_text
 from analysis.support.frames import write_frame
 from analysis.support.parallel import Progress, Task, do_all
@@ -65,10 +64,11 @@ def people_columns(reel: Reel, frame: Frame) -> dict[str, ArrayLike]:
     """Name the columns (n,) of the people of a frame: what they are, and what they bear in each
     model."""
     columns: dict[str, ArrayLike] = {"radius": frame.now.radius, "mass": frame.now.mass}
+    of = people_of(frame.now)[1]
     for model in reel.models:
         borne = loads_of(reel.scene, window_of(frame.match, frame.now, model))
         for key in BORNE:
-            columns[f"{_model(reel, model)}_{key}_{_unit(frame, model)}"] = borne[key]
+            columns[f"{_model(reel, model)}_{key}_{_unit(frame, model)}"] = borne[key][of]
     return columns
 
 
@@ -180,8 +180,6 @@ def _text(root: ElementTree.Element) -> str:
     return '<?xml version="1.0"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
 
 
-# The residual that the percussions of a comparison must reach.
-TOLERANCE = 1e-10
 # Runs whose frames differ by more than this share of the last time are not shown side by side.
 SAME = 1e-6
 
@@ -204,7 +202,8 @@ def film_runs(
     for number, folder in enumerate(whole):
         if folder in whole[:number]:
             raise ValueError(f"{folders[number]}: is given twice. A film shows a run once")
-    reels = [_reel(folder, frames, progress, executor) for folder in folders]
+    how: dict[str, Any] = {"progress": progress, "executor": executor}
+    reels = [reel for folder in folders for reel in film_dump(of_run(folder), frames, **how)]
     reels = [
         replace(reel, title=title) for reel, title in zip(reels, _titles(reels, whole), strict=True)
     ]
@@ -230,28 +229,6 @@ def _titles(reels: Sequence[Reel], folders: Sequence[Path]) -> list[str]:
     ]
 
 
-def _reel(
-    folder: Path, frames: Frames | None, progress: Progress | None, executor: Executor | None
-) -> Reel:
-    """The frames of one run."""
-    run = OpenRun.of(folder)
-    chosen = (frames or Frames()).of(0, len(run.index.frames) - 1, folder)
-    analysis = PercussionAnalysis(
-        run.universe, run.scene, law=rigid_law_of(run.scene), tolerance=TOLERANCE
-    )
-    # one after the other: each is the guess of the next
-    analysis.run(frames=list(chosen))
-    tasks = []
-    for number, found in zip(chosen, analysis.results.frames, strict=True):
-        arguments = (run.scene, number, found, run.contacts(number, found.snapshot))
-        tasks.append(Task(call=frame_of, arguments=arguments, work=1.0))
-    made = do_all(tasks, executor, f"film of {folder}", progress)
-    if not any(len(frame.determined) for frame in made):
-        raise DumpError(f"{folder}: no contact in any of its frames. There is nothing to see")
-    name = engine_name(run.record.engine)
-    return Reel(title=name, engine=run.record.engine, scene=run.scene, frames=made)
-
-
 # Of a file of fewer rows; one of more has no more frames than rows.
 MOST_FRAMES = 1000
 
@@ -275,7 +252,8 @@ def film_heads(
 
     Frames are those of `of_heads`. One with a reason has the status `failed`. Raises
     TrajectoryError, SceneError and ValueError naming the file, the frame, the person or the key."""
-    numbers = (frames or Frames()).of(*recording.ends, recording.file)
+    frames = frames or Frames()
+    numbers = frames.of(*recording.ends, recording.file)
     if len(numbers) > max(MOST_FRAMES, len(recording.data)):
         raise ValueError(
             f"--frames: {len(numbers)}, but {recording.file} has only {len(recording.data)} rows"
@@ -289,12 +267,12 @@ def film_heads(
             if progress:
                 progress(label, (len(reels) + share) / len(every))
 
-        made = _solved(source, numbers, say, executor)
+        made = _solved(source, numbers, frames.ensemble, say, executor)
         if all(frame.found is None for frame in made):
             raise ValueError(made[0].reason)
         shift = max(0, 1 - int(recording.data.id.min()))
         reel = Reel(title=f"radius {radius:g} m", engine="", scene=source.scene, frames=made)
-        reels.append(replace(reel, radius=radius, shift=shift))
+        reels.append(replace(reel, radius=radius, shift=shift, ensemble=frames.ensemble))
     return reels
 
 
@@ -305,33 +283,40 @@ def film_dump(
     progress: Progress | None = None,
     executor: Executor | None = None,
 ) -> list[Reel]:
-    """Make the one reel of a dump of disks: its percussions, and its own contact forces where it has
-    some. Arguments as of `film_runs`.
+    """Make the one reel of a run, or of a dump of disks: its percussions, and its own contact forces
+    where it has some. Arguments as of `film_runs`.
 
-    Raises DumpError naming the file and the step or line, and for a dump without any contact."""
-    numbers = (frames or Frames()).of(*source.ends, source.file)
-    made = _solved(source, numbers, progress, executor)
+    Raises DumpError naming the file and the step or line, and for one without any contact."""
+    frames = frames or Frames()
+    numbers = frames.of(*source.ends, source.file)
+    made = _solved(source, numbers, frames.ensemble, progress, executor)
     if not any(len(frame.determined) for frame in made):
         raise DumpError(f"{source.file}: no contact in any of its frames. There is nothing to see")
-    engine = OWN if source.own else ""
-    return [Reel(title=source.file.name, engine=engine, scene=source.scene, frames=made)]
+    engine = source.engine
+    title = source.file.name if engine in ("", OWN) else engine_name(engine)
+    reel = Reel(title=title, engine=engine, scene=source.scene, frames=made)
+    return [replace(reel, ensemble=frames.ensemble)]
 
 
 def _solved(
-    source: FrameFile, numbers: range, progress: Progress | None, executor: Executor | None
+    source: FrameFile,
+    numbers: range,
+    ensemble: bool,
+    progress: Progress | None,
+    executor: Executor | None,
 ) -> list[Frame]:
     """The frames of a file, solved one after the other here, and measured by the workers."""
     tasks: list[Task] = []
-    label = f"film of {source.file.name}"
+    label = f"film of {source.file}"
     for place, one in enumerate(source.solve(numbers)):
         if progress:
             progress(label, place / len(numbers))
         if one.found is None:
             tasks.append(Task(call=_failed, arguments=(one.number, one.time, one.reason), work=0.0))
             continue
-        scene, call = source.scene, partial(frame_of)
+        scene, call = source.scene, partial(frame_of, ensemble=ensemble)
         if crowd := one.crowd:
-            scene, call = crowd.scene, partial(frame_of, heads=crowd.heads, account=crowd.report)
+            scene, call = crowd.scene, partial(call, heads=crowd.heads, account=crowd.report)
         arguments = (scene, one.number, one.found, one.own)
         tasks.append(Task(call=call, arguments=arguments, work=1.0))
     return list(do_all(tasks, executor, label))

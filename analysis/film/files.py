@@ -1,5 +1,5 @@
-"""Files that are no run of an engine here: a dump of disks, or a trajectory of heads. The percussions
-of their frames, one after the other."""
+"""Runs, and files that are none of an engine here: a dump of disks, or a trajectory of heads. The
+percussions of their frames, one after the other."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from analysis.compare.comparison import check_contacts, match_contacts
+from analysis.compare.comparison import OpenRun, checked_contacts, match_contacts, rigid_law_of
 from analysis.dumps import (
     DumpError,
+    DumpIndex,
     EngineContacts,
-    contacts_at,
     index_contacts,
     open_bodies,
     snapshot_of,
 )
-from analysis.dumps.binary import is_binary
+from analysis.dumps.frames import is_binary
 from analysis.dumps.windows import Window
-from analysis.film.frame import NOBODY, RIGID, Frames, window_of
+from analysis.film.frame import NOBODY, OWN, RIGID, Frames, window_of
 from analysis.percussions.setting import FORCE, Setting, room_beside
 from analysis.percussions.snapshot import SnapshotPercussions, percussions_of
 from analysis.scene.floors import NoFloorError, read_floor, walled
@@ -34,6 +34,8 @@ from analysis.support.reading import DAMAGED, open_file
 from nscd import Snapshot
 
 RADIUS_M, MASS_KG = 0.18, 75.0
+# The residual that the percussions of a run must reach.
+TOLERANCE = 1e-10
 # Frames of two files this near (s) are at one instant.
 SAME_S = 1e-6
 NO_FORCES = "its percussions are impulses (N·s) of measured velocities, no forces. Give --room with a [drive]"
@@ -92,14 +94,14 @@ class FrameFile:
 
     scene: its room, with nobody in it; ends: the first and the last frame
     solve: solves frames by their numbers, one after the other
-    own: whether it has own contact forces
+    engine: of its own contact forces: OWN, or the one that ran it; nothing where it has none
     recording: of heads; measured: whether the left velocity is theirs, else they want to go"""
 
     file: Path
     scene: Scene
     ends: tuple[int, int]
     solve: Callable[[Iterable[int]], Iterator[FileFrame]]
-    own: bool = False
+    engine: str = ""
     recording: Recording | None = None
     measured: bool = False
 
@@ -146,23 +148,44 @@ def _of_disks(file: Path, given: Given) -> FrameFile:
     if np.isnan(trajectory[0].time):
         raise DumpError(f"{file}: its frames have no times. Give --time-step")
 
+    solve = _of_frames(trajectory, file, scene, setting, index)
+    ends, engine = (0, int(trajectory.n_frames) - 1), "" if index is None else OWN
+    return FrameFile(file=file, scene=scene, ends=ends, solve=solve, engine=engine)
+
+
+def of_run(folder: Path) -> FrameFile:
+    """Take a finished run. Raises EngineError and DumpError for a folder that does not hold one of its
+    scene."""
+    run = OpenRun.of(folder)
+    scene, trajectory = run.scene, run.universe.trajectory
+    how: dict[str, Any] = {"law": rigid_law_of(scene), "tolerance": TOLERANCE}
+    given = trajectory, folder / "bodies.dump", scene, Setting.of(scene), run.index
+    ends, engine = (0, len(run.index.frames) - 1), run.record.engine
+    solve = _of_frames(*given, **how)
+    return FrameFile(file=folder, scene=scene, ends=ends, solve=solve, engine=engine)
+
+
+def _of_frames(
+    trajectory: Any, file: Path, scene: Scene, setting: Setting, index: DumpIndex | None, **how: Any
+) -> Callable[[Iterable[int]], Iterator[FileFrame]]:
+    """What solves frames of a dump, with its own contacts where there is an index of them; how: law
+    and tolerance of the percussions."""
+
     def solve(numbers: Iterable[int]) -> Iterator[FileFrame]:
         found: SnapshotPercussions | None = None
         for number in numbers:
             ts, own = trajectory[number], None
             snapshot = snapshot_of(ts, file, needs_velocity=setting.moves)
             try:
-                found = percussions_of(setting, snapshot, before=found)
+                found = percussions_of(setting, snapshot, before=found, **how)
             except ValueError as error:
                 raise DumpError(f"{file}, step {ts.data['step']}: {error}") from None
             if index is not None:
                 place = index.steps.index(ts.data["step"])
-                own = contacts_at(index, place)
-                check_contacts(index, place, own, snapshot, len(scene.walls))
+                own = checked_contacts(index, place, snapshot, scene)
             yield FileFrame(number, float(snapshot.time), found, own)
 
-    ends = 0, int(trajectory.n_frames) - 1
-    return FrameFile(file=file, scene=scene, ends=ends, solve=solve, own=index is not None)
+    return solve
 
 
 def of_heads(recording: Recording, given: Given) -> FrameFile:
@@ -228,9 +251,7 @@ def _bare(file: Path) -> Room:
 
 def _empty(parts: Room, name: str) -> Scene:
     """The room as a scene with nobody in it."""
-    nobody = Snapshot(
-        position=np.zeros((0, 2)), velocity=np.zeros((0, 2)), radius=np.zeros(0), mass=np.zeros(0)
-    )
+    nobody = Snapshot(position=np.zeros((0, 2)), radius=np.zeros(0), mass=np.zeros(0))
     return Scene.of(parts, name=name, snapshot=nobody)
 
 

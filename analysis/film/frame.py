@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,17 +15,19 @@ from analysis.dumps.windows import Window
 from analysis.exposure.limits import Quantity
 from analysis.exposure.loads import MEASURES, loads_of, near_door, people_above, values_of
 from analysis.percussions.setting import FORCE
-from analysis.percussions.snapshot import SnapshotPercussions, openness_of
+from analysis.percussions.snapshot import SnapshotPercussions, openness_of, states_of
+from analysis.scene.rigid_bodies import people_of
 from analysis.scene.scene import Scene
 from analysis.scene.schema import Reconciliation
 from nscd import Snapshot
 from nscd.arrays import Flags, Floats, Indices
-from nscd.indeterminacy.admissible import Admissible, ProgramError
+from nscd.indeterminacy.equilibrium import Equilibrium
 from nscd.indeterminacy.intervals import Intervals, weights_of_disk
+from nscd.indeterminacy.linear import ProgramError
 from nscd.percussions import Status
 
-# About so many frames, evenly spread, where none are asked for.
-USUAL = 50
+# About so many frames, evenly spread, where none are asked for; of ensembles, which take seconds each.
+USUAL, SAMPLED = 50, 5
 FORM = re.compile(r"(?P<first>\d{0,9})(?P<range>:(?P<last>\d{0,9})(:(?P<step>\d{1,9}))?)?")
 
 
@@ -33,11 +35,14 @@ FORM = re.compile(r"(?P<first>\d{0,9})(?P<range>:(?P<last>\d{0,9})(:(?P<step>\d{
 class Frames:
     """Choose every `step`-th frame from the first to the last, both included.
 
-    first, last: those of the file where left out"""
+    first, last: those of the file where left out
+    step: about 50 frames where left out, 5 of ensembles
+    ensemble: show the mean and 90 % of all admissible percussions, not one of them and bounds"""
 
     first: int | None = None
     last: int | None = None
-    step: int | None = None  # about 50 frames where left out
+    step: int | None = None
+    ensemble: bool = False
 
     @classmethod
     def parse(cls, text: str) -> Frames:
@@ -64,7 +69,9 @@ class Frames:
         if not first <= start <= end <= last:
             asked = f"{start} to {max(start, end)}"
             raise ValueError(f"--frames: {asked}, but {file} has frames {first} to {last}")
-        step = self.step or max(1, round((end - start) / (USUAL - 1)))
+        step = self.step or max(
+            1, round((end - start) / ((SAMPLED if self.ensemble else USUAL) - 1))
+        )
         return range(start, end + 1, step)
 
 
@@ -72,6 +79,7 @@ class Frames:
 # is a linear program of its own, a fifth of a second in a jam of 300 people.
 MOST_OPEN = 100
 Bounds = tuple[float, float]
+TAILS = 0.05, 0.95
 NONE: Bounds = (float("nan"), float("nan"))
 
 
@@ -112,7 +120,8 @@ def _headline_bounds(
 ) -> dict[str, Bounds]:
     """The bounds of the headline numbers of a frame, of whose contacts some are open."""
     contacts, now, window = found.contacts, found.snapshot, found.window or 1.0
-    intervals = Intervals(Admissible.of(contacts, found.answer))
+    people, of = people_of(now)
+    intervals = Intervals(Equilibrium.of(contacts, found.answer))
 
     def linear(weights: Floats) -> Bounds:
         span = intervals.of(weights)
@@ -120,8 +129,8 @@ def _headline_bounds(
 
     def at_door() -> Bounds:
         """Of the mean pressure on people near the door, in which contacts weigh in 1/m."""
-        near = near_door(scene, now)
-        share = near / (2 * np.pi * now.radius * max(1, int(near.sum())))
+        near = near_door(scene, people)
+        share = (near / (2 * np.pi * people.radius * max(1, int(near.sum()))))[of]
         pairs = ~contacts.is_wall
         weights: Floats = share[contacts.first].copy()
         weights[pairs] += share[contacts.second[pairs]]
@@ -129,12 +138,18 @@ def _headline_bounds(
 
     def person() -> Bounds:
         """Of the largest load of a person: only who may carry most is asked."""
-        low, high = (contacts.sum_at_disks(ends, len(now)) for ends in bounds)
-        touched = contacts.sum_at_disks(is_open.astype(np.float64), len(now)) > 0
-        ends = (float(low[~touched].max(initial=0.0)), float(high[~touched].max(initial=0.0)))
-        for disk in np.argsort(-high):
-            if touched[disk] and high[disk] > min(ends):
-                span = linear(weights_of_disk(contacts, int(disk)))
+        low, high, touched = (
+            np.bincount(of, contacts.sum_at_disks(each.astype(np.float64), len(now)), len(people))
+            for each in (*bounds, is_open)
+        )
+        ends = (
+            float(low[touched == 0].max(initial=0.0)),
+            float(high[touched == 0].max(initial=0.0)),
+        )
+        for one in np.argsort(-high):
+            if touched[one] and high[one] > min(ends):
+                disks = np.flatnonzero(of == one).tolist()
+                span = linear(np.sum([weights_of_disk(contacts, disk) for disk in disks], axis=0))
                 ends = max(ends[0], span[0]), max(ends[1], span[1])
         return ends
 
@@ -149,8 +164,12 @@ def _headline_bounds(
     return {key: found_by[key]() if known or key in sums else NONE for key in keys}
 
 
-# What a film follows; of an impact, which has no door, only those of SHOCK.
-SHOCK = ("contact_largest", "person_largest", "walls")
+# What a film follows; of an impact, which has no forces and no door, only those of SHOCK.
+SHOCK = {
+    "contact_largest": "largest percussion",
+    "person_largest": "sum of percussions on the most loaded person",
+    "walls": "sum of percussions on all walls",
+}
 HEADLINES: Mapping[str, Quantity] = {key: MEASURES[key] for key in (*SHOCK, "pressure_door")}
 # Of a filmed crowd also how many people, in per cent, were moved by more than this share of a
 # radius to be disks.
@@ -200,6 +219,11 @@ class Frame:
         return self.found.snapshot
 
     @property
+    def people(self) -> Snapshot:
+        """The same as one disk each."""
+        return people_of(self.now)[0]
+
+    @property
     def match(self) -> Match:
         """The contacts of a frame that has people."""
         assert self.matched is not None
@@ -231,6 +255,7 @@ class Reel:
     scene: Scene  # walls and drive
     frames: Sequence[Frame]
     radius: float | None = None  # m, of a filmed crowd
+    ensemble: bool = False  # see Frames
     shift: int = 0  # what was added to the ids of its file, since those of disks begin at 1
 
     @property
@@ -278,7 +303,8 @@ def window_of(match: Match, now: Snapshot, model: str) -> Window:
         (match.in_penalty, match.penalty) if model == ENGINE else (match.in_rigid, match.rigid)
     )
     keys = np.column_stack([match.ids, match.is_wall])[has]
-    return Window(start=now.time - 1.0, end=now.time, now=now, keys=keys, impulse=vector[has])
+    one = Window(start=now.time - 1.0, end=now.time, now=now, keys=keys, impulse=vector[has])
+    return one.of_people()
 
 
 def _measured(
@@ -292,28 +318,65 @@ def _measured(
     return named if model == RIGID and found.unit != FORCE else named | people_above(loads)
 
 
+def sampled_at(
+    scene: Scene, found: SnapshotPercussions, match: Match
+) -> tuple[Match, Floats, dict[str, Floats]]:
+    """Give the contacts of a frame with the mean of all admissible percussions, the 5 % and 95 %
+    quantiles (2,k) of each contact's magnitude, and the mean and these quantiles of all that is
+    measured; NaN in place of quantiles where the sampling has not converged, or there is none."""
+    k, measured, drawn = (
+        len(found.contacts),
+        _measured(scene, match, found, RIGID),
+        states_of(found),
+    )
+    if drawn is None or not drawn[0].converged.all():
+        unknown = {key: np.array([value, *NONE]) for key, value in measured.items()}
+        return match, np.full((2, k), np.nan), unknown
+    (x, y), rows = found.contacts.normal.T, np.searchsorted(match.keys, keys_of(found))
+    normal, across = np.moveaxis(drawn[0].draws.reshape(-1, 2, k), 1, 0) / (found.window or 1.0)
+    every = np.stack([normal * x - across * y, normal * y + across * x], -1)
+
+    def with_forces(vector: Floats) -> Match:
+        rigid = match.rigid.copy()
+        rigid[rows] += vector - found.pressing  # beside them those of arms
+        return replace(match, rigid=rigid)
+
+    of = [list(_measured(scene, with_forces(one), found, RIGID).values()) for one in every]
+    spans = np.vstack([np.mean(of, 0), np.quantile(of, TAILS, 0)]).T
+    ends = np.asarray(np.quantile(np.hypot(normal, across), TAILS, 0))
+    return with_forces(every.mean(0)), ends, dict(zip(measured, spans, strict=True))
+
+
 def frame_of(
     scene: Scene,
     number: int,
     found: SnapshotPercussions,
     engine: EngineContacts | None = None,
     *,
+    ensemble: bool = False,
     heads: Floats | None = None,
     account: Reconciliation | None = None,
 ) -> Frame:
-    """Make a frame of percussions and, of a run, of the contacts that its engine wrote."""
+    """Make a frame of percussions and, of a run, of the contacts that its engine wrote; ensemble: see
+    `Frames`."""
     match = match_contacts(found, engine or NOBODY, np.zeros(len(found.contacts), dtype=bool))
     models = [RIGID] if engine is None else [RIGID, ENGINE]
     measured = {model: _measured(scene, match, found, model) for model in models}
     rigid = measured[RIGID]
+    if ensemble and len(found.contacts):
+        match, ends, spans = sampled_at(scene, found, match)
+        known = openness_of(found, False).determined
+        of_values = {key: (low, high) for key, (_, low, high) in spans.items()}
+        rigid |= {key: mean for key, (mean, _, _) in spans.items()}
+    else:
+        headlines = {key: rigid[key] for key in HEADLINES if key in rigid}
+        known, ends, of_values = openness_at(scene, found, headlines)
     if heads is not None:
         far = np.hypot(*(found.snapshot.position - heads).T) > FAR * found.snapshot.radius
         rigid[MOVED_FAR] = 100.0 * float(far.mean())
-    headlines = {key: rigid[key] for key in HEADLINES if key in rigid}
-    *of_contacts, of_values = openness_at(scene, found, headlines)
     rows, k = np.searchsorted(match.keys, keys_of(found)), len(match.ids)
     determined, bounds = np.full(k, -1), np.full((2, k), np.nan)
-    determined[rows], bounds[:, rows] = of_contacts
+    determined[rows], bounds[:, rows] = known, ends
     values = {
         model: {
             key: np.array([value, *(of_values if model == RIGID else {}).get(key, (value, value))])

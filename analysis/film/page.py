@@ -36,37 +36,22 @@ from analysis.film.summary import (
     jumping,
     jumps,
     left_open,
+    title_of,
     unit_of,
 )
-from analysis.pages.drawing import (
-    BLUE,
-    COLOURS,
-    GREY,
-    LINES,
-    ORANGE,
-    PINK,
-    SHADES,
-    VERMILION,
-    above_colours,
-    contact_lines,
-    draw_disks,
-    draw_walls,
-    frame,
-    legend_below,
-    panels,
-    shade,
-    size_of,
-)
+from analysis.pages import drawing
 from analysis.pages.html import render, write_pictures
 from analysis.pages.names import bodies_label, in_a_sentence
 from analysis.pages.numbers import decimals, significant
-from analysis.pages.ranges import Chart, chart, mattering
+from analysis.pages.ranges import Chart, mattering
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
 from analysis.percussions.setting import FORCE
+from analysis.scene.rigid_bodies import people_of
 from analysis.support.files import write_text
 from nscd import Snapshot
 from nscd.arrays import Floats, Indices
+from nscd.show import contact_lines
 
 # Shades of what the mechanics leaves open, and of the band of all radii.
 FAINT, FAINTER = 0.35, 0.15
@@ -83,8 +68,8 @@ def draw_series(reels: Sequence[Reel]) -> Figure:
     filmed crowd the middle radius within the band of all; crosses where percussions are not solved."""
     lines: list[tuple[Sequence[Reel], str, Line]] = [
         ([reel], model, (colour, line))
-        for reel, colour in zip(reels, cycle(COLOURS), strict=False)
-        for model, line in zip(reel.models, LINES, strict=False)
+        for reel, colour in zip(reels, cycle(drawing.COLOURS), strict=False)
+        for model, line in zip(reel.models, drawing.LINES, strict=False)
     ]
     shown = {
         (key, unit_of(reel, model, key)): None
@@ -93,13 +78,13 @@ def draw_series(reels: Sequence[Reel]) -> Figure:
         if any(key in one.values.get(model, {}) for one in reel.frames)
     }
     if reels[0].radius is not None:
-        lines = [(reels, RIGID, (BLUE, "-"))]
-    figure, every = panels(8.0, 2.2 * len(shown) + 1.0, len(shown), sharex=True)
+        lines = [(reels, RIGID, (drawing.BLUE, "-"))]
+    figure, every = drawing.panels(8.0, 2.2 * len(shown) + 1.0, len(shown), sharex=True)
     for axes, (key, unit) in zip(every, shown, strict=True):
         for mine, model, look in lines:
             if unit_of(mine[0], model, key) == unit:
                 _draw_band(axes, mine, model, key, look)
-        title = HEADLINES[key].title.replace(" of the", "\nof the").replace(" within", "\nwithin")
+        title = title_of(key, unit).replace(" of the", "\nof the").replace(" within", "\nwithin")
         axes.set_ylabel(f"{title} ({unit})", fontsize=8)
         axes.set_ylim(bottom=0)
         axes.grid(alpha=0.3)
@@ -107,9 +92,11 @@ def draw_series(reels: Sequence[Reel]) -> Figure:
             _draw_limits(axes, key)
         # an empty line that is not clipped would upset the layout
         for bad in ([one.time for one in reel.unsolved] for reel in reels if reel.unsolved):
-            axes.plot(bad, np.zeros(len(bad)), "x", color=VERMILION, clip_on=False, zorder=5)
+            axes.plot(
+                bad, np.zeros(len(bad)), "x", color=drawing.VERMILION, clip_on=False, zorder=5
+            )
     every[-1].set_xlabel("time (s)")
-    legend_below(figure, every, 2, place="outside upper center")
+    drawing.legend_below(figure, every, 2, place="outside upper center")
     return figure
 
 
@@ -125,13 +112,14 @@ def _draw_band(axes: Axes, reels: Sequence[Reel], model: str, key: str, look: Li
         shared = known.any(0)
         ends = np.nanmin(low[:, shared], axis=0), np.nanmax(high[:, shared], axis=0)
         label = f"radii {min(radii):g} to {max(radii):g} m"
-        shade(axes, time[shared], *ends, colour, FAINTER, label=label)
+        drawing.shade(axes, time[shared], *ends, colour, FAINTER, label=label)
     mine = known[number]
     time, value = time[mine], every[number, mine, 0]
     low, high = low[number, mine], high[number, mine]
     if np.any(high > low):
-        label = "all admissible forces" if radii else ""
-        shade(axes, time, low, high, colour, FAINT, label=label)
+        of = "90 % of" if reel.ensemble else "all"
+        label = f"{of} admissible forces" if radii else ""
+        drawing.shade(axes, time, low, high, colour, FAINT, label=label)
     places = model == RIGID and not radii
     label = f"percussions, at the places of {reel.title}" if places else reel.title
     axes.plot(time, value, color=colour, ls=line, lw=1.2, label=label)
@@ -139,7 +127,7 @@ def _draw_band(axes: Axes, reels: Sequence[Reel], model: str, key: str, look: Li
         jumped = np.abs(jumps(reel)[key][mine]) > JUMP
         label = f"jumps since the frame before, {reel.title}"
         at = time[jumped], value[jumped]
-        axes.plot(*at, "o", mfc="none", ms=4, color=VERMILION, label=label)
+        axes.plot(*at, "o", mfc="none", ms=4, color=drawing.VERMILION, label=label)
 
 
 def _draw_limits(axes: Axes, key: str) -> None:
@@ -148,7 +136,7 @@ def _draw_limits(axes: Axes, key: str) -> None:
     for limit in limits_of_people():
         if limit.quantity != key or limit.number > top:
             continue
-        axes.axhline(limit.number, color=GREY, lw=0.8, ls=":")
+        axes.axhline(limit.number, color=drawing.GREY, lw=0.8, ls=":")
         if limit.number - labelled > BETWEEN * top:
             labelled = limit.number
             words = f"{significant(limit.number, 4)} N"
@@ -159,7 +147,7 @@ def _draw_limits(axes: Axes, key: str) -> None:
 def draw_still(reel: Reel, shown: Frame, files: tuple[Path, ...] = ()) -> Figure:
     """Draw one frame in the first model; files: of users' limits."""
     now = shown.now
-    figure, (axes,) = panels(*size_of(_in_view(reel, now), float(now.radius.max())))
+    figure, (axes,) = drawing.panels(*drawing.size_of(_in_view(reel, now), float(now.radius.max())))
     if marks := still_on(axes, reel, shown, files):
         look = {"ncols": 3, "fontsize": 7, "frameon": False}
         figure.legend(handles=marks, loc="outside lower center", **look)
@@ -171,18 +159,19 @@ def still_on(axes: Axes, reel: Reel, shown: Frame, files: tuple[Path, ...] = ())
     largest force is above, and a black line for each contact, wider for more force. Return the
     marks of the limits, for a legend."""
     now, contacts, size = shown.now, shown.match.contacts, shown.size(reel.models[0])
-    most, pairs, unit = np.zeros(len(now)), ~contacts.is_wall, shown.unit(reel.models[0])
-    np.maximum.at(most, contacts.first, size)
-    np.maximum.at(most, contacts.second[pairs], size[pairs])
+    of, pairs, unit = people_of(now)[1], ~contacts.is_wall, shown.unit(reel.models[0])
+    most = np.zeros(len(now))
+    np.maximum.at(most, of[contacts.first], size)
+    np.maximum.at(most, of[contacts.second[pairs]], size[pairs])
     largest = float(size.max(initial=0.0)) or 1.0
     limits = [limit.number for limit in limits_of_bodies(files)] if unit == FORCE else []
-    colours = np.array(above_colours(len(limits)))
-    draw_disks(axes, now, colours[np.searchsorted(limits, most)].tolist())
-    draw_walls(axes, [(wall.start_m, wall.end_m) for wall in reel.scene.walls])
+    colours = np.array(drawing.above_colours(len(limits)))
+    drawing.draw_disks(axes, now, colours[np.searchsorted(limits, most[of])].tolist())
+    drawing.draw_walls(axes, [(wall.start_m, wall.end_m) for wall in reel.scene.walls])
     lines = LineCollection(list(contact_lines(now, contacts)), colors="black")
     lines.set_linewidth(list(0.1 + 3.0 * size / largest))
     axes.add_collection(lines)
-    frame(axes, _in_view(reel, now), float(now.radius.max()))
+    drawing.frame(axes, _in_view(reel, now), float(now.radius.max()))
     axes.set_title(f"thickest line: {significant(largest, 2)} {unit}", fontsize=8)
     named = zip(limits, colours[1:], strict=True)
     return [
@@ -202,21 +191,24 @@ def _in_view(reel: Reel, now: Snapshot) -> Floats:
 # largest so many steps: both are finer than a screen.
 PLACE_M, STEPS = 1e-3, 1e4
 STOPS = 9
+HUES = drawing.BLUE, drawing.ORANGE, drawing.VERMILION, drawing.BLUE, drawing.PINK
 
 
-def packed(reels: Sequence[Reel], files: tuple[Path, ...] = ()) -> str:
-    """Pack a film for the page: JSON of whole numbers, gzip, base64; files: of users' limits.
+def packed(reels: Sequence[Reel], files: tuple[Path, ...] = (), live: str = "") -> str:
+    """Pack a film for the page: JSON of whole numbers, gzip, base64; files: of users' limits; live: name of
+    the scene where explore.html is beside.
 
     The same film gives the same text. The names of its keys are those that film.js reads."""
     limits = limits_of_bodies(files)
-    shades = matplotlib.colormaps[SHADES](np.linspace(0, 1, STOPS))
+    shades = matplotlib.colormaps[drawing.SHADES](np.linspace(0, 1, STOPS))
     content = {
         "place": PLACE_M,
+        "live": live,
         "reels": [_reel(reel) for reel in reels],
-        "limits": [{"number": one.number} for one in limits],
-        "above": above_colours(len(limits)),
-        "shades": [to_hex(shade) for shade in shades],
-        "colours": {"known": BLUE, "open": ORANGE, "more": VERMILION, "less": BLUE, "head": PINK},
+        "limits": [one.number for one in limits],
+        "above": drawing.above_colours(len(limits)),
+        "shades": [to_hex(one) for one in shades],
+        "colours": dict(zip(("known", "open", "more", "less", "head"), HUES, strict=True)),
     }
     text = json.dumps(content, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     return base64.b64encode(gzip.compress(text.encode(), 9, mtime=0)).decode("ascii")
@@ -226,9 +218,11 @@ def _reel(reel: Reel) -> dict[str, Any]:
     """Everybody who is ever there, the walls, and the frames."""
     shown, walls, drive = reel.shown, reel.scene.walls, reel.scene.drive
     people = {
-        int(one): float(r)
+        int(one): (float(r), int(who))
         for each in shown
-        for one, r in zip(each.now.ids, each.now.radius, strict=True)
+        for one, r, who in zip(
+            each.now.ids, each.now.radius, each.people.ids[people_of(each.now)[1]], strict=True
+        )
     }
     ids = np.array(sorted(people), dtype=np.int64)
     sizes = [each.size(model).max(initial=0.0) for each in shown for model in reel.models]
@@ -245,7 +239,9 @@ def _reel(reel: Reel) -> dict[str, Any]:
         "doors": [[*p, *q] for p, q in drive.gates] if drive else [],
         "period": float(np.ptp(reel.scene.period_x_m or 0.0)),
         "ids": ids.tolist(),
-        "radius": [round(people[one] / PLACE_M) for one in ids.tolist()],
+        "radius": [round(people[one][0] / PLACE_M) for one in ids.tolist()],
+        # of each disk the first of its person
+        "person": np.searchsorted(ids, [people[one][1] for one in ids.tolist()]).tolist(),
         "step": step,
         # of an impact the two models have no unit in common, and so no difference
         "units": {model: shown[0].unit(model) if shown else FORCE for model in reel.models},
@@ -305,10 +301,8 @@ def write_film(reels: Sequence[Reel], folder: Path, command: str, source: str) -
     words = words_of(reels)
     still, series = _pictures(words, reels)
     images = write_pictures([Section(number="still", title="", pictures=[still, series])], folder)
-    tables = [_headlines(words, reels)]
-    if _forces(reels):
-        tables.append(_limits(words, reels))
-    drawn = charts(reels)
+    tables = [_headlines(words, reels), *([_limits(words, reels)] if _forces(reels) else [])]
+    drawn, notes = charts_and_notes(reels)
     page = render(
         PAGE,
         contents=[
@@ -317,10 +311,11 @@ def write_film(reels: Sequence[Reel], folder: Path, command: str, source: str) -
             ("numbers", "In numbers"),
         ],
         title=" and ".join(dict.fromkeys(reel.scene.title for reel in reels)),
+        filmed=reels[0].radius is not None,
         what=_what(words, reels, source),
         warnings=_warnings(words, reels),
         charts=drawn,
-        notes=_notes(words, reels, any(one.shown for one in drawn)),
+        notes=notes,
         still=still,
         data=packed(reels),
         sections=[
@@ -356,6 +351,8 @@ def words_of(reels: Sequence[Reel]) -> Words:
         step=duration / (len(times) - 1) if len(times) > 1 else None,
         rigid=any(RIGID in reel.models for reel in reels),
         columns=list(bands(reels)),
+        sampled=reels[0].ensemble,
+        states="90 % of" if reels[0].ensemble else "all",
     )
 
 
@@ -368,13 +365,13 @@ def _forces(reels: Sequence[Reel]) -> bool:
 def _what(words: Words, reels: Sequence[Reel], source: str) -> list[str]:
     """What was filmed, and what presses it."""
     middle = reels[len(reels) // 2]
-    drive, counts = middle.scene.drive, [len(frame.now) for frame in middle.shown]
+    drive, counts = middle.scene.drive, [len(frame.people) for frame in middle.shown]
     is_driven = drive is not None and _forces(reels)
     if middle.radius is None and middle.engine in ("", OWN):
         own = bool(middle.engine)
         said = [words.text("dump", file=source, own=own, least=min(counts), most=max(counts))]
     elif middle.radius is None:
-        people = [max(len(frame.now) for frame in reel.shown) for reel in reels]
+        people = [max(len(frame.people) for frame in reel.shown) for reel in reels]
         names = [reel.engine for reel in reels]
         run = words.text(
             "run",
@@ -409,7 +406,7 @@ def _what(words: Words, reels: Sequence[Reel], source: str) -> list[str]:
 def _push(reel: Reel) -> tuple[float, float]:
     """The least and the largest push (N) of those who are filmed."""
     assert reel.scene.drive is not None
-    push = reel.scene.drive.push(np.concatenate([frame.now.mass for frame in reel.shown]))
+    push = reel.scene.drive.push(np.concatenate([frame.people.mass for frame in reel.shown]))
     return float(push.min()), float(push.max())
 
 
@@ -434,9 +431,11 @@ def _doubts(words: Words, reels: Sequence[Reel]) -> str:
         )
         for reel in reels
     }
-    changes = jumps(reels[len(reels) // 2])
-    counts = {HEADLINES[key].title: int((np.abs(one) > JUMP).sum()) for key, one in changes.items()}
-    steps = max(int((~np.isnan(one)).sum()) for one in changes.values())
+    middle = reels[len(reels) // 2]
+    changes = {key: one for key, one in jumps(middle).items() if not np.isnan(one).all()}
+    titles = {key: title_of(key, unit_of(middle, RIGID, key)) for key in changes}
+    counts = {titles[key]: int((np.abs(one) > JUMP).sum()) for key, one in changes.items()}
+    steps = max((int((~np.isnan(one)).sum()) for one in changes.values()), default=0)
     return words.text("doubts", far=far, counts=counts, steps=steps)
 
 
@@ -483,7 +482,7 @@ def charts(reels: Sequence[Reel]) -> list[Chart]:
     columns = bands(reels)
     if len(reels) == 1 and len(columns) > 1:
         columns = dict(zip((_bodies(reels[0]), "rigid"), columns.values(), strict=True))
-    for key, measure in HEADLINES.items():
+    for key in HEADLINES:
         found: dict[str, dict[str, tuple[float, float, float]]] = {}
         for name, (mine, model) in columns.items():
             if one := headline(mine, model, key):
@@ -492,20 +491,20 @@ def charts(reels: Sequence[Reel]) -> list[Chart]:
         for unit, named in found.items():
             limited = limits_of_bodies() if (key, unit) == ("contact_largest", FORCE) else []
             marks = [limit.number for limit in limited]
-            made.append(chart(measure.title, unit, named, marks=marks))
+            made.append(Chart(title_of(key, unit), unit, named, marks=marks))
     return made
 
 
-def _notes(words: Words, reels: Sequence[Reel], limits: bool) -> list[str]:
-    """Say how to read the bars (limits: whether some are drawn), and what makes the force
-    uncertain: the radius or the model, and the frame."""
-    forces = _forces(reels)
-    said = [words.text("bars", limits=limits, forces=forces)]
+def charts_and_notes(reels: Sequence[Reel]) -> tuple[list[Chart], list[str]]:
+    """Draw the bars of `charts`; say how to read them, and what makes the force uncertain: the
+    radius or the model, and the frame."""
+    words, drawn, forces = words_of(reels), charts(reels), _forces(reels)
+    said = [words.text("bars", limits=any(one.shown for one in drawn), forces=forces)]
     if not forces:
-        return said
+        return drawn, said
     if reels[0].scene.drive is not None:
         middle = reels[len(reels) // 2]
-        counts = [len(frame.now) for frame in middle.shown]
+        counts = [len(frame.people) for frame in middle.shown]
         people = (min(counts), max(counts))
         said.append(words.text("pressed", people=people, push=_push(middle)))
     each = [
@@ -515,28 +514,27 @@ def _notes(words: Words, reels: Sequence[Reel], limits: bool) -> list[str]:
         if (found := headline([reel], model, "contact_largest"))
     ]
     if not each:
-        return said
+        return drawn, said
     medians, found = [one.median for one in each], each[len(each) // 2]
     spans = {"frame": (found.low, found.high)}
     if len(medians) > 1:
         what = "radius" if reels[0].radius is not None else "model"
         spans[what] = (min(medians), max(medians))
-    return [*said, *force_notes(spans, "film", words.values["duration"])]
+    return drawn, [*said, *force_notes(spans, words.values["duration"])]
 
 
 def force_notes(
     spans: Mapping[str, tuple[float, float]],
-    what: str,
     duration_s: float,
     files: tuple[Path, ...] = (),
 ) -> list[str]:
     """Say what the largest contact force depends on most, and what limits of a chest mean beside a
-    run or a film (what) of so many seconds; spans: as of `mattering`; files: of users' limits."""
+    run or a film of so many seconds; spans: as of `mattering`; files: of users' limits."""
     words, most = Words(__package__), mattering(spans)
     named = {one.name: one for one in known_limits(files)}
     return [
         *([words.text("matters", most=most)] if len(most) > 1 else []),
-        words.text("lasting", named=named, what=what, duration=duration_s),
+        words.text("lasting", named=named, duration=duration_s),
     ]
 
 

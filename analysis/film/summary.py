@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.film.frame import ENGINE, HEADLINES, MOVED_FAR, RIGID, Reel
+from analysis.film.frame import ENGINE, HEADLINES, MOVED_FAR, RIGID, SHOCK, Reel
 from analysis.motion.inference import LEVEL, correlation_windows
 from analysis.pages.numbers import NONE, two
-from analysis.percussions.setting import FORCE
+from analysis.percussions.setting import FORCE, IMPULSE
 from analysis.support.columns import Columns
 from analysis.support.files import whole_file, write_rows
 from nscd.arrays import Floats
@@ -29,7 +29,7 @@ NUMBERS = Columns("""
 contact_largest_jump, person_largest_jump, walls_jump, pressure_door_jump | – | change since the
  frame before, over the mean of all frames
 contact_largest_N, contact_largest_low_N, contact_largest_high_N | N | the largest contact force,
- and between the admissible bounds
+ and between the admissible bounds (`--openness ensemble`: mean, 5 % and 95 %)
 person_largest_N, person_largest_low_N, person_largest_high_N | N | the sum of contact forces on the
  person with most
 walls_N, walls_low_N, walls_high_N | N | the sum over all walls
@@ -111,18 +111,18 @@ def headline_rows(reels: Sequence[Reel]) -> tuple[list[str], list[list[str]]]:
     """Give the names of the models, and a row per headline number: title with unit, and its
     interval in each model; of an impact the unit stands beside the interval."""
     columns, rows = bands(reels), []
-    for key, measure in HEADLINES.items():
+    for key in HEADLINES:
         found = {name: headline(*one, key) for name, one in columns.items()}
         if not any(found.values()):
             continue
         units = {name: unit_of(one[0][0], one[1], key) for name, one in columns.items()}
         same = len(set(units.values())) == 1
+        titles = " or ".join(dict.fromkeys(title_of(key, unit) for unit in units.values()))
         cells = [
             interval_text(one) + ("" if same or one is None else f" {units[name]}")
             for name, one in found.items()
         ]
-        title = f"{measure.title} ({next(iter(units.values()))})" if same else measure.title
-        rows.append([title, *cells])
+        rows.append([f"{titles} ({next(iter(units.values()))})" if same else titles, *cells])
     far = [headline(*one, MOVED_FAR) for one in columns.values()]
     if any(far):
         rows.append(["people moved by more than half a radius (%)", *map(interval_text, far)])
@@ -166,6 +166,11 @@ def left_open(reels: Sequence[Reel]) -> tuple[int, float, int]:
     return opened, most, unknown
 
 
+def title_of(key: str, unit: str) -> str:
+    """Name a headline number, which in N·s is one of percussions."""
+    return SHOCK[key] if unit == IMPULSE else HEADLINES[key].title
+
+
 def unit_of(reel: Reel, model: str, key: str) -> str:
     """Name the unit of a headline number, which of an impact is that of the percussions."""
     own = next((one.unit(model) for one in reel.frames if one.found is not None), FORCE)
@@ -197,7 +202,7 @@ def _rows(reel: Reel) -> Iterator[Mapping[str, object]]:
             "radius_m": reel.radius,
             "frame": frame.number,
             "time_s": frame.time,
-            "people": 0 if frame.found is None else len(frame.now),
+            "people": 0 if frame.found is None else len(frame.people),
             "status": frame.status if model == RIGID else None,
             "moved_mean_m": done.moved_mean_m if done else None,
             "moved_largest_m": done.moved_largest_m if done else None,

@@ -24,9 +24,9 @@ from nscd import _core
 
 if TYPE_CHECKING:
     from nscd.arrays import Floats
+    from nscd.stepping import Arms
 
 IDS, PAIRS, LOOK = b"impulse_ids", b"impulse_pairs", "impulse_look"
-NEAR_IDS, NEAR = b"impulse_near_ids", b"impulse_near"
 # As LAMMPS' library numbers them; a wall's fix has whether it is touched, force, place and radius.
 PER_ATOM, LOCAL, ARRAY, ROWS, WALL_COLUMNS = 1, 2, 2, 4, 8
 OUT = "impulses.dump"
@@ -41,11 +41,8 @@ def main(words: Sequence[str]) -> int:
     engine.file(f"{decks}/crowd.in")
     engine.command(f"compute {IDS.decode()} all property/local patom1 patom2 cutoff radius")
     engine.command(f"compute {PAIRS.decode()} all pair/local fx fy p1 p2 cutoff radius")
-    if float(engine.extract_variable("arm_reach")):
-        engine.command(f"compute {NEAR_IDS.decode()} all property/local patom1 patom2")
-        engine.command(f"compute {NEAR.decode()} all pair/local fx fy")
     engine.command(f"fix {LOOK} all external pf/callback 1 1")
-    walls = (Path(decks) / WALLS).read_text(encoding="utf-8").split()
+    walls = (Path(decks) / WALLS).read_text(encoding="utf-8").splitlines()
     with (Path(engine.extract_variable("out")) / OUT).open("w", encoding="utf-8") as file:
         engine.set_fix_external_callback(LOOK, _Look(engine, walls, file).step, None)
         engine.command(f"include {decks}/run.in")
@@ -60,10 +57,19 @@ class _Look:
 
     def __init__(self, engine: Any, walls: Sequence[str], file: IO[str]) -> None:
         self.engine, self.file, self.sums = engine, file, _core.EngineSums()
-        self.fixes = [f"wall_{name}".encode() for name in walls]
-        self.walls, self.arms = walls, bool(float(engine.extract_variable("arm_reach")))
+        self.fixes = [f"wall_{line.split()[0]}".encode() for line in walls]
+        reach, self.time_step, low, high = (
+            float(engine.extract_variable(name))
+            for name in ("arm_reach", "time_step", "period_low", "period_high")
+        )
         self.interval = int(engine.extract_variable("frame_interval"))
-        self.time_step = float(engine.extract_variable("time_step"))
+        self.arms: Arms | None = None
+        if reach:
+            from nscd.stepping import Arms
+
+            self.arms = Arms(reach, float(engine.extract_variable("arm_force")))
+            ends = np.array([line.split()[1:] for line in walls], dtype=float).reshape(-1, 4)
+            self.walls = _core.Walls(ends, low, high - low)
         self.extract_fix, self.extract_compute = (
             getattr(engine.lib, f"lammps_extract_{kind}") for kind in ("fix", "compute")
         )
@@ -71,43 +77,38 @@ class _Look:
         for function in (self.extract_fix, self.extract_compute):
             function.restype = ctypes.POINTER(ctypes.c_void_p)
 
-    def step(self, _: Any, number: int, count: int, tags: Any, *__: Any) -> None:
+    def step(self, _: Any, number: int, count: int, tags: Any, x: Any, __: Any) -> None:
         """Sum what the contacts give in step `number`; at that of a frame, write it."""
-        if number % self.interval:
-            self._add(count, tags, 1.0)
-            return
+        disks, frame = tags[:count].ravel(), number % self.interval == 0
         if number:
-            self._add(count, tags, 0.5)
-        write_frame(self.file, "ENTRIES", number, IMPULSE_COLUMNS, self.sums.close())
-        self._add(count, tags, 0.5)
+            self._add(disks, x, 0.5 if frame else 1.0)
+        if frame:
+            write_frame(self.file, "ENTRIES", number, IMPULSE_COLUMNS, self.sums.close())
+            self._add(disks, x, 0.5)
 
-    def _add(self, count: int, tags: Any, share: float) -> None:
+    def _add(self, disks: Any, x: Any, share: float) -> None:
         """Add a share of the step's impulses: force times step, LAMMPS' being on the first body."""
         times = -share * self.time_step
         ids = self._local(IDS, 2)
         if len(ids):
             self.sums.add_pairs(ids, self._local(PAIRS, 4), times)
-        disks = tags[:count].ravel()
         for place, fix in enumerate(self.fixes, start=1):
             found = self.extract_fix(self.engine.lmp, fix, PER_ATOM, ARRAY, 0, 0)
-            self.sums.add_wall(place, disks, _array(found, count, WALL_COLUMNS), times)
+            self.sums.add_wall(place, disks, _array(found, len(disks), WALL_COLUMNS), times)
         if self.arms:
-            self._add_arms(ids, disks, times)
+            self._add_arms(self.arms, disks, x, times)
 
-    def _add_arms(self, touching: Floats, disks: Any, times: float) -> None:
-        """The same of pushes through arms: of pairs that do not touch, whose forces have none of
-        bodies, and at walls, where they are apart from those of bodies."""
-        ids, push = self._local(NEAR_IDS, 2), self._local(NEAR, 2)
-        keys, known = (each @ np.array([2.0**26, 1.0]) for each in (ids, touching))
-        apart = ~np.isin(keys, known)
-        self.sums.add_pairs(ids[apart], np.pad(push[apart], ((0, 0), (0, 2))), times)
-        for place, name in enumerate(self.walls, start=1):
-            rows = np.zeros((len(disks), WALL_COLUMNS))
-            for column, way in enumerate("xy", start=1):
-                variable = f"arm_push_{way}_{name}"
-                rows[:, column] = self.engine.extract_variable(variable, f"at_{name}")
-            rows[:, 0] = rows[:, 1:3].any(1)
-            self.sums.add_wall(place, disks, rows, times)
+    def _add_arms(self, arms: Arms, disks: Any, x: Any, times: float) -> None:
+        """The same of pushes through arms: of pairs that do not touch, and at walls."""
+        radius = np.array(self.engine.extract_atom("radius")[: len(disks)])
+        near, push = arms.reached(np.ascontiguousarray(x[: len(disks), :2]), radius, self.walls)
+        given = np.column_stack([np.ones(len(push)), -push[:, None] * near.normal, 0 * near.normal])
+        apart = (near.second >= 0) & (near.gap >= 0)
+        ids = disks[np.column_stack([near.first, near.second])[apart]].astype(float)
+        self.sums.add_pairs(ids, given[apart, 1:], times)
+        for place in range(len(self.fixes)):
+            mine = near.wall == place
+            self.sums.add_wall(place + 1, disks[near.first[mine]], given[mine], times)
 
     def _local(self, name: bytes, columns: int) -> Floats:
         """The rows of a local compute, computed for this step where it is not yet."""

@@ -10,13 +10,14 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.compare.statistics import correlation, relative_difference
+from analysis.compare.comparison import correlation, relative_difference
 from analysis.dumps import DumpError
 from analysis.dumps.windows import RunWindows, Window
 from analysis.engines.record import read_finished
 from analysis.exposure.loads import MEASURES, SHORTEST_S, loads_of, passed, values_of
 from analysis.motion.inference import ROUNDING, correlation_windows, next_to_zero
 from analysis.motion.study import model_title
+from analysis.scene.rigid_bodies import people_of
 from analysis.scene.scene import Scene
 from analysis.support.columns import Columns
 from analysis.support.files import write_columns, write_json
@@ -79,6 +80,8 @@ DIGITS = 2e-6
 # Frames of two runs this near, over the shortest window, are at the same instant.
 SAME = 1e-3
 RUNS = ("first", "second")
+# Of a window: its row of windows.csv, and the columns of its rows of window_contacts.csv.
+Row = tuple[dict[str, float], dict[str, Floats | Indices]]
 UNITS = {"N": "N", "N/m": "N_per_m", "m/s": "m_per_s", "1/m²": "per_m2", "1/s": "per_s"}
 
 
@@ -146,7 +149,7 @@ def compare_windows(
     folders = (first, second)
     scenes, records = zip(*map(read_finished, folders), strict=True)
     check_same_crowd(*zip(folders, scenes, strict=True))
-    steps = (record.time_step_s for record in records)
+    steps, engines = zip(*((one.time_step_s, one.engine) for one in records), strict=True)
     runs = [RunWindows(*one) for one in zip(folders, steps, strict=True)]
     frames = list(pairwise(_common(runs[0].times, runs[1].times, shortest_s)))
     if not frames:
@@ -156,12 +159,15 @@ def compare_windows(
     begins = runs[0].times[frames[-1][1][0]] - (last_s or np.inf) - SAME * shortest_s
     chosen = [ends for ends in frames if runs[0].times[ends[0][0]] >= begins]
     made = [_window(scenes[0], runs, begin, end) for begin, end in chosen]
+    titles = [model_title(*one) for one in zip(scenes, engines, strict=True)]
+    return _compared(scenes[0].name, titles, made)
+
+
+def _compared(scene: str, titles: Sequence[str], made: Sequence[Row]) -> WindowComparison:
     windows, contacts = zip(*made, strict=True)
     return WindowComparison(
-        scene=scenes[0].name,
-        titles=[
-            model_title(scene, record.engine) for scene, record in zip(scenes, records, strict=True)
-        ],
+        scene=scene,
+        titles=titles,
         windows={key: np.array([row[key] for row in windows]) for key in windows[0]},
         contacts={key: np.concatenate([rows[key] for rows in contacts]) for key in contacts[0]},
     )
@@ -193,13 +199,7 @@ def compare_frames(
         made.append(_row(scene, windows))
     if not made:
         raise DumpError(f"{titles[1]}: no frame at the time of one of {titles[0]}")
-    rows, contacts = zip(*made, strict=True)
-    return WindowComparison(
-        scene=scene.title,
-        titles=titles,
-        windows={key: np.array([row[key] for row in rows]) for key in rows[0]},
-        contacts={key: np.concatenate([one[key] for one in contacts]) for key in contacts[0]},
-    )
+    return _compared(scene.title, titles, made)
 
 
 def _check_alike(windows: Sequence[Window]) -> None:
@@ -220,7 +220,7 @@ def _check_alike(windows: Sequence[Window]) -> None:
 
 def _window(
     scene: Scene, runs: Sequence[RunWindows], begin: tuple[int, int], end: tuple[int, int]
-) -> tuple[dict[str, float], dict[str, Floats | Indices]]:
+) -> Row:
     """The window of both runs between two frames of each: its row of windows.csv, and the columns
     (k,) of its rows of window_contacts.csv."""
     windows = [run.window(a, b) for run, a, b in zip(runs, begin, end, strict=True)]
@@ -234,11 +234,11 @@ def _window(
 
 def _row(
     scene: Scene, windows: Sequence[Window], flows: Sequence[dict[str, float]] = ({}, {})
-) -> tuple[dict[str, float], dict[str, Floats | Indices]]:
+) -> Row:
     """The row of a window of both, and the columns (k,) of its contacts."""
     keys = np.unique(np.concatenate([window.keys for window in windows]), axis=0)
     impulses, has = np.zeros((2, len(keys), 2)), np.zeros((2, len(keys)), dtype=np.int64)
-    ids, others = (window.now.ids for window in windows)
+    ids, others = (people_of(window.now)[0].ids for window in windows)
     shared = np.intersect1d(ids, others, return_indices=True)[1:]
     loads, values = [], []
     for number, window in enumerate(windows):

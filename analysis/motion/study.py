@@ -82,7 +82,8 @@ class Model:
         if measure == "arch_lifetime":
             lives = [series.lifetimes(self.last_s) for series in self.series]
             return [np.array([np.mean(one)]) for one in lives if len(one)]
-        chosen = [series.values[measure][series.last(self.last_s)] for series in self.series]
+        known = [series for series in self.series if measure in series.values]
+        chosen = [series.values[measure][series.last(self.last_s)] for series in known]
         return [values.mean(keepdims=True) for values in chosen] if measure == "flow" else chosen
 
     def sample(self, measure: str) -> Sample:

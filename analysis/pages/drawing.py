@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from analysis.scene.scene import Scene
-from nscd import Contacts, Snapshot
+from nscd import Snapshot
 from nscd.arrays import Flags, Floats
 
 BLUE, ORANGE, GREEN, PINK = "#0072B2", "#E69F00", "#009E73", "#CC79A7"
@@ -54,16 +54,6 @@ def circles(snapshot: Snapshot, chosen: Flags | None = None) -> list[Circle]:
     return [Circle((x, y), r) for (x, y), r in places]
 
 
-def contact_lines(snapshot: Snapshot, contacts: Contacts) -> Floats:
-    """Return lines from the first disk's centre to the second's, or to the wall, (k,2,2) m; across
-    the end of a period they lead out of it."""
-    end = contacts.point.copy()
-    pairs = ~contacts.is_wall
-    beyond = contacts.gap[pairs] + snapshot.radius[contacts.second[pairs]]
-    end[pairs] += beyond[:, None] * contacts.normal[pairs]
-    return np.stack([snapshot.position[contacts.first], end], axis=1)
-
-
 def draw_disks(
     axes: Axes,
     snapshot: Snapshot,
@@ -73,12 +63,14 @@ def draw_disks(
     norm: Normalize | None = None,
 ) -> None:
     """Draw the disks in one colour, in one each, or in the shades of `values` (n,)."""
-    disks = PatchCollection(circles(snapshot), edgecolor=DARK_GREY, linewidth=0.3)
-    if values is None:
-        disks.set_facecolor(colour)
-    else:
-        disks.set(array=values, cmap=SHADES, norm=norm)
-    axes.add_collection(disks)
+    # of a body of several disks the outline only
+    for edge in (DARK_GREY,) if snapshot.wide is None else (DARK_GREY, "none"):
+        disks = PatchCollection(circles(snapshot), edgecolor=edge, linewidth=0.3)
+        if values is None:
+            disks.set_facecolor(colour)
+        else:
+            disks.set(array=values, cmap=SHADES, norm=norm)
+        axes.add_collection(disks)
 
 
 def draw_walls(axes: Axes, walls: Iterable[Sequence[Sequence[float]]]) -> None:
@@ -105,7 +97,9 @@ def draw_vectors(axes: Axes, start: Floats, vectors: Floats, **look: Any) -> Non
 def add_scale(figure: Figure, axes: Axes | Sequence[Axes], norm: Normalize, label: str) -> Colorbar:
     """Add the scale of the shades at the right, open above, since few values may lie beyond."""
     shades = ScalarMappable(norm, SHADES)
-    bar: Colorbar = figure.colorbar(shades, ax=axes, shrink=0.75, extend="max", label=label)
+    bar: Colorbar = figure.colorbar(
+        shades, ax=axes, shrink=0.75, aspect=30, extend="max", label=label
+    )
     return bar
 
 
@@ -151,11 +145,16 @@ def shade(
 
 
 def panels(
-    width: float, height: float, rows: int = 1, columns: int = 1, **shared: Any
+    width: float, height: float, rows: int = 1, columns: int = 1, *, grid: str = "", **shared: Any
 ) -> tuple[Figure, list[Any]]:
-    """Make a figure (inches) and its panels (Axes), row by row; shared: what `subplots` takes."""
+    """Make a figure (inches) and its panels (Axes), row by row.
+
+    grid: "major" or "both" for lines at these ticks; shared: what `subplots` takes"""
     figure = Figure(figsize=(width, height), layout="constrained")
-    return figure, list(figure.subplots(rows, columns, squeeze=False, **shared).ravel())
+    every = list(figure.subplots(rows, columns, squeeze=False, **shared).ravel())
+    for axes in every if grid else ():
+        axes.grid(alpha=0.3, which=grid)
+    return figure, every
 
 
 def for_telephone(figure: Figure) -> None:

@@ -20,7 +20,7 @@ from analysis.pages.drawing import NARROW_IN, for_telephone
 from analysis.pages.numbers import FILTERS, number, powers
 from analysis.pages.section import Cell, Drawn, Picture, Section, Table
 from analysis.pages.words import html_of
-from analysis.support.files import whole_file
+from analysis.support.files import whole_file, write_text
 
 DIGITS = 4
 # a cell of more letters than these wraps
@@ -73,15 +73,29 @@ def render(template: str, *, contents: Sequence[tuple[str, str]] = (), **content
     )
 
 
+def write_html(
+    path: Path, template: str, pictured: Sequence[Section], figures: str = "figures", **content: Any
+) -> Path:
+    """Write a page, with the pictures of sections as files beside it; return its path. See `render`.
+
+    pictured: what the list in the header leads to, too, without `contents`
+    figures: folder of the pictures, beside the page"""
+    content = {"contents": [(one.number, one.title) for one in pictured]} | content
+    images = write_pictures(pictured, path.parent / figures)
+    write_text(path, render(template, images=images, **content))
+    return path
+
+
 def sentence(words: str) -> str:
     """Write words, beginning large and ending with a stop."""
     return words[:1].upper() + words[1:] + ("" if words.endswith(".") else ".")
 
 
 def script(name: str) -> markupsafe.Markup:
-    """Write a script of templates/, as it is."""
-    source = resources.files(__package__).joinpath("templates", name)
-    return markupsafe.Markup(source.read_text(encoding="utf-8"))
+    """Write a script of templates/, after what all share."""
+    folder = resources.files(__package__).joinpath("templates")
+    both = (folder.joinpath(one).read_text(encoding="utf-8") for one in ("shared.js", name))
+    return markupsafe.Markup("".join(both))
 
 
 def source_of_script(name: str) -> markupsafe.Markup:
@@ -112,7 +126,7 @@ def cell_kind(cell: Cell, head: str) -> str:
     is an alarm."""
     if not isinstance(cell, str):
         return ""
-    if len(cell) > LONG:
+    if len(re.sub(r"\]\([^)]*\)", "", cell)) > LONG:
         return "words"
     if head == "status" and cell != SOLVED:
         return "name alarm"

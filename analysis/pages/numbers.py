@@ -48,8 +48,8 @@ def significant(value: float | None, digits: int = 3) -> str:
 
 def two(value: float) -> str:
     """Write two significant digits, and no powers of ten: these are loads to be read side by
-    side."""
-    short = float(f"{value:.2g}")
+    side; what is rounding is 0."""
+    short = float(f"{value:.2g}") if abs(value) > ROUNDING else 0.0
     return decimals(short, 0) if abs(short) >= 10 else significant(short, 2)
 
 
@@ -130,6 +130,7 @@ FILTERS: dict[str, Callable[..., str]] = {
     "number": number,
     "decimals": decimals,
     "significant": significant,
+    "two": two,
     "percent": percent,
     "interval": interval,
     "seconds": seconds,

@@ -8,47 +8,55 @@ from dataclasses import dataclass
 
 from analysis.pages.numbers import between, decimals, significant, two, whole
 
-# Marks nearer than this share of the axis have one label; about so much of it is a letter.
-APART, LETTER = 0.2, 0.022
+# About so much of the axis is a letter of a label, and labels end there: of a bar alone, and of bars
+# with names and numbers beside them, on a telephone.
+ALONE, MANY = (0.022, 1.0), (0.05, 1.5)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Bar:
-    """Hold a mean (NaN: none) with its range, and a wider range behind it.
-
-    label: nothing where a chart has one bar
-    text: the range in words
-    """
-
-    mean: float
-    low: float
-    high: float
-    label: str = ""
-    text: str = ""
-    widest: tuple[float, float] | None = None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Chart:
-    """Hold the bars of one quantity, on an axis from 0 to `top`.
+    """Hold means of one quantity with their ranges, as bars on an axis from 0 to `top`.
 
-    text: the result in words
+    found: mean (NaN: none), low and high, by name
+    widest: the range of all; behind the bar, where there is one
     marks: limits, in the unit
+    most: of how many people it is a count
     """
 
     title: str
     unit: str
-    text: str
-    bars: Sequence[Bar]
+    found: Mapping[str, tuple[float, float, float]]
+    widest: tuple[float, float] | None = None
     marks: Sequence[float] = ()
     most: float | None = None
+
+    @property
+    def heading(self) -> str:
+        """The title, beginning large."""
+        return self.title[:1].upper() + self.title[1:]
+
+    @property
+    def text(self) -> str:
+        """The result in words: the widest range."""
+        _, lows, highs = zip(*self.found.values(), strict=True)
+        return f"{self.between(*(self.widest or (min(lows), max(highs))))} {self.unit}"
+
+    def between(self, low: float, high: float) -> str:
+        """Write a range: of counts whole numbers."""
+        return between(low, high, two if self.most is None else whole)
+
+    @property
+    def alone(self) -> bool:
+        """Whether there is one bar, which needs no name."""
+        return len(self.found) == 1
 
     @property
     def top(self) -> float:
         """The end of the axis: a round number above all bars, and above a mark that is near."""
         if self.most is not None:
             return self.most
-        ends = [end for bar in self.bars for end in (bar.mean, bar.high, *(bar.widest or ()))]
+        ends = [end for mean, _, high in self.found.values() for end in (mean, high)]
+        ends += self.widest if self.widest and self.alone else ()
         highest = max((end for end in ends if math.isfinite(end)), default=0.0)
         highest = max([highest, *(mark for mark in self.marks if mark <= 1.5 * highest)]) or 1.0
         scale = 10.0 ** math.floor(math.log10(highest))
@@ -67,55 +75,32 @@ class Chart:
 
     @property
     def labelled(self) -> list[tuple[float, str, bool]]:
-        """The labels of marks, one for those that are near each other: where it begins, its words,
+        """The labels of marks, one for those that it would run into: where it begins, its words,
         and whether it ends there, since the axis does."""
-        groups: list[list[float]] = []
+        (letter, end), groups = ALONE if self.alone else MANY, list[list[float]]()
         for mark in sorted(self.shown):
-            if groups and mark - groups[-1][-1] < APART * self.top:
+            if groups and (mark - groups[-1][0]) / self.top < self._words(groups[-1], letter)[1]:
                 groups[-1].append(mark)
             else:
                 groups.append([mark])
         found = []
         for group in groups:
-            text = ", ".join(significant(mark, 4) for mark in group)
-            late = group[0] / self.top + LETTER * (len(text) + 1) > 1
+            text, wide = self._words(group, letter)
+            late = group[0] / self.top + wide > end
             found.append((group[-1] if late else group[0], text, late))
         return found
+
+    def _words(self, marks: Sequence[float], letter: float) -> tuple[str, float]:
+        """The label of marks, and what it takes with its arrow, as a share of the axis."""
+        text = f"{', '.join(significant(mark, 4) for mark in marks)}\u202f{self.unit}"
+        return text, letter * (len(text) + 1)
 
     @property
     def ticks(self) -> list[tuple[float, str]]:
         """The ends of the axis, and the only bar's mean where it is apart from them, in words."""
-        apart = [bar.mean for bar in self.bars if 0.08 < bar.mean / self.top < 0.82]
-        at = [0.0, *(apart if len(self.bars) == 1 else ()), self.top]
+        apart = [mean for mean, *_ in self.found.values() if 0.08 < mean / self.top < 0.82]
+        at = [0.0, *(apart if self.alone else ()), self.top]
         return [(each, decimals(each, 0) if each == self.most else two(each)) for each in at]
-
-
-def chart(
-    title: str,
-    unit: str,
-    found: Mapping[str, tuple[float, float, float]],
-    *,
-    widest: tuple[float, float] | None = None,
-    marks: Sequence[float] = (),
-    most: float | None = None,
-) -> Chart:
-    """Make a chart of means with their ranges, by name; widest: of all, behind the only one;
-    most: of how many people it is a count."""
-    alone, written = len(found) == 1, two if most is None else whole
-    bars = [
-        Bar(
-            label="" if alone else name,
-            mean=mean,
-            low=low,
-            high=high,
-            text="" if alone else between(low, high, written),
-            widest=widest if alone else None,
-        )
-        for name, (mean, low, high) in found.items()
-    ]
-    low, high = widest or (min(bar.low for bar in bars), max(bar.high for bar in bars))
-    text, title = f"{between(low, high, written)} {unit}", title[0].upper() + title[1:]
-    return Chart(title=title, unit=unit, text=text, bars=bars, marks=marks, most=most)
 
 
 def mattering(spans: Mapping[str, tuple[float, float]]) -> list[tuple[str, str]]:

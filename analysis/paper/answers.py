@@ -1,9 +1,13 @@
-"""What solvers say of their answers, and which of these are not solved."""
+"""What every figure does with what it found: which answers are not solved, what goes together, and
+how far it is."""
 
-from collections.abc import Iterable
-from typing import Protocol
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any, Protocol, TypeVar
 
+from analysis.support.parallel import Progress
 from nscd.percussions import Status
+
+Thing = TypeVar("Thing")
 
 
 class Answer(Protocol):
@@ -21,3 +25,19 @@ class Answer(Protocol):
 def unsolved(answers: Iterable[tuple[str, Answer]]) -> list[str]:
     """Name the answers that are not solved, each with the reason."""
     return [f"{what}: {a.status}: {a.reason}" for what, a in answers if a.status != Status.SOLVED]
+
+
+def grouped(things: Iterable[Thing], key: Callable[[Thing], Any]) -> dict[Any, list[Thing]]:
+    """Put together the things that have the same key, in the order in which the keys come."""
+    groups: dict[Any, list[Thing]] = {}
+    for thing in things:
+        groups.setdefault(key(thing), []).append(thing)
+    return groups
+
+
+def told(things: Sequence[Thing], label: str, progress: Progress | None) -> Iterator[Thing]:
+    """Hand on the things, and tell before each how far it is."""
+    for done, thing in enumerate(things, start=1):
+        if progress:
+            progress(label, done / len(things))
+        yield thing

@@ -78,8 +78,7 @@ def _marked(words: str) -> str:
 
 def _within(match: re.Match[str], mark: str) -> str:
     """The group that matched between two marks, in which a space would end them."""
-    words = next(group for group in match.groups() if group is not None)
-    return mark + words.replace(" ", "\u00a0") + mark
+    return mark + match[match.lastindex or 0].replace(" ", "\u00a0") + mark
 
 
 # What the numbers of a kept section depend on, beside the sources.
@@ -322,9 +321,9 @@ def _write_page(
         other=other,
         built=built,
         images=images,
-        contents=_contents(page, built),
+        contents=_contents(built),
         verdicts=[
-            (verdict, [(one.where, made.anchor) for made, one in claims if one.verdict == verdict])
+            (verdict, [(one, made.anchor) for made, one in claims if one.verdict == verdict])
             for verdict in ORDER
         ],
         claim_count=len(rows),
@@ -348,21 +347,19 @@ def with_long_tables_apart(made: Built, folder: Path, prefix: str) -> Built:
     return replace(made, section=replace(made.section, tables=tables))
 
 
-def _contents(page: Page, built: Sequence[Built]) -> list[tuple[str, str]]:
+def _contents(built: Sequence[Built]) -> list[tuple[str, str]]:
     """What the page links to at its head."""
-    entries = [("claims", "Which statements hold")]
-    for made in built:
-        figure = f"{made.label}: " if made.section.number.isdigit() else ""
-        entries.append((made.anchor, figure + made.section.title))
-    entries.append(("errata", "Errata"))
-    entries.append(("cost", "What this page cost"))
-    return entries
+    names = [f"{made.label}: " if made.section.number.isdigit() else "" for made in built]
+    figures = [(b.anchor, name + b.section.title) for b, name in zip(built, names, strict=True)]
+    ends = ("errata", "Errata"), ("cost", "What this page cost")
+    return [("claims", "Which statements hold"), *figures, *ends]
 
 
 def _numbers(made: Built) -> dict[str, Any]:
     section, runs = made.section, asdict(made.engines)
-    seconds = {"here": made.cpu_seconds, "engines": runs.pop("cpu_seconds")}
     lists = {name: list(getattr(section, name)) for name in ("warnings", "words", "differs")}
-    tables = [asdict(table) for table in section.tables]
-    known = {"tables": tables, "cpu_seconds": seconds, "engine_runs": runs}
-    return {"title": section.title, **lists, **known}
+    return {"title": section.title, **lists} | {
+        "tables": [asdict(table) for table in section.tables],
+        "cpu_seconds": {"here": made.cpu_seconds, "engines": runs.pop("cpu_seconds")},
+        "engine_runs": runs,
+    }

@@ -10,8 +10,9 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from analysis.dumps import Bodies
+from analysis.dumps.frames import has_period
 from analysis.engines.record import FILE, RunRecord
-from analysis.scene.scene import Drive, Room, Scene, read_room
+from analysis.scene.scene import Drive, Room, Scene, SceneError, read_room
 from nscd import ContactLaw, Contacts, Snapshot, Walls, find_contacts
 from nscd.arrays import Floats
 from nscd.contacts import NO_WALLS
@@ -22,6 +23,8 @@ LeftVelocity = Literal["desired", "dump", "free"]
 FORCE, IMPULSE = "N", "N·s"
 # Disks that overlap by more than this share of the smaller radius are no snapshot of a crowd.
 LARGEST_OVERLAP = 0.5
+# A crowd that rests on a slope has the forces of this time, as of any other, s.
+REST_S = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -152,7 +155,8 @@ class Setting:
         """Give the left velocity u⁻ (n,2) m/s of a snapshot, and the time (s) that turns its
         percussions into forces (None for an impact).
 
-        desired: u_d + τ g, what drive and body force make of a crowd without contacts, forces p/τ
+        desired: u_d + τ g, what drive and body force make of a crowd without contacts, forces p/τ; at
+            rest, without drive, g times 1 s
         dump: the velocity in the snapshot, an impact, which takes no time and so knows no body force
         free: u + Δt (F_drive/m + g), what both make of it in `window` Δt, forces p/Δt
 
@@ -173,8 +177,11 @@ class Setting:
         wanted = drive.desired_velocity(snapshot.position, snapshot.ids, time) if drive else None
         if self.kind == "desired":
             if drive is None or wanted is None:
+                if g.any():  # a crowd at rest: whatever the time, forces are the same
+                    return np.broadcast_to(REST_S * g, snapshot.position.shape), REST_S
                 raise ValueError(
-                    "left velocity `desired` needs a scene with a [drive] (--room SCENE.toml)"
+                    "left velocity `desired` needs a scene with a [drive] or a [body_force] "
+                    "(--room SCENE.toml)"
                 )
             return wanted + drive.relaxation_time_s * g, drive.relaxation_time_s
         added = g
@@ -196,7 +203,8 @@ def standing_walls(room: Room) -> Walls:
     """Give the walls of a room. Raises ValueError where one gives: where it is, only its run knows."""
     if giving := room.giving():
         raise ValueError(
-            f"walls.mass_kg: {giving[0].name} gives. Percussions are for walls that stand"
+            f"walls.mass_kg: {giving[0].name} gives. Percussions are for walls that stand. Loads of its "
+            "runs: percussions exposure"
         )
     return room.wall_segments()
 
@@ -210,7 +218,13 @@ def room_beside(dump: Path, room: Path | None = None) -> Room | None:
         RunRecord.read(dump.parent)
     beside = dump.parent / "scene.toml"
     chosen = room if room is not None else beside if beside.exists() else None
-    return None if chosen is None else read_room(chosen, whole=False)[0]
+    found = None if chosen is None else read_room(chosen, whole=False)[0]
+    if found is not None and not found.period_x_m and has_period(dump):
+        raise SceneError(
+            f"{chosen}: period_x_m: missing. scene.toml beside {dump} has one: contacts across its "
+            "boundary would be missed"
+        )
+    return found
 
 
 def setting_beside(dump: Path, room: Path | None = None, **given: Any) -> Setting:

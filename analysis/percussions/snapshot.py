@@ -12,9 +12,12 @@ from analysis.percussions.table import Column, Openness, known, table_columns
 from analysis.scene.scene import Scene
 from nscd import ContactLaw, Contacts, Percussions, Snapshot, solve
 from nscd.arrays import Floats, Indices
-from nscd.indeterminacy.admissible import Admissible, ProgramError
 from nscd.indeterminacy.determinacy import determinacy_of
+from nscd.indeterminacy.ensemble import NO_SPREAD, Ensemble, ensemble
+from nscd.indeterminacy.equilibrium import Equilibrium
 from nscd.indeterminacy.intervals import Intervals, weights_of_contacts
+from nscd.indeterminacy.linear import ProgramError
+from nscd.indeterminacy.nearest import ForceState, least_energy_within
 from nscd.percussions import Status
 from nscd.show import arrays, as_frame, as_html, draw
 from nscd.solve import Search
@@ -76,7 +79,7 @@ class SnapshotPercussions:
         lists of words or of what may be None."""
         contacts, answer = self.contacts, self.answer
         cells: dict[str, Column] = {
-            **arrays(self.snapshot, contacts, answer.reaction, answer.impulse, self.window)
+            **arrays(self.snapshot.ids, contacts, answer.reaction, answer.impulse, self.window)
         }
         if answer.friction is not None:
             cells |= answer.friction.columns()
@@ -86,6 +89,8 @@ class SnapshotPercussions:
         if openness == "ranges":
             names = OPEN_COLUMNS[: 2 if answer.friction is None else 4]
             cells |= {name: known(ends) for name, ends in zip(names, found[1:], strict=False)}
+        if openness == "ensemble":
+            cells |= ensemble_cells(self)
         certificate = str(answer.status), answer.residual, answer.velocity_error
         return table_columns(cells, self.setting, contacts, (time, step), certificate)
 
@@ -170,9 +175,8 @@ def _alike(before: SnapshotPercussions, contacts: Contacts, left: Floats) -> boo
     earlier, pressed = before.contacts, before.left_velocity
     if len(left) != len(pressed) or not len(left):
         return False
-    same = np.array_equal(earlier.first, contacts.first) and np.array_equal(
-        earlier.second, contacts.second
-    )
+    ends = ((earlier.first, contacts.first), (earlier.second, contacts.second))
+    same = all(np.array_equal(*both) for both in ends)
     return same and bool(np.abs(left - pressed).max() <= ALIKE * np.abs(left).max())
 
 
@@ -192,6 +196,10 @@ class Open(NamedTuple):
     friction_upper: Floats
 
 
+ENSEMBLE_COLUMNS = ("mean_Ns", "sd_Ns", "q05_Ns", "q95_Ns")
+ROUGH_COLUMNS = (
+    "friction_mean_Ns", "friction_sd_Ns", "least_energy_Ns", "friction_least_energy_Ns"
+)  # fmt: skip
 OPEN_COLUMNS = ("lower_Ns", "upper_Ns", "friction_lower_Ns", "friction_upper_Ns")
 
 
@@ -205,7 +213,7 @@ def openness_of(found: SnapshotPercussions, ranges: bool) -> Open:
         return nothing
     ends, rough = np.full((4, k), np.nan), answer.friction is not None
     try:
-        held = (Admissible.with_friction if rough else Admissible.of)(contacts, answer)
+        held = (Equilibrium.with_friction if rough else Equilibrium.of)(contacts, answer)
         determined = determinacy_of(held).determined
         ends[:2] = answer.reaction
         if ranges and (rough or not determined.all()):
@@ -220,3 +228,47 @@ def openness_of(found: SnapshotPercussions, ranges: bool) -> Open:
     except (ProgramError, ValueError):
         return nothing
     return Open(determined.astype(int), *np.where(np.isfinite(ends), ends, np.nan))
+
+
+# Flights of a chain: a jam of 594 people with friction needs about 100, each of 0.03 s.
+MOST_FLIGHTS = 1600
+CONVERGED, NOT_CONVERGED = "converged", "not converged"
+
+
+def states_of(found: SnapshotPercussions) -> tuple[Ensemble, ForceState] | None:
+    """Sample all admissible percussions (N·s), and find those of least energy; None where the answer is
+    not solved, or has no contacts.
+
+    The scale of their law is the mean reaction of least energy of contacts that can carry something:
+    the loads of a crowd between walls do not give one."""
+    k, answer = len(found.contacts), found.answer
+    if answer.status != Status.SOLVED or not k:
+        return None
+    try:
+        held = Equilibrium.of_answer(found.contacts, answer)
+        least = least_energy_within(held)
+        carries = np.bincount(held.contact, minlength=k) > 0
+        scale = float(least.normal[carries].mean()) if carries.any() else 1.0
+        return ensemble(held, scale, draws=100, most_sweeps=MOST_FLIGHTS), least
+    except (ProgramError, ValueError):
+        return None
+
+
+def ensemble_cells(found: SnapshotPercussions) -> dict[str, Column]:
+    """Name the columns of k rows that say the mean and the spread of `states_of`, and with friction
+    the ones of least energy; None where there are none."""
+    k, rough = len(found.contacts), found.answer.friction is not None
+    names = [*ENSEMBLE_COLUMNS, *(ROUGH_COLUMNS if rough else ())]
+    cells: dict[str, Column] = dict.fromkeys([*names, "r_hat", "sampling"], [None] * k)
+    if (both := states_of(found)) is None:
+        return cells
+    drawn, least = both
+    values = [drawn.mean(), drawn.sd(), drawn.quantile(0.05), drawn.quantile(0.95)]
+    values += [drawn.mean(tangential=True), drawn.sd(tangential=True)]
+    values += [least.normal, least.tangential]
+    cells |= dict(zip(names, values, strict=False))
+    cells["r_hat"] = drawn.r_hat.reshape(2, k).max(0)
+    fixed = drawn.sd() + drawn.sd(tangential=True) <= NO_SPREAD * drawn.scale
+    words = np.where(drawn.converged, CONVERGED, NOT_CONVERGED)
+    cells["sampling"] = np.where(fixed, "determined", words).tolist()
+    return cells

@@ -21,11 +21,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from pydantic import BaseModel
 
 from analysis.dumps import Bodies, DumpError, open_bodies
 from analysis.percussions.setting import FORCE, IMPULSE, Setting
-from analysis.percussions.snapshot import SnapshotPercussions, percussions_of
+from analysis.percussions.snapshot import NOT_CONVERGED, SnapshotPercussions, percussions_of
 from analysis.percussions.table import (
     Openness,
     Rows,
@@ -35,7 +34,7 @@ from analysis.percussions.table import (
     table_file,
 )
 from analysis.support.extras import load
-from analysis.support.files import write_json
+from analysis.support.files import plain, write_json
 from analysis.support.parallel import Progress, Task, finished
 from analysis.support.parallel import workers as processes
 from analysis.support.reading import read_text
@@ -170,21 +169,18 @@ class DumpToSolve:
         )  # fmt: skip
         impulse = found.impulse[those]
         each, size = np.repeat(frames, np.diff(start)), np.hypot(*(impulse / (window or 1.0)).T)
-        said = SolvedDump()
-        for number, first, end in zip(frames, start - start[0], start[1:] - start[0], strict=False):
-            said.join(
-                SolvedDump(
-                    frames=1,
-                    contacts=int(end - first),
-                    largest=float(size[first:end].max(initial=0.0)),
-                    unit=IMPULSE if window is None else FORCE,
-                    when=_when(bodies.steps[number], float(bodies.times[number])),
-                    residual=float(found.residual[number]),
-                )
-            )
+        number = int(each[size.argmax()]) if len(size) else frames[0]
+        said = SolvedDump(
+            frames=len(frames),
+            contacts=len(size),
+            largest=float(size.max(initial=0.0)),
+            unit=IMPULSE if window is None else FORCE,
+            when=_when(bodies.steps[number], float(bodies.times[number])),
+            residual=float(found.residual[frames].max()),
+        )
         times = None if np.isnan(bodies.times).any() else bodies.times[each]
         cells = table_columns(
-            arrays(bodies, some, found.reaction[those], impulse, window),
+            arrays(bodies.ids, some, found.reaction[those], impulse, window),
             self.setting,
             some,
             (times, np.array(bodies.steps)[each]),
@@ -221,6 +217,10 @@ class DumpToSolve:
             )
             known = None if math.isnan(seconds) else seconds
             cells = found.columns(self.openness, time=known, step=step)
+            if bad := list(cells.get("sampling", ())).count(NOT_CONVERGED):
+                said.unsolved.append(
+                    f"{self.path}, {when}: sampling of {bad} contacts {NOT_CONVERGED}"
+                )
             yield SolvedRows(list(cells), rows_of(cells, self.parquet), said)
 
 
@@ -472,7 +472,7 @@ def _short(value: Any) -> str:
 def _job_of(dump: DumpToSolve, frames: int, count: int) -> dict[str, Any]:
     """Everything that the answers depend on, as JSON has it."""
     about = dump.path.stat()
-    job = {
+    job: dict[str, Any] = {
         "dump": {"name": dump.path.name, "bytes": about.st_size, "changed_ns": about.st_mtime_ns},
         "frames": count,
         "frames per part": frames,
@@ -481,16 +481,7 @@ def _job_of(dump: DumpToSolve, frames: int, count: int) -> dict[str, Any]:
         "unit": dump.unit,
         "tolerance": dump.tolerance,
         "openness": dump.openness,
-        "law": _plain(dump.law),
-        "setting": _plain(dump.setting),
+        "law": dump.law,
+        "setting": dump.setting,
     }
-    return dict(json.loads(json.dumps(job)))
-
-
-def _plain(value: Any) -> Any:
-    """A value as what JSON has."""
-    if isinstance(value, BaseModel):
-        return value.model_dump(mode="json")
-    if dataclasses.is_dataclass(value):
-        return {f.name: _plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
-    return value.tolist() if isinstance(value, np.ndarray) else value
+    return {name: plain(value) for name, value in job.items()}

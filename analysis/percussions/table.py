@@ -16,7 +16,8 @@ from analysis.support.extras import load
 from analysis.support.files import whole_file
 from nscd import _core
 from nscd.arrays import Flags, Floats, Indices
-from nscd.show import Touching
+from nscd.contacts import Contacts
+from nscd.frames import Found
 
 Column = Sequence[Any] | NDArray[Any]
 
@@ -41,7 +42,7 @@ def _plain(column: Column) -> Any:
 
 
 # What is said of reactions that the mechanics may leave open.
-Openness = Literal["none", "determined", "ranges"]
+Openness = Literal["none", "determined", "ranges", "ensemble"]
 # Every column that a row can have, in order.
 COLUMNS = Columns("""
 time_s | s | time of the frame
@@ -64,6 +65,13 @@ determined | | 1 where every admissible percussion has the same reaction (and fr
 lower_Ns, upper_Ns | N·s | least and largest reaction of all admissible percussions (`--openness
  ranges`); empty: no end
 friction_lower_Ns, friction_upper_Ns | N·s | the same of τ
+mean_Ns, sd_Ns, q05_Ns, q95_Ns | N·s | mean, standard deviation and 5 % and 95 % quantiles of the reaction
+ over all admissible percussions (`--openness ensemble`), in a law of most entropy whose scale is the mean
+ least-energy reaction
+friction_mean_Ns, friction_sd_Ns | N·s | the same of τ
+least_energy_Ns, friction_least_energy_Ns | N·s | λ and τ of least elastic energy within the friction cones
+r_hat, sampling | –, – | of these draws: how much their chains differ (1: not), and `converged`, `not
+ converged`, or `determined`
 status, residual | –, – | of the frame: `solved`, `inaccurate` or `failed`, and how far from exact
 velocity_error_m_per_s | m/s | of the frame: a proven bound of the error of u⁺
 """)
@@ -72,7 +80,7 @@ velocity_error_m_per_s | m/s | of the frame: a proven bound of the error of u⁺
 def table_columns(
     cells: Mapping[str, Column],
     setting: Setting,
-    contacts: Touching,
+    contacts: Contacts | Found,
     when: tuple[ArrayLike | None, ArrayLike | None],
     certificate: tuple[str, ArrayLike, ArrayLike],
 ) -> dict[str, Column]:
@@ -107,7 +115,7 @@ def known(values: Floats | Indices, where: Flags | None = None) -> Column:
 
 # Columns that are not of float64.
 WHOLE = frozenset({"step", "first", "second", "is_wall", "determined"})
-WORDS = frozenset({"state", "wall", "status"})
+WORDS = frozenset({"state", "wall", "status", "sampling"})
 # Rows that are written at once; in Parquet they are a group, packed and read together.
 GROUP = 1 << 17
 

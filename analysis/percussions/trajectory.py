@@ -163,9 +163,5 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
         )
 
     def _repr_html_(self) -> str:
-        found = self.results.get("frames", [])
-        return (
-            as_html(repr(self)[1:-1], self._table("none"))
-            if found
-            else f"<p>{repr(self)[1:-1]}</p>"
-        )
+        words, found = repr(self)[1:-1], self.results.get("frames", [])
+        return as_html(words, self._table("none")) if found else f"<p>{words}</p>"

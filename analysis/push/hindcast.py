@@ -51,9 +51,10 @@ class Inputs(NamedTuple):
 
 
 class Moved(NamedTuple):
-    """Hold what a model makes of the cases.
+    """Hold what a model or a baseline makes of s cases.
 
-    largest, impulse: (s,) N and N·s of the contact with the first; largest is NaN for rigid people
+    largest, impulse: (s,) N and N·s of the contact with the first; NaN of a baseline, and largest for
+        rigid people
     """
 
     along: Floats  # (f, n, s) m, heads along the row
@@ -241,19 +242,12 @@ TILTS = (0.0, -2.0, 2.0)
 NEAREST = 0.01
 
 
-class Scored(NamedTuple):
-    """Hold what a model or a baseline scores in s cases."""
+class Cases(NamedTuple):
+    """Hold what a model or a baseline scores in s cases, and the contact with the first (see
+    `Moved`)."""
 
     onset: Floats  # (s, n) s after the push reached the first
     scores: Mapping[str, Floats]  # (s,) each of SCORES, root mean squares over all but the first
-
-
-class Cases(NamedTuple):
-    """Hold what a model scores in s cases (see `Scored`), and the contact with the first (see
-    `Moved`)."""
-
-    onset: Floats
-    scores: Mapping[str, Floats]
     largest: Floats
     impulse: Floats
     possible: Flags
@@ -285,21 +279,19 @@ def onsets(trial: Trial, along: Floats) -> Floats:
     return np.minimum(onset(trial.time, speed_of(trial.time, along)) - trial.start_s, NEVER_S)
 
 
-def scored(trial: Trial, along: Floats) -> Scored:
-    """Score heads (f, n, s) m against the measured ones, which are treated alike."""
-    early = trial.time <= trial.start_s + POSITION_S
+def scored(trial: Trial, moved: Moved) -> Cases:
+    """Score heads against the measured ones, which are treated alike."""
+    along, early = moved.along, trial.time <= trial.start_s + POSITION_S
     found = onsets(trial, along)
     late = found[1:] - onsets(trial, trial.along)[1:, None]
     off = along[early, 1:] - trial.along[early, 1:, None]
     near = closest(along) - closest(trial.along)[:, None]
-    return Scored(
-        onset=found.T,
-        scores={
-            ONSET: np.sqrt((late**2).mean(0)),
-            POSITION: np.sqrt((off**2).mean((0, 1))),
-            CLOSEST: np.sqrt((near**2).mean(0)),
-        },
-    )
+    scores = {
+        ONSET: np.sqrt((late**2).mean(0)),
+        POSITION: np.sqrt((off**2).mean((0, 1))),
+        CLOSEST: np.sqrt((near**2).mean(0)),
+    }
+    return Cases(found.T, scores, *moved[1:])
 
 
 def closest(along: Floats) -> Floats:
@@ -307,8 +299,8 @@ def closest(along: Floats) -> Floats:
     return np.asarray(np.diff(along, axis=1).min(0))
 
 
-def baselines(trial: Trial, inputs: Inputs) -> dict[str, Floats]:
-    """Give the heads (f, n, s) m of what knows no mechanics, by name.
+def baselines(trial: Trial, inputs: Inputs) -> dict[str, Moved]:
+    """Move the heads by what knows no mechanics, by name.
 
     nobody: only the first moves; copy: everybody moves as the first did, later by the time that the
     first at its fastest takes to go the gaps before; geometry: everybody is carried along once the
@@ -324,17 +316,8 @@ def baselines(trial: Trial, inputs: Inputs) -> dict[str, Floats]:
         "copy": np.interp(trial.time[:, None, None] - late, trial.time, first),
         "geometry": carried,
     }
-    pushed = np.broadcast_to(trial.along[:, :1, None], (len(first), 1, closed.shape[1]))
-    return {
-        name: np.concatenate([pushed, trial.along[0, 1:, None] + each], axis=1)
-        for name, each in moved.items()
-    }
-
-
-def better(model: Scored | Cases, others: Sequence[Scored], score: str) -> Floats:
-    """Tell in which cases (s,) a model scores better than all baselines, by a tenth."""
-    best = np.min([other.scores[score] for other in others], axis=0)
-    return np.asarray(model.scores[score] < (1 - MARGIN) * best)
+    none, able = np.full(closed.shape[1], np.nan), np.ones(closed.shape[1], bool)
+    return {name: Moved(_heads(trial, each), none, none, able) for name, each in moved.items()}
 
 
 def error_of(trial: Trial, cases: Mapping[str, Cases]) -> float:
@@ -401,14 +384,6 @@ def log_likelihood(trial: Trial, one: Cases, sigma: float) -> Floats:
     return np.asarray(np.where(one.possible, -0.5 * square / sigma**2, -np.inf))
 
 
-def likely(values: Floats, logs: Floats) -> tuple[float, float]:
-    """Give the 5 and 95 % of values (s,) weighted by their likelihoods."""
-    order = np.argsort(values)
-    sums = np.cumsum(np.exp(logs - logs.max())[order])
-    low, high = np.searchsorted(sums, np.array([0.05, 0.95]) * sums[-1])
-    return float(values[order[low]]), float(values[order[high]])
-
-
 # Contact stiffness of people (N/m): chest against chest, between, Helbing's, the product's own.
 STIFFNESSES = (2e3, 5e3, 2e4, 1.2e5, 1e6)
 RIGID = "rigid"
@@ -424,7 +399,7 @@ class Hindcast:
     trial: Trial
     inputs: Inputs
     models: dict[str, Cases]  # what each makes of all cases, by name
-    base: dict[str, Scored]  # scores of baselines
+    base: dict[str, Cases]  # the same of baselines
     odds: dict[str, Odds]  # over the likeliest, of each model that has a possible case
 
     def together(self) -> list[str]:
@@ -436,17 +411,19 @@ class Hindcast:
         possible cases, weighted by the likelihood of the measured onsets."""
         one = self.models[name]
         logs = log_likelihood(self.trial, one, error_of(self.trial, self.models))
-        return [
-            likely(each, logs)
-            for each in (self.inputs.arms, one.largest, one.impulse, self.inputs.reach)
-        ]
+        order = {"weights": np.exp(logs - logs.max()), "method": "inverted_cdf"}
+        every = (self.inputs.arms, one.largest, one.impulse, self.inputs.reach)
+        ends = [np.quantile(each, [0.05, 0.95], **order) for each in every]
+        return [(float(low), float(high)) for low, high in ends]
 
     def better(self, name: str) -> dict[str, float]:
-        """Give the share of possible cases in which a model beats every baseline, by score."""
-        one, others = self.models[name], list(self.base.values())
-        if not one.possible.any():
-            return dict.fromkeys(SCORES, np.nan)
-        return {score: float(better(one, others, score)[one.possible].mean()) for score in SCORES}
+        """Give the share of possible cases in which a model beats every baseline by a tenth, by
+        score."""
+        one, found = self.models[name], dict.fromkeys(SCORES, np.nan)
+        for score in SCORES if one.possible.any() else ():
+            best = np.min([other.scores[score] for other in self.base.values()], axis=0)
+            found[score] = float((one.scores[score] < (1 - MARGIN) * best)[one.possible].mean())
+        return found
 
     def nearest(self, name: str) -> int:
         """Find the case of a model with the nearest onsets, of those that can be if any can."""
@@ -475,27 +452,19 @@ def hindcast(
     stiffnesses: N/m
     reach: m, the least and the longest of the soft layer of arms; 0 for none"""
     names = [*(f"{stiffness:g}" for stiffness in stiffnesses), RIGID]
-    models: dict[str, list[Cases]] = {}
-    base: dict[str, list[Scored]] = {}
+    made: dict[str, list[Cases]] = {}
     drawn = [inputs_of(trial, arms, batch, reach) for batch in range(batches)]
     for batch, inputs in enumerate(drawn):
         for place, name in enumerate(names, start=1):
-            moved = _moved(trial, inputs, name)
-            scores = scored(trial, moved.along)
-            models.setdefault(name, []).append(Cases._make((*scores, *moved[1:])))
+            made.setdefault(name, []).append(scored(trial, _moved(trial, inputs, name)))
             if progress:
                 progress("rows", (batch + place / len(names)) / batches)
-        for name, along in baselines(trial, inputs).items():
-            base.setdefault(name, []).append(scored(trial, along))
-    inputs = _joined(drawn)
-    found = {name: _joined(parts) for name, parts in models.items()}
-    return Hindcast(
-        trial=trial,
-        inputs=inputs,
-        models=found,
-        base={name: _joined(parts) for name, parts in base.items()},
-        odds=odds(trial, inputs, found),
-    )
+        for name, moved in baselines(trial, inputs).items():
+            made.setdefault(name, []).append(scored(trial, moved))
+    inputs, found = _joined(drawn), {name: _joined(parts) for name, parts in made.items()}
+    models = {name: found.pop(name) for name in names}
+    every = odds(trial, inputs, models)
+    return Hindcast(trial=trial, inputs=inputs, models=models, base=found, odds=every)
 
 
 def expected_seconds(trial: Trial) -> float:
@@ -507,7 +476,6 @@ def expected_seconds(trial: Trial) -> float:
 
 
 def _moved(trial: Trial, inputs: Inputs, name: str) -> Moved:
-    """Move the cases by a model's name: its stiffness, or rigid."""
     return rigid(trial, inputs) if name == RIGID else soft(trial, inputs, float(name))
 
 

@@ -18,9 +18,9 @@ from analysis.pages.drawing import (
     legend_below,
     panels,
 )
-from analysis.pages.html import render, write_pictures
+from analysis.pages.html import write_html
 from analysis.pages.numbers import NONE, decimals, interval, number, percent, significant
-from analysis.pages.ranges import Chart, chart
+from analysis.pages.ranges import Chart
 from analysis.pages.section import Section, Table
 from analysis.pages.words import Words
 from analysis.push.hindcast import (
@@ -32,6 +32,7 @@ from analysis.push.hindcast import (
     RIGID,
     SCORES,
     TAU_S,
+    Cases,
     Hindcast,
     closest,
     error_of,
@@ -39,8 +40,8 @@ from analysis.push.hindcast import (
     onsets,
 )
 from analysis.support.columns import Columns
-from analysis.support.files import write_rows, write_text
-from nscd.arrays import Flags, Floats
+from analysis.support.files import write_rows
+from nscd.arrays import Floats
 
 BEATS = 0.95
 # With a larger error of onsets no model describes a trial (s).
@@ -66,15 +67,13 @@ def summary(found: Hindcast) -> list[list[str]]:
     that can be."""
     rows = []
     for name, one in (found.models | found.base).items():
-        model = found.models.get(name)
-        chosen = np.ones(len(one.onset), bool) if model is None else model.possible
-        cells = [_spread(one.scores[score][chosen]) for score in SCORES]
-        if model is None:
-            rows.append([title_of(name), *cells, NONE, NONE, NONE])
-            continue
-        shares = " / ".join(percent(share, 2) for share in found.better(name).values())
-        impossible = "0" if chosen.all() else percent(float((~chosen).mean()), 2)
-        rows.append([title_of(name), *cells, shares, impossible, _odds(found, name)])
+        last = [NONE] * 3
+        if name in found.models:
+            shares = " / ".join(percent(share, 2) for share in found.better(name).values())
+            impossible = float((~one.possible).mean())
+            last = [shares, percent(impossible, 2) if impossible else "0", _odds(found, name)]
+        cells = [_spread(one.scores[score][one.possible]) for score in SCORES]
+        rows.append([title_of(name), *cells, *last])
     return rows
 
 
@@ -110,19 +109,12 @@ def write_hindcast(found: Hindcast, folder: Path, command: str) -> list[Path]:
         warnings=trial.notes,
     )
     folds = _folds(words, found, about)
-    page = render(
-        "push.html",
-        command=command,
-        contents=[(one.number, one.title) for one in (first, *folds)],
-        name=trial.name,
-        first=first,
-        folds=folds,
-        images=write_pictures([first, *folds], folder / "figures"),
-    )
-    write_rows(folder / "scores.csv", CASES, _cases(found))
-    write_rows(folder / "onsets.csv", ["model", "case", *trial.people], _nearest(found))
-    write_text(folder / "index.html", page)
-    return [folder / name for name in ("scores.csv", "onsets.csv", "index.html")]
+    scores, nearest, page = (folder / name for name in ("scores.csv", "onsets.csv", "index.html"))
+    write_rows(scores, CASES, _cases(found))
+    write_rows(nearest, ["model", "case", *trial.people], _nearest(found))
+    content: dict[str, Any] = {"command": command, "name": trial.name}
+    content |= {"first": first, "folds": folds}
+    return [scores, nearest, write_html(page, "push.html", [first, *folds], **content)]
 
 
 def _folds(words: Words, found: Hindcast, about: Mapping[str, object]) -> list[Section]:
@@ -157,8 +149,7 @@ def _charts(found: Hindcast) -> list[Chart]:
     excluded."""
     errors, forces = {}, {}
     for name, one in (found.models | found.base).items():
-        model = found.models.get(name)
-        chosen = one.scores[ONSET][slice(None) if model is None else model.possible]
+        chosen = one.scores[ONSET][one.possible]
         if len(chosen) and name != "nobody":
             low, middle, high = np.quantile(chosen, [0.05, 0.5, 0.95])
             errors[_short(name)] = float(middle), float(low), float(high)
@@ -166,8 +157,8 @@ def _charts(found: Hindcast) -> list[Chart]:
         if name != RIGID:
             low, high = found.likely(name)[1]
             forces[_short(name)] = np.nan, 1e-3 * low, 1e-3 * high
-    made = [chart("error of the onsets", "s", errors)]
-    return [*made, chart("largest force of the first contact", "kN", forces)] if forces else made
+    made = [Chart("error of the onsets", "s", errors)]
+    return [*made, Chart("largest force of the first contact", "kN", forces)] if forces else made
 
 
 def _short(name: str) -> str:
@@ -177,7 +168,6 @@ def _short(name: str) -> str:
 
 
 def _values(found: Hindcast) -> dict[str, object]:
-    """What the sentences say."""
     together, models = found.together(), found.models
     best = max(found.odds, key=lambda name: found.odds[name].share, default="")
     fits = {name: found.likely(name) for name in together}
@@ -293,14 +283,10 @@ largest_N, impulse_Ns | N, N·s | of the first contact; empty where there is non
 
 def _cases(found: Hindcast) -> Iterator[list[object]]:
     inputs = found.inputs
-    nothing = np.full(len(inputs.tau), np.nan)
+    drawn = inputs.batch, inputs.arms, inputs.wall, inputs.tau, inputs.reach, inputs.force
     for name, one in (found.models | found.base).items():
-        model = found.models.get(name)
-        last = (nothing, nothing) if model is None else (model.largest, model.impulse)
-        able = np.ones(len(nothing), int) if model is None else model.possible.astype(int)
         scores = [one.scores[score] for score in SCORES]
-        layer = inputs.reach, inputs.force
-        columns = [inputs.batch, inputs.arms, inputs.wall, inputs.tau, *layer, able, *scores, *last]
+        columns = [*drawn, one.possible.astype(int), *scores, one.largest, one.impulse]
         for row in zip(*(column.tolist() for column in columns), strict=True):
             yield [name, *("" if each != each else f"{each:.6g}" for each in row)]
 
@@ -314,7 +300,6 @@ def _nearest(found: Hindcast) -> Iterator[list[object]]:
 
 
 def _looks(found: Hindcast) -> Iterator[tuple[str, dict[str, Any]]]:
-    """The models and how they are drawn."""
     for place, name in enumerate(found.models):
         colour = (*COLOURS, SKY, VERMILION)[place]
         yield name, {"color": colour, "ls": LINES[place % 4], "label": _short(name)}
@@ -327,17 +312,16 @@ def _posture(found: Hindcast) -> Figure:
     place = np.clip(np.searchsorted(edges, arms) - 1, 0, BINS - 1)
     figure, (axes,) = panels(8.0, 4.5)
 
-    def draw(errors: Floats, chosen: Flags, **look: Any) -> None:
-        bins = [errors[(place == one) & chosen] for one in range(BINS)]
+    def draw(one: Cases, **look: Any) -> None:
+        errors = one.scores[ONSET]
+        bins = [errors[(place == each) & one.possible] for each in range(BINS)]
         middle = [float(np.median(each)) if len(each) else np.nan for each in bins]
         axes.plot(0.5 * (edges[1:] + edges[:-1]), middle, **look)
 
     for name, look in _looks(found):
-        draw(found.models[name].scores[ONSET], found.models[name].possible, lw=1.5, **look)
+        draw(found.models[name], lw=1.5, **look)
     for name, style in (("copy", ":"), ("geometry", "--")):
-        every = np.ones(len(arms), bool)
-        look = {"color": GREY, "ls": style, "label": title_of(name)}
-        draw(found.base[name].scores[ONSET], every, lw=2, zorder=0, **look)
+        draw(found.base[name], color=GREY, ls=style, label=title_of(name), lw=2, zorder=0)
     axes.set(
         xlabel="share of the room between chests that arms bridge", ylabel="error of onsets (s)"
     )

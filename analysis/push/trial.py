@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.integrate import cumulative_trapezoid
 
 from analysis.scene.anthropometry import MEN, WOMEN, Group
 from analysis.support.reading import read_text
@@ -43,12 +44,6 @@ def onset(time: Floats, speed: Floats) -> Floats:
         share = np.where(frame > 0, (ONSET_M_PER_S - before) / (after - before), 0.0)
     found = time[earlier] + share * (time[frame] - time[earlier])
     return np.asarray(np.where(above.any(0), found, np.inf))
-
-
-def way_of(time: Floats, speed: Floats) -> Floats:
-    """The way (f,) m of a speed (f,) m/s."""
-    ways = 0.5 * (speed[1:] + speed[:-1]) * np.diff(time)
-    return np.concatenate([[0.0], np.cumsum(ways)])
 
 
 NEEDED = ("id", "time", "x", "y")
@@ -122,14 +117,6 @@ def _words(line: str) -> list[str]:
     return re.split(r"[\s,;#\"]+", line)
 
 
-def of_person(table: pd.DataFrame, one: float, column: str) -> object:
-    """Give what a column says of a person, first; None where it says nothing."""
-    if column not in table:
-        return None
-    found = table.loc[table.id == one, column].dropna()
-    return found.iloc[0] if len(found) else None
-
-
 # What a file may have besides what it must have; other columns are not read.
 MASS, GENDER, NAME, ORDER = "Weight_kg", "Gender", "MoCap_ID", "Order_of_Participants_MoCap_ID"
 # Heads that are missing for no longer than this are interpolated (s).
@@ -196,11 +183,15 @@ def read_trial(file: Path, wall_m: float | None = None) -> Trial:
     interpolated. Raises TrialError (and UnreadableError) naming the file, the person and the time.
     """
     table = read_table(file)
-    ids = _ordered(file, table)
+    # what the file says first of each person; None where it says nothing
+    people = table.groupby("id").first().reindex(columns=[MASS, GENDER, NAME]).astype(object)
+    people = people.where(people.notna(), None)
+    has_order = {ORDER, NAME} <= set(table) and table[ORDER].notna().any()
+    ids = _ordered(file, people, str(table[ORDER].dropna().iloc[0]) if has_order else "")
     notes: list[str] = []
     time, heads = _heads(file, table, ids, notes)
     order = _by_place(time, heads)
-    if ORDER not in table or NAME not in table or not table[ORDER].notna().any():
+    if not has_order:
         ids, heads = [ids[place] for place in order], heads[:, order]
     elif ids[order[0]] == ids[-1]:
         notes.append(
@@ -227,17 +218,18 @@ def read_trial(file: Path, wall_m: float | None = None) -> Trial:
     if not begin and moving:
         named = ", ".join(f"person {one:g}" for one in moving)
         notes.append(f"moving in the first frame already: {named}. The push began before the file")
-    groups = _groups(table, ids, notes)
-    mass = _masses(file, table, ids, groups, notes)
+    people = people.loc[ids]
+    groups = _groups(people, notes)
+    mass = _masses(file, people, groups, notes)
     shift = along[begin, 0]
     return Trial(
         name=file.name,
-        people=tuple(_names(table, ids)),
+        people=tuple(str(name or f"{one:g}").strip() for one, name in people[NAME].items()),
         notes=tuple(notes),
         time=time[chosen] - time[begin],
         start_s=start - time[begin],
         along=along[chosen] - shift,
-        pushed=way_of(time[chosen], speed[chosen]),
+        pushed=cumulative_trapezoid(speed[chosen], time[chosen], initial=0),
         depth=np.array([np.mean([group.depth[0] for group in each]) for each in groups]),
         depth_sd=0.5 * float(np.hypot(MEN.depth[1], WOMEN.depth[1])),
         mass=mass,
@@ -265,15 +257,15 @@ def _check_start(
         )
 
 
-def _ordered(file: Path, table: pd.DataFrame) -> list[float]:
+def _ordered(file: Path, people: pd.DataFrame, order_of_names: str) -> list[float]:
     """The ids from the first of the row to the last; rising where no order is given."""
-    ids = sorted(table.id.unique().tolist())
+    ids: list[float] = people.index.tolist()
     if len(ids) < 2:
         raise TrialError(f"{file}: {len(ids)} person. A row has at least two")
-    if ORDER not in table or NAME not in table or not table[ORDER].notna().any():
+    if not order_of_names:
         return ids
-    names = {str(of_person(table, one, NAME)).strip(): one for one in ids}
-    words = [word.strip() for word in str(table[ORDER].dropna().iloc[0]).split(",")]
+    names = {str(name).strip(): one for one, name in people[NAME].items()}
+    words = [word.strip() for word in order_of_names.split(",")]
     order = [names[word] for word in words if word in names]
     if sorted(order) != ids:
         raise TrialError(
@@ -291,11 +283,6 @@ def _by_place(time: Floats, heads: Floats) -> list[int]:
     ends = ((order[0], axis), (order[-1], -axis))
     early, late = (float(onset(time, speed_of(time, heads[:, end] @ way))) for end, way in ends)
     return [int(place) for place in (order if early <= late else order[::-1])]
-
-
-def _names(table: pd.DataFrame, ids: list[float]) -> list[str]:
-    named = [of_person(table, one, NAME) for one in ids]
-    return [str(name or f"{one:g}").strip() for name, one in zip(named, ids, strict=True)]
 
 
 def _heads(
@@ -378,24 +365,18 @@ def _wall(file: Path, wall_m: float, axis: Floats, origin: Floats, heads: Floats
     return place
 
 
-def _groups(table: pd.DataFrame, ids: list[float], notes: list[str]) -> list[tuple[Group, ...]]:
-    """Men, women or both, of each person."""
-    said = [str(of_person(table, one, GENDER) or "").strip().lower() for one in ids]
+def _groups(people: pd.DataFrame, notes: list[str]) -> list[tuple[Group, ...]]:
+    said = [str(word or "").strip().lower() for word in people[GENDER]]
     if not all(word in GROUPS for word in said):
         notes.append(f"{GENDER} is not known of everybody: the mean of men and women is taken")
     return [(GROUPS[word],) if word in GROUPS else (MEN, WOMEN) for word in said]
 
 
 def _masses(
-    file: Path,
-    table: pd.DataFrame,
-    ids: list[float],
-    groups: list[tuple[Group, ...]],
-    notes: list[str],
+    file: Path, people: pd.DataFrame, groups: list[tuple[Group, ...]], notes: list[str]
 ) -> Floats:
     found = []
-    for one, group in zip(ids, groups, strict=True):
-        said = of_person(table, one, MASS)
+    for (one, said), group in zip(people[MASS].items(), groups, strict=True):
         value = pd.to_numeric(said, errors="coerce")
         if said is None:
             value = np.mean([each.mass[0] for each in group])

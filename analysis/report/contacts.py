@@ -10,8 +10,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.stats import linregress, t
 
-from analysis.compare.comparison import AT_REST, FEWEST, Comparison
-from analysis.compare.statistics import (
+from analysis.compare.comparison import (
+    AT_REST,
+    FEWEST,
+    Comparison,
     penalty_difference,
     statistics,
     wall_ranges,
@@ -138,7 +140,6 @@ def contacts_section(study: Study, runs: Sequence[Run]) -> Section:
 
 
 def _found(words: Words, study: Study, runs: Sequence[Run]) -> list[str]:
-    """What came out, in sentences."""
     said = []
     for run in runs:
         block = "found" if run["difference_from_first_engine"] is None else "agree"

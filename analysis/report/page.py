@@ -1,36 +1,192 @@
-"""The page of a report, and what lies beside it."""
+"""The page of a report: the first screen of each scene, what folds away below, and what lies beside it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from analysis.compare.comparison import write_contacts
 from analysis.compare.study import Study
+from analysis.engines.energy import CSV as ENERGY
 from analysis.engines.rigid import NAME as RIGID
 from analysis.engines.softness import VALID, softest
+from analysis.explore.page import live_of, write_explore
 from analysis.exposure.limits import (
     QUANTITIES,
+    Quantity,
     above_key,
+    limits_of_bodies,
     limits_of_people,
     limits_of_walls,
 )
 from analysis.exposure.loads import MEASURES
 from analysis.film.frame import Reel
-from analysis.film.page import draw_still, packed
-from analysis.motion.study import MotionStudy, differences_of, interval_cell
-from analysis.pages.html import render, write_pictures
+from analysis.film.page import charts_and_notes, draw_still, force_notes, packed
+from analysis.motion.study import (
+    FACTORS,
+    Model,
+    MotionStudy,
+    difference_words,
+    differences_of,
+    interval_cell,
+    least_words,
+)
+from analysis.pages.drawing import NARROW_IN, legend_below, look, panels
+from analysis.pages.html import drawn, write_html
 from analysis.pages.numbers import NONE, significant, whole
+from analysis.pages.ranges import Chart
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
 from analysis.report.contacts import contacts_section, runs_of
-from analysis.report.first import charts, four, lead, notes, verdicts
-from analysis.report.first import numbers as first_numbers
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import how_varied
 from analysis.support.files import write_json, write_text
+
+# The limit whose people are counted on the first screen.
+NAMED = "asphyxia_minutes"
+REPLICATES = "replicates"
+# What a reader is told in place of a factor.
+SAID = {"bodies": "stiffness"}
+# Of what models are compared in, in a sentence.
+SHORT = {"contact_largest": "largest force", "wall_line_load": "wall load", "flow": "flow"}
+
+
+def four(study: MotionStudy) -> Mapping[str, Quantity]:
+    """Name the four numbers of a first screen by their series."""
+    limit = next(one for one in limits_of_people(study.limits) if one.name == NAMED)
+    above = f"people above {significant(limit.number, 4)} N at once"
+    return {
+        "contact_largest": Quantity(title="largest contact force", unit="N"),
+        "wall_line_load": Quantity(title="load on the worst metre of wall", unit="kN/m"),
+        above_key(limit): Quantity(title=above, unit=f"of {len(study.scene.people)}"),
+        "flow": Quantity(title="people through the door", unit="per s"),
+    }
+
+
+class Range(NamedTuple):
+    """Hold a quantity over everything that was varied."""
+
+    low: float  # of all models, each with the range of 90 % of its moments
+    high: float
+    factors: Mapping[str, tuple[float, float]]  # the least and the largest mean, widest first
+
+
+def range_of(study: MotionStudy, key: str) -> Range:
+    """Find the range of a quantity, and what widens it."""
+    ends = [end for one in study.models for end in _ends(one, key)]
+    means = {
+        factor: [one.interval(key).mean for one in study.models if one.factor in ("", factor)]
+        for factor in FACTORS
+    }
+    sample = study.models[0].sample(key)
+    means[REPLICATES] = [float(value) * sample.unit for value in sample.values]
+    spans = {factor: (min(each), max(each)) for factor, each in means.items() if len(each) > 1}
+    widest = sorted(spans, key=lambda factor: spans[factor][0] - spans[factor][1])
+    return Range(min(ends), max(ends), {one: spans[one] for one in widest})
+
+
+def _ends(one: Model, key: str) -> tuple[float, float]:
+    """The range of a model; its mean where it has one replicate."""
+    found = one.interval(key)
+    low, high = (end if isfinite(end) else found.mean for end in (found.low, found.high))
+    return low, high
+
+
+def marks_of(study: MotionStudy, key: str) -> list[float]:
+    """List the limits that are drawn beside a quantity."""
+    known = {"contact_largest": limits_of_bodies, "wall_line_load": limits_of_walls}
+    return [one.number for one in known[key](study.limits)] if key in known else []
+
+
+def charts(study: MotionStudy, *, every: bool = False) -> list[Chart]:
+    """Draw the four numbers, each as one bar, or (every) with a bar for each model."""
+    made = []
+    for key, measure in four(study).items():
+        whole = range_of(study, key)
+        shown = study.models if every else study.models[:1]
+        made.append(
+            Chart(
+                measure.title,
+                measure.unit,
+                {one.label: (one.interval(key).mean, *_ends(one, key)) for one in shown},
+                widest=(whole.low, whole.high),
+                marks=marks_of(study, key),
+                most=float(len(study.scene.people)) if measure.unit.startswith("of ") else None,
+            )
+        )
+    return made
+
+
+def lead(scene: Scene) -> str:
+    """Say what was simulated and what pushes."""
+    return Words(__name__).text(
+        "lead",
+        people=len(scene.people),
+        push=scene.mean_push,
+        each=scene.push_range,
+        ways=scene.drive.ways if scene.drive else 0,
+    )
+
+
+def notes(study: MotionStudy, drawn: Sequence[Chart]) -> list[str]:
+    """Say how to read the bars that are drawn, what matters most, and for how long the limit must
+    last."""
+    found = range_of(study, "contact_largest").factors
+    factors = {SAID.get(one, one): ends for one, ends in found.items()}
+    varied = {one.factor for one in study.models}
+    bars = Words(__name__).text(
+        "bars",
+        first=study.models[0].label,
+        last=study.last_s,
+        varied=[SAID.get(one, one) for one in FACTORS if one in varied],
+        units=[one.unit for one in drawn if one.shown],
+    )
+    return [
+        bars,
+        *force_notes(factors, study.scene.run.duration_s, study.limits),
+    ]
+
+
+def verdicts(study: MotionStudy) -> list[str]:
+    """Say in one line each how every model differs from the first one in the four numbers."""
+    words, said = Words(__name__), []
+    first, titles = study.models[0], four(study)
+    for one in study.models[1:]:
+        found = {key: each for key, each in differences_of(one, first).items() if key in SHORT}
+        if not found:
+            continue
+        differ, alike = [], []
+        for key, each in found.items():
+            unit, title = titles[key].unit.replace("per s", "1/s"), SHORT[key]
+            if each.significant:
+                differ.append((title, *difference_words(each, unit)))
+            else:
+                alike.append((title, least_words(each, unit)))
+        label = one.label[0].upper() + one.label[1:]
+        said.append(words.text("verdict", label=label, differ=differ, alike=alike))
+    return [words.text("against", first=first.label), *said] if said else []
+
+
+def four_numbers(study: MotionStudy) -> dict[str, object]:
+    """Give the four numbers as ranges with what widens them, for numbers.json."""
+    found: dict[str, object] = {}
+    for key, measure in four(study).items():
+        whole = range_of(study, key)
+        found[key] = {
+            "unit": measure.unit,
+            "range": [whole.low, whole.high],
+            "factors": {name: list(ends) for name, ends in whole.factors.items()},
+            "models": {
+                one.title: [(each := one.interval(key)).mean, each.low, each.high]
+                for one in study.models
+            },
+        }
+    return found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -78,8 +234,9 @@ def write_report(
 ) -> Path:
     """Write the page and what lies beside it into the folder; return the page's path.
 
-    Beside `index.html` are `numbers.json`, one CSV of contacts per run, and in `figures/` every
-    picture as PNG and PDF, its name beginning with that of the scene.
+    Beside `index.html` are `explore.html`, which goes on from it live, `numbers.json`, one CSV of
+    contacts per run, and in `figures/` every picture as PNG and PDF, its name beginning with that of
+    the scene.
     """
     folder.mkdir(parents=True, exist_ok=True)
     reported = with_distinct_names(reported)
@@ -88,7 +245,8 @@ def write_report(
         runs = runs_of(one.study)
         for comparison, run in zip(one.study.comparisons, runs, strict=True):
             write_contacts(folder / run["csv"], comparison)
-        screens.append(_screen(one, contacts_section(one.study, runs), limits))
+        energy = energy_of(one.moved, folder) if one.moved else None
+        screens.append(_screen(one, contacts_section(one.study, runs), limits, energy))
         numbers[one.scene.name] = {
             "failures": one.study.failures,
             "warnings": one.study.warnings,
@@ -101,17 +259,18 @@ def write_report(
         Section(number="", title="", pictures=[one["still"]]) for one in screens if one["still"]
     ]
     moving = [one.moved for one in reported if one.moved]
-    page = render(
+    if live := [one.scene for one in reported if one.reels and live_of(one.scene)]:
+        write_explore(live, folder, command, stills[0].pictures[0] if stills else None)
+    write_json(folder / "numbers.json", numbers)
+    return write_html(
+        folder / "index.html",
         "report.html",
+        [*folds, *stills],
         screens=screens,
         contents=[(one["number"], one["title"]) for one in screens],
         limits=limits_table(moving, limits) if moving else None,
-        images=write_pictures([*folds, *stills], folder / "figures"),
         command=command,
     )
-    write_json(folder / "numbers.json", numbers)
-    write_text(folder / "index.html", page)
-    return folder / "index.html"
 
 
 def _reconciled(scene: Scene) -> dict[str, object]:
@@ -122,26 +281,34 @@ def _reconciled(scene: Scene) -> dict[str, object]:
     return {"reconciliation": dict([*scene.reconciliation.rows(), *others])}
 
 
-def _screen(one: Reported, contacts: Section, limits: tuple[Path, ...]) -> dict[str, Any]:
+def _screen(
+    one: Reported, contacts: Section, limits: tuple[Path, ...], energy: Picture | None
+) -> dict[str, Any]:
     """A scene as report.html takes it: its first screen, with the film as text and bars of the first
     model, and what folds away below, with bars of every model."""
     words, scene, motion, still = Words(__name__), one.scene, one.moved, None
     for reel in one.reels[:1]:
         shown = reel.strongest
         caption = words.text("still", time=shown.time, rigid=reel.engine == RIGID)
-        drawn = draw_still(reel, shown, limits)
-        still = Picture(name=f"{scene.name}-forces", caption=caption, figure=drawn)
-    bars = charts(motion) if motion else []
-    without = [words.text("once") if scene.drive else "", *contacts.words[:1]]
-    numbers = [_numbers(words, motion)] if motion else []
+        figure = draw_still(reel, shown, limits)
+        picture = Picture(name=f"{scene.name}-forces", caption=caption, figure=figure)
+        still = drawn(picture)
+    bars, said = charts(motion) if motion else [], list[str]()
+    if motion:
+        said = notes(motion, bars)
+    elif scene.drive or scene.analysis.kind == "impact" or not one.reels:
+        said = [words.text("once") if scene.drive else "", *contacts.words[:1]]
+    else:  # a crowd that leans: nothing but its frames varies
+        bars, said = charts_and_notes(one.reels)
+    numbers = [_numbers(words, motion, energy)] if motion else []
     return {
         "number": f"{scene.name}-at-a-glance",
         "title": scene.title,
         "lead": lead(scene),
-        "film": packed(one.reels, limits) if one.reels else "",
+        "film": packed(one.reels, limits, live_of(scene)) if one.reels else "",
         "still": still,
         "charts": bars,
-        "notes": notes(motion, bars) if motion else without,
+        "notes": said,
         "every": charts(motion, every=True) if motion else (),
         "verdicts": verdicts(motion) if motion else (),
         "folds": [*numbers, _assumptions(words, scene, motion), contacts],
@@ -149,7 +316,32 @@ def _screen(one: Reported, contacts: Section, limits: tuple[Path, ...]) -> dict[
     }
 
 
-def _numbers(words: Words, motion: MotionStudy) -> Section:
+def energy_of(motion: MotionStudy, folder: Path) -> Picture | None:
+    """Draw where the energy of the first run went, and put its table into the folder; nothing of an
+    engine that wrote none."""
+    path, name = motion.models[0].runs[0].folder / ENERGY, f"{motion.scene.name}-energy"
+    if not path.exists():
+        return None
+    write_text(folder / f"{name}.csv", path.read_text(encoding="utf-8"))
+    rows = np.genfromtxt(path, delimiter=",", names=True)
+    figure, (axes,) = panels(NARROW_IN, 2.6)
+    held = rows["kinetic_J"] + rows["stored_J"]
+    work = np.cumsum(rows["drive_J"] + rows["weight_J"])
+    lines = {"work of drive and weight": work, "lost in impacts": np.cumsum(rows["impact_J"]),
+             "lost in friction": np.cumsum(rows["friction_J"]), "motion and springs": held}  # fmt: skip
+    for number, (label, values) in enumerate(lines.items()):
+        if values.any():
+            axes.plot(rows["time_s"], values / 1000, label=label, **look(number) | {"marker": ""})
+    axes.set(xlabel="time (s)", ylabel="energy (kJ)")
+    legend_below(figure, axes, 2)
+    error = np.abs(np.cumsum(rows["error_J"])).max() / max(np.abs(work).max(), 1e-300)
+    caption = Words(__name__).text(
+        "energy", error=f"{significant(error, 1)} of the first run's work"
+    )
+    return Picture(name=name, caption=caption, figure=figure)
+
+
+def _numbers(words: Words, motion: MotionStudy, energy: Picture | None) -> Section:
     """Every quantity that is not drawn, of the models that differ in their bodies only."""
     shown = [one for one in motion.models if one.factor in ("", "bodies")]
     rows: list[list[Cell]] = [
@@ -166,14 +358,20 @@ def _numbers(words: Words, motion: MotionStudy) -> Section:
         window=float(first.series[0].duration[0]),
     )
     number = f"{motion.scene.name}-numbers"
-    return Section(number=number, title=words.text("numbers-title"), tables=[table])
+    return Section(
+        number=number,
+        title=words.text("numbers-title"),
+        tables=[table],
+        pictures=[energy] if energy else [],
+        files=[f"{energy.name}.csv"] if energy else [],
+    )
 
 
 def assumptions(scene: Scene, motion: MotionStudy | None) -> list[str]:
     """Say what was assumed, and what that leaves unknown."""
-    words, disks, drive = Words(__name__), scene.snapshot, scene.drive
-    radius = (float(disks.radius.min()), float(disks.radius.max()))
-    mass = (float(disks.mass.min()), float(disks.mass.max()))
+    words, people, drive = Words(__name__), scene.people, scene.drive
+    radius = (float(people.radius.min()), float(people.radius.max()))
+    mass = (float(people.mass.min()), float(people.mass.max()))
     said = [words.text("bodies", radius=radius, mass=mass, contact=scene.contact)]
     if drive:
         said.append(words.text("push", drive=drive, each=scene.push_range))
@@ -216,7 +414,7 @@ def limits_table(motions: Sequence[MotionStudy], files: tuple[Path, ...] = ()) -
         ]
         for limit in (*people, *limits_of_walls(files))
     ]
-    scenes = [f"{one.scene.name}, of {len(one.scene.snapshot)}" for one in motions]
+    scenes = [f"{one.scene.name}, of {len(one.scene.people)}" for one in motions]
     return words.table("limits", rows, scenes=scenes)
 
 
@@ -243,17 +441,15 @@ def motion_numbers(study: MotionStudy) -> dict[str, object]:
             if (above := compared.get(key)) is not None:
                 # a share, or in the unit where the first model is next to zero
                 name = "above_first" if above.relative else "more_than_first"
-                entry[name] = above.value
-                entry[f"{name}_interval_90"] = [above.low, above.high]
-                entry["smallest_seen"] = above.least
-                entry["probability"] = above.probability
+                entry |= {name: above.value, f"{name}_interval_90": [above.low, above.high]}
+                entry |= {"smallest_seen": above.least, "probability": above.probability}
             found[key] = entry
         models[one.title] = found
     return {
         "replicates": study.crowds,
         "last_s": study.last_s,
         "first": first.title,
-        "four": first_numbers(study),
+        "four": four_numbers(study),
         "models": models,
     }
 

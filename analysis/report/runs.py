@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from itertools import product
 from pathlib import Path
@@ -48,19 +48,17 @@ def motion_of(
     every = [variant(scene, number) for number in range(crowds)]
     soft = next((known.NAME for known in PENALTY if known.NAME in engines), None)
     models = [_model(every, RIGID, out, "rigid")] if RIGID in engines else []
-    for k in stiffnesses:
-        if soft is None:
-            break
-        stiff = [one.with_contact(stiffness_N_per_m=k) for one in every]
-        factor = "bodies" if models else ""
-        models.append(_model(stiff, soft, out, bodies_label(stiff[0]), factor))
+    if soft is not None:
+        kinds = [(k, every) for k in stiffnesses]
+        k = softest(scene)
+        if scene.contact.law == "hooke" and k < min(stiffnesses) * (1 - NEAR):
+            kinds.append((k, every[:fewer]))
+        for k, some in kinds:
+            made = [one.with_contact(stiffness_N_per_m=k) for one in some]
+            factor = "bodies" if models else ""
+            models.append(_model(made, soft, out, bodies_label(made[0]), factor))
     if not models:
         return []
-    if soft is not None and scene.contact.law == "hooke":
-        k = softest(scene)
-        if k < min(stiffnesses) * (1 - NEAR):
-            softer = [one.with_contact(stiffness_N_per_m=k) for one in every[:fewer]]
-            models.append(_model(softer, soft, out, bodies_label(softer[0]), "bodies"))
     first = models[0].runs
     base = [run.scene for run in first[:fewer]]
     for factor, label, changed in _variations(scene):
@@ -73,26 +71,17 @@ def motion_of(
     return models
 
 
-def _variations(scene: Scene) -> list[tuple[str, str, Callable[[Scene], Scene]]]:
+def _variations(scene: Scene) -> Iterator[tuple[str, str, Callable[[Scene], Scene]]]:
     """What is varied of the first model: the factor, in words, and how."""
     assert scene.drive is not None
     own = float(scene.drive.push(scene.snapshot.mass).mean())
-    friction = 0.0 if scene.contact.friction else FRICTION
-    found: list[tuple[str, str, Callable[[Scene], Scene]]] = [
-        (
-            "friction",
-            f"friction {significant(friction)}",
-            lambda one: one.with_contact(friction=friction),
-        )
-    ]
+    mu = 0.0 if scene.contact.friction else FRICTION
+    yield "friction", f"friction {significant(mu)}", lambda one: one.with_contact(friction=mu)
     if abs(own - PUSH_N) > NEAR * PUSH_N:
-        found.append(("push", f"push {significant(PUSH_N)} N", lambda one: with_push(one, PUSH_N)))
+        yield "push", f"push {significant(PUSH_N)} N", lambda one: with_push(one, PUSH_N)
     if float(scene.snapshot.radius.min()) > 2 * RADIUS_M:
-        found += [
-            ("radius", "radius − 1 cm", lambda one: with_radius(one, -RADIUS_M)),
-            ("radius", "radius + 1 cm", lambda one: with_radius(one, RADIUS_M)),
-        ]
-    return found
+        yield "radius", "radius − 1 cm", lambda one: with_radius(one, -RADIUS_M)
+        yield "radius", "radius + 1 cm", lambda one: with_radius(one, RADIUS_M)
 
 
 def _model(scenes: Sequence[Scene], name: str, out: Path, label: str, factor: str = "") -> Model:

@@ -19,8 +19,7 @@ from analysis.pages.html import saved
 from analysis.pages.numbers import significant
 from analysis.pages.ranges import Chart
 from analysis.pages.words import Words
-from analysis.report.first import charts, lead, notes
-from analysis.report.page import Reported, assumptions, with_distinct_names
+from analysis.report.page import Reported, assumptions, charts, lead, notes, with_distinct_names
 from analysis.scene.scene import Scene
 from analysis.support.files import whole_file
 
@@ -64,17 +63,15 @@ def draw_sheet(one: Reported, motion: MotionStudy, command: str) -> Figure:
 
 
 def _draw(axes: Axes, chart: Chart) -> None:
-    """Draw the bar of a chart, with the limits as marks."""
-    (bar,) = chart.bars
-    low, high = bar.widest or (bar.low, bar.high)
-    axes.barh(0, high - low, left=low, height=1.0, color=PALE_BAR)
-    axes.barh(0, bar.high - bar.low, left=bar.low, height=0.5, color=BLUE)
-    axes.plot(bar.mean, 0, "ko", ms=4)
+    ((mean, *ends),) = chart.found.values()
+    for (low, high), height, colour in ((chart.widest or ends, 1.0, PALE_BAR), (ends, 0.5, BLUE)):
+        axes.barh(0, high - low, left=low, height=height, color=colour)
+    axes.plot(mean, 0, "ko", ms=4)
     for mark in chart.shown:
         axes.axvline(mark, color=ALARM, lw=1.2)
     for mark, text, late in chart.labelled:
         axes.text(mark, -2.9, text, fontsize=7, color=ALARM, ha="right" if late else "left")
-    axes.set_title(f"{chart.title}: {chart.text}", fontsize=9, loc="left", pad=3, weight="bold")
+    axes.set_title(f"{chart.heading}: {chart.text}", fontsize=9, loc="left", pad=3, weight="bold")
     axes.set(xlim=(0, chart.top), ylim=(-0.7, 0.7), yticks=[])
     axes.set_xticks(*zip(*chart.ticks, strict=True), fontsize=7)
     for side in ("left", "right", "top"):
@@ -83,7 +80,6 @@ def _draw(axes: Axes, chart: Chart) -> None:
 
 
 def _blocks(scene: Scene, motion: MotionStudy, command: str) -> list[tuple[str, list[str]]]:
-    """Headings with their lines."""
     words = Words(__name__)
     limits = [
         f"{significant(one.number, 4)} {one.unit}: {one.what}{one.lasting} ({one.cited})"
@@ -103,7 +99,6 @@ def _blocks(scene: Scene, motion: MotionStudy, command: str) -> list[tuple[str, 
 
 
 def _write(figure: Figure, top: float, blocks: Sequence[tuple[str, list[str]]]) -> None:
-    """Write the blocks below each other."""
     for title, lines in blocks:
         figure.text(0.06, top, title, fontsize=10, weight="bold", va="top")
         top -= 0.019

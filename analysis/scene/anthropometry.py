@@ -6,12 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nscd import Snapshot, Walls, find_contacts
+from nscd import Snapshot, Walls, _core, find_contacts
 from nscd.arrays import Floats
-from nscd.stepping import Motion
+from nscd.stepping import Motion, StepError
 
 # Nobody is farther than so many standard deviations from the mean of the group.
 MOST_DEVIATIONS = 2.0
+# Steps in which disks grow that would be pushed through a wall at once.
+GROWTHS = 10
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,14 +84,27 @@ class Varied:
 
 
 def apart(snapshot: Snapshot, walls: Walls) -> Snapshot:
-    """Push disks that overlap each other or a wall apart, as little as possible.
+    """Push disks that overlap each other or a wall apart, as little as possible; where that would
+    push one through a wall, let them grow to their size in GROWTHS.
 
-    Raises StepError where that does not end, ValueError where centres coincide, or one is on a
-    wall."""
+    Raises StepError where that does not end or one would still go through, ValueError where centres
+    coincide, or one is on a wall."""
     find_contacts(snapshot, walls, tolerance=0.0)
-    motion = Motion(snapshot, walls, step=1.0)
-    motion.separate()
-    moved = dataclasses.replace(snapshot, position=motion.position)
+    for first in (1.0, 1.0 / GROWTHS):
+        now = snapshot
+        for share in np.arange(first, 1.0 + 0.5 / GROWTHS, 1.0 / GROWTHS):
+            grown = dataclasses.replace(now, radius=share * snapshot.radius)
+            motion = Motion(grown, walls, step=1.0)
+            motion.separate()
+            now = motion.snapshot()
+        end = snapshot.position + walls.shortest(now.position - snapshot.position)
+        clear = _core.clear_of(snapshot.position, end, walls.start, walls.end, 1.0)
+        if clear.all():
+            break
+    else:
+        through = snapshot.ids[int(np.argmin(clear))]
+        raise StepError(f"disk {through} would be pushed through a wall: overlaps are too large")
+    moved = dataclasses.replace(snapshot, position=now.position)
     if (of := snapshot.bodies) is None:
         return moved
     return moved.joined(of.ids[of.number], inertia=of.inertia)

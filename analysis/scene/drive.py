@@ -3,26 +3,19 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, Self, TypeVar
 
 import numpy as np
 from pydantic import (
+    AfterValidator,
     Field,
     PrivateAttr,
     TypeAdapter,
     ValidationInfo,
-    field_validator,
     model_validator,
 )
 
-from analysis.scene.fields import (
-    Count,
-    Number,
-    Point,
-    Positive,
-    Schema,
-    means_of,
-)
+from analysis.scene.fields import Count, Number, Point, Positive, Schema, means_of
 from analysis.scene.way import Way, way_of
 from nscd import Snapshot, Walls, _core
 from nscd.arrays import Flags, Floats, Indices
@@ -39,32 +32,50 @@ NOWHERE = (1e30, 1e30)
 AHEAD = 1e29
 
 
-def _ahead(given: Any) -> Any:
-    """Put a door far ahead where none is given."""
-    if not isinstance(given, dict) or {"door_start_m", "door_end_m"} & given.keys():
-        return given
-    try:
-        x, y = map(float, given["outward"])
-    except (KeyError, TypeError, ValueError):
-        return given
-    start, end = ((x - 0.5 * s * y, y + 0.5 * s * x) for s in (1, -1))
-    doors = {"door_start_m": start, "door_end_m": end}
-    return given | {key: (AHEAD * x, AHEAD * y) for key, (x, y) in doors.items()}
+def _in_order(people: tuple[int, int]) -> tuple[int, int]:
+    if people[0] > people[1]:
+        raise ValueError(f"{people[0]} to {people[1]}. The first comes first")
+    return people
 
 
-class Exit:
+class Some(Schema):
+    """Name some people: by their ids, the first and the last."""
+
+    people: Annotated[tuple[Count, Count], AfterValidator(_in_order)]
+
+    def of(self, ids: Indices) -> Flags:
+        """Who (n,) of these ids (n,) is named."""
+        return (ids >= self.people[0]) & (ids <= self.people[1])
+
+
+class Exit(Schema):
     """Say where somebody wants to go: what a drive and its goals have in common."""
 
-    if TYPE_CHECKING:  # the fields of both, each in the order of its own file
-        door_start_m: Point
-        door_end_m: Point
-        outward: Point
+    door_start_m: Point
+    door_end_m: Point
+    outward: Point
 
-    def _check_door(self) -> None:
+    @model_validator(mode="before")
+    @classmethod
+    def _ahead(cls, given: Any) -> Any:
+        """Put a door far ahead where none is given."""
+        if not isinstance(given, dict) or {"door_start_m", "door_end_m"} & given.keys():
+            return given
+        try:
+            x, y = map(float, given["outward"])
+        except (KeyError, TypeError, ValueError):
+            return given
+        start, end = ((x - 0.5 * s * y, y + 0.5 * s * x) for s in (1, -1))
+        doors = {"door_start_m": start, "door_end_m": end}
+        return given | {key: (AHEAD * x, AHEAD * y) for key, (x, y) in doors.items()}
+
+    @model_validator(mode="after")
+    def _check_door(self) -> Self:
         if abs(np.hypot(*self.outward) - 1) > 1e-9:
             raise ValueError("outward must be a unit vector")
         if self.door_start_m == self.door_end_m:
             raise ValueError("door_start_m and door_end_m are the same point")
+        return self
 
     @property
     def has_door(self) -> bool:
@@ -82,90 +93,45 @@ class Exit:
         return passed
 
 
-class Goal(Schema, Exit):
+class Goal(Exit, Some):
     """Send some people to a door of their own.
 
     people: ids, the first and the last
     door_start_m, door_end_m: m; left out, they walk along `outward`
     outward: unit vector out of the room"""
 
-    people: tuple[Count, Count]
-    door_start_m: Point
-    door_end_m: Point
-    outward: Point
-
-    @model_validator(mode="before")
-    @classmethod
-    def _of_direction(cls, given: Any) -> Any:
-        return _ahead(given)
-
-    @model_validator(mode="after")
-    def _in_order(self) -> Goal:
-        self._check_door()
-        if self.people[0] > self.people[1]:
-            raise ValueError(f"people: {self.people[0]} to {self.people[1]}. The first comes first")
-        return self
-
-    def of(self, ids: Indices) -> Flags:
-        """Who (n,) of these ids (n,) goes there."""
-        return (ids >= self.people[0]) & (ids <= self.people[1])
-
 
 # s: a stop as late as this before an instant counts as there, since instants are rounded.
 INSTANT = 1e-9
 
 
-class Stop(Schema):
+class Stop(Some):
     """Let some people want to go nowhere from a time on: they push no more, and the floor damps
     them with −m u/τ. An assumption about who faints, no medicine.
 
     people: ids, the first and the last
     time_s: s"""
 
-    people: tuple[Count, Count]
     time_s: Positive
 
-    @field_validator("people")
-    @classmethod
-    def _in_order(cls, people: tuple[int, int]) -> tuple[int, int]:
-        if people[0] > people[1]:
-            raise ValueError(f"{people[0]} to {people[1]}. The first comes first")
-        return people
+
+class Push(Schema):
+    """Say with how much people push.
+
+    push_N: N, of a person of mean mass who is held; in proportion to the mass of others"""
+
+    push_N: Positive  # noqa: N815  (the unit is newton)
 
 
-class Drive(Schema, Exit):
-    """Drive people with m(u_d − u)/τ: u_d points to the nearest point of the door (or to its
-    centre), and along `outward` for those who have passed the line of the door.
-
-    speed_m_per_s: m/s, |u_d|
-    relaxation_time_s: s, τ
-    door_start_m, door_end_m: m; left out, people walk along `outward` and arrive nowhere
-    outward: unit vector out of the room
-    aim: nearest or centre
-    goals: doors of those who go to another one
-    stops: who wants to go nowhere from a time on
-    clearance_m: m, kept from corners of walls on the way; who has a wall before the door then walks
-        the shortest way that is wide enough, where left out straight at that wall"""
+class Pace(Schema):
+    """Say how fast people want to walk, and how soon: speed (m/s) and relaxation time (s)."""
 
     speed_m_per_s: Positive
     relaxation_time_s: Positive
-    door_start_m: Point
-    door_end_m: Point
-    outward: Point
-    aim: Literal["nearest", "centre"] = "nearest"
-    goals: tuple[Goal, ...] = ()
-    stops: tuple[Stop, ...] = ()
-    clearance_m: Annotated[Number, Field(ge=0)] | None = None
-    _way: Way | None = PrivateAttr(None)
 
     def push(self, mass: Mass) -> Mass:
         """Give m U/τ (N): with how much people of this mass (kg) push who are held."""
         return mass * self.speed_m_per_s / self.relaxation_time_s
-
-    @model_validator(mode="before")
-    @classmethod
-    def _of_direction(cls, given: Any) -> Any:
-        return _ahead(given)
 
     @model_validator(mode="before")
     @classmethod
@@ -190,9 +156,29 @@ class Drive(Schema, Exit):
         )
         return rest | {"relaxation_time_s": time, "speed_m_per_s": push * time / mass}
 
+
+class Drive(Exit, Pace):
+    """Drive people with m(u_d − u)/τ: u_d points to the nearest point of the door (or to its
+    centre), and along `outward` for those who have passed the line of the door.
+
+    speed_m_per_s: m/s, |u_d|
+    relaxation_time_s: s, τ
+    door_start_m, door_end_m: m; left out, people walk along `outward` and arrive nowhere
+    outward: unit vector out of the room
+    aim: nearest or centre
+    goals: doors of those who go to another one
+    stops: who wants to go nowhere from a time on
+    clearance_m: m, kept from corners of walls on the way; who has a wall before the door then walks
+        the shortest way that is wide enough, where left out straight at that wall"""
+
+    aim: Literal["nearest", "centre"] = "nearest"
+    goals: tuple[Goal, ...] = ()
+    stops: tuple[Stop, ...] = ()
+    clearance_m: Annotated[Number, Field(ge=0)] | None = None
+    _way: Way | None = PrivateAttr(None)
+
     @model_validator(mode="after")
     def _one_goal_each(self) -> Drive:
-        self._check_door()
         if self.clearance_m is not None and not all(one.has_door for one in self.doors):
             raise ValueError("clearance_m: a way leads to a door. Give door_start_m and door_end_m")
         if self.clearance_m is not None and len(self.gates) < len(self.doors):
@@ -307,7 +293,15 @@ class Drive(Schema, Exit):
         if ids is None and (self.goals or self.stops):
             raise ValueError("goals, stops: the ids of people say who goes where")
         who = np.arange(len(place)) if ids is None else ids
-        velocity = self._walked(place, who)
+        velocity, speed = np.zeros_like(place), self.speed_m_per_s
+        if self.way:
+            legs = self.legs(place, who)
+            _core.soft_drive(velocity, place, velocity.copy(), speed, 1.0, *legs)
+        else:
+            for exit_, mine in self.exits(who):
+                places = [*self.target(exit_), exit_.outward, exit_.door_start_m]
+                start, end, outward, door = np.array(places, dtype=float)
+                velocity[mine] = _core.headed(place[mine], start, end, outward, door, speed)
         velocity[self.stopped(who, time)] = 0.0
         return velocity
 
@@ -318,26 +312,8 @@ class Drive(Schema, Exit):
             raise ValueError("drive.stops: the time of the frame is not known")
         there = np.zeros(len(ids), dtype=bool)
         for stop in self.stops:
-            mine = (ids >= stop.people[0]) & (ids <= stop.people[1])
-            there |= mine & (np.asarray(time) >= stop.time_s - INSTANT)
+            there |= stop.of(ids) & (np.asarray(time) >= stop.time_s - INSTANT)
         return there
-
-    def _walked(self, place: Floats, who: Indices) -> Floats:
-        velocity = np.zeros_like(place)
-        if self.way:
-            legs = self.legs(place, who)
-            _core.soft_drive(velocity, place, velocity.copy(), self.speed_m_per_s, 1.0, *legs)
-            return velocity
-        for exit_, mine in self.exits(who):
-            velocity[mine] = self._headed(place[mine], exit_)
-        return velocity
-
-    def _headed(self, place: Floats, exit_: Exit) -> Floats:
-        start, end = (np.array(point, dtype=np.float64) for point in self.target(exit_))
-        outward, door = np.array(exit_.outward, dtype=np.float64), np.array(exit_.door_start_m)
-        return _core.headed(
-            np.ascontiguousarray(place), start, end, outward, door, self.speed_m_per_s
-        )
 
     def gone(self, position: Floats, ids: Indices) -> Flags:
         """Tell who (n,) at (n,2) m has passed the line of the own door."""
@@ -347,11 +323,3 @@ class Drive(Schema, Exit):
             if self.way:
                 passed &= ~(mine & self.way.corner(position, number)[0])
         return passed
-
-
-class Push(Schema):
-    """Say with how much people push.
-
-    push_N: N, of a person of mean mass who is held; in proportion to the mass of others"""
-
-    push_N: Positive  # noqa: N815  (the unit is newton)

@@ -2,7 +2,7 @@
 (WKT, GeoJSON, trajectories of JuPedSim, scenarios of Vadere)."""
 
 import json
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -30,23 +30,8 @@ def walled(
     names: of the walls; wall_1, wall_2, … where left out
 
     Raises SceneError for a door that is not on one side of the outline or overlaps another one."""
-    sides, outward, placed = _opened(floor, ways)
-    return walls_between([*sides, *np.array(barriers).reshape(-1, 2, 2)], names), outward, placed
-
-
-def walls_between(sides: Iterable[Sequence[Any]], names: Sequence[str] = ()) -> tuple[Wall, ...]:
-    """Name walls by both ends of each (m): wall_1, wall_2, … without names."""
-    return tuple(
-        Wall(name=names[i] if names else f"wall_{i + 1}", start_m=_point(a), end_m=_point(b))
-        for i, (a, b) in enumerate(sides)
-    )
-
-
-def _opened(
-    floor: shapely.Polygon, ways: Sequence[Doorway]
-) -> tuple[list[tuple[Floats, Floats]], list[Floats], list[Doorway]]:
-    """The sides of a floor less its doors, the unit vector out of each door, and the doors."""
-    sides = list(_sides(floor))
+    rings = (floor.exterior, *floor.interiors)
+    sides = [side for ring in rings for side in pairwise(np.asarray(ring.coords))]
     outer = list(sides[: len(floor.exterior.coords) - 1])
     outward, placed = [], []
     for way in ways:
@@ -69,19 +54,22 @@ def _opened(
             raise SceneError(f"door: {way.ends} m overlaps another door")
         pieces = ((sides[whole][0], first), (last, sides[whole][1]))
         sides[whole : whole + 1] = [(a, b) for a, b in pieces if np.hypot(*(b - a)) > ON_WALL_M]
-    return sides, outward, placed
+    sides += [(start, end) for start, end in np.array(barriers).reshape(-1, 2, 2)]
+    return walls_between(sides, names), outward, placed
+
+
+def walls_between(sides: Iterable[Sequence[Any]], names: Sequence[str] = ()) -> tuple[Wall, ...]:
+    """Name walls by both ends of each (m): wall_1, wall_2, … without names."""
+    return tuple(
+        Wall(name=names[i] if names else f"wall_{i + 1}", start_m=_point(a), end_m=_point(b))
+        for i, (a, b) in enumerate(sides)
+    )
 
 
 def _on(side: tuple[Floats, Floats], ends: Floats) -> bool:
     """Whether both ends of a door are on a side."""
     distance = shapely.distance(shapely.LineString(side), shapely.points(ends))
     return bool(distance.max() <= ON_WALL_M)
-
-
-def _sides(floor: shapely.Polygon) -> Iterator[tuple[Floats, Floats]]:
-    """Both ends of each side, those of the outline first."""
-    for ring in (floor.exterior, *floor.interiors):
-        yield from pairwise(np.asarray(ring.coords))
 
 
 def _point(place: Sequence[float] | Floats) -> tuple[float, float]:
@@ -251,19 +239,16 @@ def _target(source: dict[str, Any], targets: dict[int, shapely.Geometry]) -> int
 def _people(source: dict[str, Any]) -> float:
     """How many people a source gives, as far as it says."""
     spawner = source.get("spawner", {})
-    for said in (
+    said = (
         spawner.get("constraintsElementsMax"),
         source.get("maxSpawnNumberTotal"),
         spawner.get("eventElementCount"),
         source.get("spawnNumber"),
-    ):
-        if said is not None and float(said) > 0:
-            return float(said)
-    return 1.0
+    )
+    return next((float(each) for each in said if each is not None and float(each) > 0), 1.0)
 
 
 def _shape(kind: str, one: dict[str, Any]) -> shapely.Geometry:
-    """A shape of Vadere."""
     shape, form = one["shape"], one["shape"].get("type")
     if form == "RECTANGLE":
         x, y = float(shape["x"]), float(shape["y"])
@@ -289,9 +274,7 @@ def _door(floor: shapely.Polygon, target: shapely.Geometry, number: int) -> Any:
         if part.geom_type == "LineString" and part.length > ON_WALL_M
     ]
     sides = [
-        shapely.LineString(pair)
-        for line in lines
-        for pair in zip(line.simplify(0.0).coords, line.simplify(0.0).coords[1:], strict=False)
+        shapely.LineString(pair) for line in lines for pair in pairwise(line.simplify(0.0).coords)
     ]
     if not sides:
         raise SceneError(

@@ -1,13 +1,16 @@
-"""Mass, centre and inertia of bodies of several disks, in the file that LAMMPS' fix rigid/small takes
-as its `infile`."""
+"""Bodies of several disks: their mass, centre and inertia in the file that LAMMPS' fix rigid/small
+takes as its `infile`, and the people that they are."""
 
+from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from analysis.support.files import write_text
 from analysis.support.reading import NUMBER, lines_of, open_file
 from nscd import Snapshot
+from nscd.arrays import Indices
 
 # id, mass, centre, inertia xx yy zz xy xz yz, velocity, angular momentum (3 each), three image flags
 COLUMNS, INERTIA = 20, 7
@@ -58,3 +61,33 @@ def read_bodies(path: Path, disks: Snapshot) -> Snapshot:
         return disks.joined(bodies.ids[bodies.number], inertia=table[:, INERTIA])
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
+
+
+@lru_cache(maxsize=4)
+def people_of(disks: Snapshot) -> tuple[Snapshot, Indices]:
+    """Give people as one disk each, and whose (n,) each disk is: of a body of several its centre, motion
+    and mass, the id of its first disk, and the radius of a circle as long as its outline."""
+    if (of := disks.wide) is None:
+        return disks, np.arange(len(disks))
+    first = np.unique(of.number, return_index=True)[1]
+    order = np.argsort(disks.ids[first])
+    motion, outline = of.motion(disks, disks.velocity), [shape.length for shape in shapes(disks)]
+    people = Snapshot(
+        position=of.centre[order],
+        velocity=motion[order, :2],
+        radius=np.array(outline)[order] / (2 * np.pi),
+        mass=of.mass[order],
+        ids=disks.ids[first][order],
+        time=disks.time,
+    )
+    return people, np.argsort(order)[of.number]
+
+
+def shapes(disks: Snapshot) -> list[Any]:
+    """Give what the disks of each body cover together, as shapely has it."""
+    import shapely
+
+    assert disks.bodies is not None
+    circles = shapely.buffer(shapely.points(disks.position), disks.radius, quad_segs=64)
+    bodies = range(len(disks.bodies))
+    return [shapely.union_all(circles[disks.bodies.number == body]) for body in bodies]

@@ -139,7 +139,15 @@ def from_geometry(
 
     Raises SceneError for a door that is not on the outline or that nobody goes to, for a crowd that
     does not fit, and for lengths that are not positive."""
-    _check(crowd, duration)
+    for what, number, most in (
+        ("people", crowd.people, MOST_PEOPLE),
+        ("push", crowd.push, MOST_PUSH_N),
+        ("radius", crowd.radius, MOST_RADIUS_M),
+        ("mass", crowd.mass, MOST_MASS_KG),
+        ("duration", duration, MOST_S),
+    ):
+        if not 0 < number <= most:
+            raise SceneError(f"{what}: {number:g}. Above 0 and at most {most:g} is needed")
     inside = inside or Inside()
     floor = shapely.geometry.polygon.orient(polygon_of(inside.cut(polygon_of(area))))
     ways = [way if isinstance(way, Doorway) else Doorway(ends=way) for way in _several(doors)]
@@ -182,19 +190,6 @@ def _several(doors: Any) -> list[Any]:
         return list(doors)
 
 
-def _check(crowd: Crowd, duration: float) -> None:
-    """Raise SceneError for what would take for ever, or is no crowd."""
-    for name, number, most in (
-        ("people", crowd.people, MOST_PEOPLE),
-        ("push", crowd.push, MOST_PUSH_N),
-        ("radius", crowd.radius, MOST_RADIUS_M),
-        ("mass", crowd.mass, MOST_MASS_KG),
-        ("duration", duration, MOST_S),
-    ):
-        if not 0 < number <= most:
-            raise SceneError(f"{name}: {number:g}. Above 0 and at most {most:g} is needed")
-
-
 def _crowd(
     crowd: Crowd, floor: shapely.Polygon, ways: Sequence[Doorway], barriers: Sequence[Ends]
 ) -> tuple[Snapshot, Indices]:
@@ -212,7 +207,7 @@ def _crowd(
         raise SceneError("barrier: a part of it is not on the floor")
     counts = counts_of(ways, crowd.people)
     place = places(floor, barriers, ways, counts, radius, crowd.varied.seed)
-    snapshot = Snapshot(position=place, velocity=np.zeros_like(place), radius=radius, mass=mass)
+    snapshot = Snapshot(position=place, radius=radius, mass=mass)
     return snapshot, np.repeat(np.arange(len(ways)), counts)
 
 

@@ -22,7 +22,7 @@ from analysis.scene.fields import FileName, Means, Schema
 from analysis.scene.lammps_data import read_data, write_data, written_mass
 from analysis.scene.law import LAWS
 from analysis.scene.placement import check_room
-from analysis.scene.rigid_bodies import read_bodies, write_bodies
+from analysis.scene.rigid_bodies import people_of, read_bodies, write_bodies
 from analysis.scene.schema import (
     Analysis,
     ContactModel,
@@ -35,8 +35,7 @@ from analysis.scene.schema import (
 from analysis.support.files import or_shipped, shipped, write_text
 from analysis.support.reading import UnreadableError, read_text
 from nscd import Snapshot, Walls, _core
-from nscd.arrays import Floats
-from nscd.segments import connect
+from nscd.contacts import connected
 from nscd.stepping import StepError
 
 __all__ = [
@@ -151,19 +150,18 @@ class Scene(Room):
     @property
     def push_range(self) -> tuple[float, float]:
         """Give the least and the largest force (N) with which a person pushes; 0 without a drive."""
-        push = self.drive.push(self._masses) if self.drive else np.zeros(1)
+        push = self.drive.push(self.people.mass) if self.drive else np.zeros(1)
         return float(push.min()), float(push.max())
 
     @property
     def mean_push(self) -> float:
         """Give the mean force (N) with which people push; 0 without a drive."""
-        return self.drive.push(float(np.mean(self._masses))) if self.drive else 0.0
+        return self.drive.push(float(self.people.mass.mean())) if self.drive else 0.0
 
     @property
-    def _masses(self) -> Floats:
-        """Of people (kg), whose bodies may have several disks."""
-        wide = self.snapshot.wide
-        return self.snapshot.mass if wide is None else wide.mass
+    def people(self) -> Snapshot:
+        """Give its people as one disk each, see `people_of`."""
+        return people_of(self.snapshot)[0]
 
     def with_contact(self, **changes: object) -> Scene:
         """Return the scene with some keys of its contact model changed; the laws of a body bring
@@ -177,6 +175,12 @@ class Scene(Room):
     def with_run(self, **changes: object) -> Scene:
         """Return the scene with some keys of its run changed. Raises SceneError naming the key."""
         return self._with("run", changes)
+
+    def with_drive(self, **changes: object) -> Scene:
+        """Return the driven scene with some fields of its drive changed, which are not checked, and
+        its ways found again."""
+        assert self.drive is not None
+        return self.model_copy(update={"drive": self.drive.model_copy(update=changes)}).rerouted()
 
     def _with(self, name: str, changes: dict[str, object]) -> Scene:
         old: Schema = getattr(self, name)
@@ -216,12 +220,13 @@ class Scene(Room):
         `origin` names the file in the message."""
         if len({w.name for w in self.walls}) < len(self.walls):
             raise SceneError(f"{origin}: walls: two walls have the same name")
-        if self.drive and self.drive.stops and self.snapshot.bodies is not None:
-            raise SceneError(f"{origin}: drive.stops: only for people of one disk each")
+        stops = self.drive and self.drive.stops
+        for key, given in (("drive.stops", stops), ("contact.arm_reach_m", self.contact.arms)):
+            if given and self.snapshot.bodies is not None:
+                raise SceneError(f"{origin}: {key}: only for people of one disk each")
         for name in ("goals", "stops") if self.drive else ():
             for number, part in enumerate(getattr(self.drive, name), start=1):
-                first, last = part.people
-                mine = (self.snapshot.ids >= first) & (self.snapshot.ids <= last)
+                mine = part.of(self.snapshot.ids)
                 if (wide := self.snapshot.wide) is not None:
                     cut = np.intersect1d(wide.number[mine], wide.number[~mine])
                     if len(cut):
@@ -230,6 +235,7 @@ class Scene(Room):
                             f"body {wide.ids[cut[0]]}, and not all"
                         )
                 if not mine.any():
+                    first, last = part.people
                     raise SceneError(
                         f"{origin}: drive.{name}: number {number}: nobody has an id from {first} to {last}"
                     )
@@ -245,22 +251,17 @@ class Scene(Room):
 
     def _check_giving(self, origin: str) -> None:
         """Refuse a wall that gives and meets others, and one with arms or a crowd to the other side."""
-        meeting = connect(*(getattr(self.wall_segments(), end) for end in ("start", "end")))
+        meeting = connected(self.wall_segments())
         for number, wall in enumerate(self.walls):
             others = np.delete(meeting.vertex, number, axis=0)
             met = np.isin(meeting.vertex[number], others).any() or meeting.inner[number].any()
-            if wall.oscillator and met:
-                raise SceneError(
-                    f"{origin}: walls.{number}: {wall.name} gives (mass_kg) and meets another wall: end "
-                    "it 1 mm before that"
-                )
-            if wall.oscillator and self.contact.arms:
-                raise SceneError(
-                    f"{origin}: walls.{number}: {wall.name} gives (mass_kg): not with contact.arm_reach_m"
-                )
+            why = ": not with contact.arm_reach_m" if self.contact.arms else ""
+            why = " and meets another wall: end it 1 mm before that" if met else why
+            if wall.oscillator and why:
+                raise SceneError(f"{origin}: walls.{number}: {wall.name} gives (mass_kg){why}")
 
-    def _content(self) -> dict[str, Any]:
-        """What the scene file says, but for the name of its data file."""
+    def content(self) -> dict[str, Any]:
+        """Return what the scene file says, but for the name of its data file."""
         walls = [wall.model_dump(exclude_none=True) for wall in self.walls]
         tables = {key: getattr(self, key) for key in TABLES}
         return (
@@ -272,7 +273,7 @@ class Scene(Room):
 
     def to_toml(self) -> str:
         """Write out the text of the scene file; its disks are in `<name>.data` beside it."""
-        content = self._content()
+        content = self.content()
         if self.other_frames:
             content["other_frames"] = _entries(self.other_frames.of(self.name))
         tops = ("title", "source", "period_x_m")
@@ -297,7 +298,8 @@ class Scene(Room):
             files = self.other_frames.of(self.name).data
             for file, crowd in zip(files, self.other_crowds, strict=True):
                 write_data(folder / file, crowd, self.title)
-        write_data(folder / f"{self.name}.data", self.snapshot, self.title)
+        arms = self.contact.arms is not None
+        write_data(folder / f"{self.name}.data", self.snapshot, self.title, by_radius=arms)
         if self.drive and self.drive.way:
             way = self.drive.way.to_json(self.wall_segments())
             write_text(folder / f"{self.name}.way", way)
@@ -311,7 +313,7 @@ class Scene(Room):
         and other frames."""
         disks = self.snapshot
         arrays = (disks.position, disks.velocity, disks.radius, written_mass(disks))
-        state = hashlib.sha256(json.dumps(self._content(), sort_keys=True).encode())
+        state = hashlib.sha256(json.dumps(self.content(), sort_keys=True).encode())
         of = disks.bodies
         joined = () if of is None else (of.number, of.inertia)
         for array in (*arrays, *joined, disks.spin, disks.ids):
@@ -369,7 +371,6 @@ def read_scene(name_or_path: str | Path) -> Scene:
 
 
 def _path_of(name_or_path: str | Path) -> Path:
-    """The path of a scene's TOML file."""
     path = Path(name_or_path)
     if path.suffix == ".toml":
         return or_shipped(path)
@@ -428,7 +429,8 @@ def _read_toml(path: Path) -> tuple[dict[str, Any], str]:
     """The content of a TOML file and the comment at its head. Raises SceneError."""
     try:
         text = read_text(path)
-        return tomllib.loads(text), head_comment(text)
+        head = (line for line in text.split("\n\n")[0].splitlines() if line.startswith("#"))
+        return tomllib.loads(text), "\n".join(line[1:].strip() for line in head)
     except UnreadableError as error:
         raise SceneError(str(error)) from None
     except (ValueError, RecursionError) as error:
@@ -447,13 +449,6 @@ def _validated(
         return kind.model_validate(content, context={"means": means})
     except ValidationError as error:
         raise SceneError(f"{path}: {first_problem(error)}") from None
-
-
-def head_comment(text: str) -> str:
-    """Take the comment in the first paragraph of a scene or room file, without number signs."""
-    return "\n".join(
-        line[1:].strip() for line in text.split("\n\n")[0].splitlines() if line.startswith("#")
-    )
 
 
 def first_problem(error: ValidationError) -> str:

@@ -8,28 +8,10 @@ from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import (
-    AfterValidator,
-    Field,
-    Strict,
-    ValidationInfo,
-    WithJsonSchema,
-    model_validator,
-)
+from pydantic import AfterValidator, Field, Strict, ValidationInfo, WithJsonSchema, model_validator
 
-from analysis.scene.drive import (
-    Drive,
-)
-from analysis.scene.fields import (
-    Count,
-    FileName,
-    Number,
-    Period,
-    Point,
-    Positive,
-    Schema,
-    means_of,
-)
+from analysis.scene.drive import Drive
+from analysis.scene.fields import Count, FileName, Number, Period, Point, Positive, Schema, means_of
 from analysis.scene.law import AS_HERTZ, LAWS, NOMINAL, Elastic, Law, hertz_stiffness
 from nscd import Snapshot, Walls
 from nscd.stepping import Arms
@@ -413,7 +395,6 @@ class Room(Schema):
         return f"<Room: {self._shown()}>"
 
     def _shown(self) -> str:
-        """The room in few words."""
         law = f"{self.contact.law} {self.contact.stiffness_N_per_m:g} N/m"
         return f"{len(self.walls)} walls, {self.analysis.kind}, {law}, {self.run.duration_s:g} s"
 

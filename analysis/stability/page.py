@@ -25,13 +25,13 @@ from analysis.pages.drawing import (
     WHITE,
     YELLOW,
 )
-from analysis.pages.html import render, write_pictures
+from analysis.pages.html import write_html
 from analysis.pages.numbers import NONE, number, percent, significant
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
 from analysis.stability.case import Axis, Boundary, Case, Map, Outcome, Row
 from analysis.support.columns import Columns
-from analysis.support.files import write_json, write_rows, write_text
+from analysis.support.files import write_json, write_rows
 
 # Okabe–Ito, of clearly different lightness, with a letter and a hatch of its own
 LOOKS = {
@@ -205,18 +205,17 @@ def write_atlas(
         words=words.items("found", **about),
         pictures=[words.picture("overview", wide, narrow)],
     )
-    images = write_pictures([first, *sections], folder / "figures")
     write_rows(folder / "cells.csv", CELL_COLUMNS, _cell_rows(maps))
     write_rows(folder / "boundaries.csv", BOUNDARY_COLUMNS, _boundary_rows(maps))
     write_json(folder / "atlas.json", {made.case.name: _numbers(made) for made in maps})
-    page = render(
+    return write_html(
+        folder / "index.html",
         "stability.html",
+        [first, *sections],
         command=command,
-        contents=[(one.number, one.title) for one in (first, *sections)],
         quick=quick,
         first=first,
         sections=sections,
-        images=images,
         judged=words.items("judged", **about),
         summary=words.table("summary", [row for made in maps for row in _summary_rows(made)]),
         attempts={made.case.name: _attempts(words, made) for made in maps},
@@ -224,8 +223,6 @@ def write_atlas(
         wall_seconds=wall_seconds,
         cores=os.cpu_count(),
     )
-    write_text(folder / "index.html", page)
-    return folder / "index.html"
 
 
 def _counts(maps: Sequence[Map]) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from analysis.dumps import DumpError, index_dump
 from analysis.engines import PENALTY as KNOWN
 from analysis.engines import engine as engine_of
 from analysis.engines import installed
-from analysis.engines.guard import Verdict
+from analysis.engines.guard import verdict_of
 from analysis.engines.penalty import penalty_of
 from analysis.engines.process import SCREEN, run_command
 from analysis.scene.scene import Scene
@@ -105,9 +105,9 @@ def guard_says(trial: Trial) -> str:
         log = f"{GUARDED}.log"
         ended = run_command(command, trial.folder, screen=log, longest_s=LONGEST_S)
         with (trial.folder / log).open(encoding="utf-8", errors="replace") as lines:
-            verdict = Verdict.of(lines)
+            verdict = verdict_of(lines)
         status = _words(ended.status)
-        words = verdict.kind if verdict else ("nothing" if status == "0" else f"status {status}")
+        words = verdict[1] if verdict else ("nothing" if status == "0" else f"status {status}")
         shutil.rmtree(trial.folder / GUARDED)
         write_text(said, words)
     return said.read_text(encoding="utf-8")
@@ -206,8 +206,7 @@ def _pressed(scene: Scene, position: Floats) -> tuple[float, float]:
     """Elastic energy (J), largest overlap over the smaller radius; NaN and 2 where two centres, or
     a centre and a wall, coincide."""
     radius = scene.snapshot.radius
-    still = np.zeros_like(position)
-    snapshot = Snapshot(position=position, velocity=still, radius=radius, mass=scene.snapshot.mass)
+    snapshot = Snapshot(position=position, radius=radius, mass=scene.snapshot.mass)
     try:
         contacts = find_contacts(snapshot, scene.wall_segments(), tolerance=0.0)
     except ValueError:

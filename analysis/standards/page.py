@@ -15,12 +15,12 @@ from analysis.dumps import index_dump
 from analysis.engines import EngineError, engine
 from analysis.engines.run import EngineRun, check_before, run_ahead
 from analysis.pages.drawing import COLOURS, draw_disks, draw_walls, frame, panels
-from analysis.pages.html import render, write_pictures
+from analysis.pages.html import write_html
 from analysis.pages.section import Picture, Section
 from analysis.pages.words import Words
 from analysis.standards.cases import CASES, Case, Judged, Track
 from analysis.support.columns import Columns
-from analysis.support.files import write_json, write_rows, write_text
+from analysis.support.files import write_json, write_rows
 from analysis.support.parallel import Progress
 
 COLUMNS = Columns("""
@@ -144,15 +144,15 @@ def write_page(tested: Sequence[Tested], engine_name: str, folder: Path, command
     ]  # fmt: skip
     others = [item.split(" | ") for item in words.items("not_applicable")]
     sections = [_section(words, one) for one in tested]
-    page = render(
+    page = write_html(
+        folder / "standards.html",
         "standards.html",
+        sections,
         command=command,
-        contents=[(one.number, one.title) for one in sections],
         first=Section(number="result", title="Result", introduction=[lead]),
         tables=[words.table("summary", rows), words.table("not_applicable_table", others)],
         how=words.items("how"),
         sections=sections,
-        images=write_pictures(sections, folder / "figures"),
     )
     write_rows(folder / "standards.csv", COLUMNS, _rows(tested, others))
     tests = {
@@ -161,8 +161,7 @@ def write_page(tested: Sequence[Tested], engine_name: str, folder: Path, command
     }
     reasons = {title: why for title, *_, why in others}
     write_json(folder / "standards.json", {"tests": tests, "not_applicable": reasons})
-    write_text(folder / "standards.html", page)
-    return folder / "standards.html"
+    return page
 
 
 def _section(words: Words, one: Tested) -> Section:

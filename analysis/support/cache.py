@@ -5,10 +5,10 @@ is missing, damaged or was kept under another key counts as not there."""
 
 import base64
 import json
-import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -27,9 +27,7 @@ def kept(path: Path, key: str) -> dict[str, Any] | None:
         else:
             content = json.loads(path.read_text(encoding="utf-8"))
         return content if str(content.pop(KEY)) == key else None
-    except (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError):
-        return None
-    except zipfile.BadZipFile:
+    except (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, BadZipFile):
         return None
 
 

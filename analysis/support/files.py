@@ -3,6 +3,7 @@ renamed, so that an interrupted run leaves earlier results."""
 
 import contextlib
 import csv
+import dataclasses
 import json
 import math
 import os
@@ -52,7 +53,7 @@ def write_text(path: Path, text: str) -> None:
 
 def write_json(path: Path, content: Any) -> None:
     """Write the content as JSON, whole or not at all; null stands for NaN and infinities."""
-    write_text(path, json.dumps(_finite(content), indent=1, ensure_ascii=False) + "\n")
+    write_text(path, json.dumps(plain(content), indent=1, ensure_ascii=False) + "\n")
 
 
 def write_rows(path: Path, head: Sequence[str], rows: Iterable[Iterable[object]]) -> None:
@@ -69,12 +70,20 @@ def write_columns(path: Path, columns: Mapping[str, Any]) -> None:
     write_rows(path, list(columns), zip(*cells, strict=True))
 
 
-def _finite(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """Give what JSON has for mappings, sequences, dataclasses, models and arrays; None stands for NaN
+    and infinities."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
     if isinstance(value, dict):
-        return {key: _finite(entry) for key, entry in value.items()}
+        return {key: plain(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(entry) for entry in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+        return [plain(entry) for entry in value]
+    if dataclasses.is_dataclass(value):
+        return {one.name: plain(getattr(value, one.name)) for one in dataclasses.fields(value)}
+    if hasattr(value, "model_dump"):
+        return plain(value.model_dump(mode="json"))
+    return plain(value.tolist()) if hasattr(value, "tolist") else value
 
 
 def shipped(name: str) -> Path:

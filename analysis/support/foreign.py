@@ -3,15 +3,12 @@ damaged one can loop inside its library, where nothing but a signal ends it."""
 
 from __future__ import annotations
 
-import atexit
-import contextlib
 import io
 import json
 import os
 import subprocess
 import sys
-import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -22,6 +19,8 @@ from numpy.typing import NDArray
 from analysis.support.reading import UnreadableError, open_file
 
 CHILD = Path(__file__).with_name("foreign_child.py")
+# Its exit status where it says why it does not read a file.
+REFUSED = 3
 # CPU time of a read: to begin, and for each byte.
 LEAST_CPU_S, BYTES_PER_S = 10.0, 10e6
 # Numbers in memory: so many bytes, and so many more for each byte of the file, which may be packed.
@@ -69,89 +68,28 @@ def read_foreign(path: Path, kind: Literal["sqlite", "hdf5"], names: Sequence[st
         "memory_bytes": OWN_BYTES + 4 * most,
         "most_bytes": most,
     }
-    try:
-        content = _READER.ask(request)
-    except EOFError:
+    ended = subprocess.run(
+        [sys.executable, "-P", str(CHILD)],
+        input=json.dumps(request).encode(),
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+        check=False,
+    )
+    if ended.returncode == REFUSED:
+        raise UnreadableError(f"{path}: {ended.stdout.decode()}")
+    if ended.returncode:
         raise UnreadableError(
             f"{path}: damaged: its library crashed, or found no end within {seconds:.0f} s"
-        ) from None
-    except ValueError as error:
-        raise UnreadableError(f"{path}: {error}") from None
-    with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
-        return _tree(arrays)
-
-
-class _Reader:
-    """The process that reads, started where there is none."""
-
-    def __init__(self) -> None:
-        # by who started it: a fork must not share it
-        self._of: dict[int, subprocess.Popen[bytes]] = {}
-        self._lock = threading.Lock()
-
-    def ask(self, request: dict[str, Any]) -> bytes:
-        """Return what it answers. Raises EOFError where it died, ValueError for a refusal."""
-        with self._lock, self._ended_with_an_error():
-            process = self._started()
-            assert process.stdin is not None
-            assert process.stdout is not None
-            with contextlib.suppress(BrokenPipeError):
-                process.stdin.write(json.dumps(request).encode() + b"\n")
-                process.stdin.flush()
-            line = process.stdout.readline()
-            said: dict[str, Any] = (
-                json.loads(line) if line.endswith(b"\n") else {"why": "", "bytes": 1}
-            )
-            content = process.stdout.read(said["bytes"])
-            if len(content) < said["bytes"]:
-                raise EOFError
-        if said["why"]:
-            raise ValueError(said["why"])
-        return content
-
-    @contextlib.contextmanager
-    def _ended_with_an_error(self) -> Iterator[None]:
-        """An answer that was not read to its end, as after an interrupt, is nobody's."""
-        try:
-            yield
-        except BaseException:
-            self.end()
-            raise
-
-    def _started(self) -> subprocess.Popen[bytes]:
-        if os.getpid() not in self._of:
-            process = subprocess.Popen(
-                [sys.executable, "-P", str(CHILD)],
-                env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.DEVNULL,
-                start_new_session=True,
-            )
-            self._of[os.getpid()] = process
-            atexit.register(self.end)
-            assert process.stdout is not None
-            if process.stdout.readline() != b"ready\n":
-                raise ValueError("no process can be started to read it. Is there memory left?")
-        return self._of[os.getpid()]
-
-    def end(self) -> None:
-        """End the process, where there is one."""
-        if process := self._of.pop(os.getpid(), None):
-            process.kill()
-            process.communicate()
-
-
-_READER = _Reader()
-
-
-def _tree(arrays: Any) -> Node:
+        )
     whole = Node()
-    for name, number, attributes in json.loads(str(arrays["parts"])):
-        values = None if number is None else arrays[str(number)]
-        *path, last = name.split("/")
-        place = whole
-        for step in path:
-            place = place.below[step]
-        place.below[last] = Node(attributes=attributes, values=values)
+    with np.load(io.BytesIO(ended.stdout), allow_pickle=False) as arrays:
+        for name, number, attributes in json.loads(str(arrays["parts"])):
+            values = None if number is None else arrays[str(number)]
+            *above, last = name.split("/")
+            place = whole
+            for step in above:
+                place = place.below[step]
+            place.below[last] = Node(attributes=attributes, values=values)
     return whole

@@ -1,10 +1,10 @@
 """Read SQLite and HDF5 files of somebody else in a process of its own, which `foreign.py` starts.
 
-Each request is a line of JSON on stdin: kind (sqlite or hdf5), path, names of tables or groups, and
-limits: cpu_s, memory_bytes, most_bytes. The answer is a line of JSON on stdout: `why` it cannot be
-read, or `bytes` of an .npz that follow. That has the arrays `0`, `1`, … and `parts`, a JSON list of
-[name, number of the array or null, attributes]. Beyond its CPU time the process is ended by a signal.
-It imports nothing of the product, and nothing that it does not need."""
+On stdin it gets a request in JSON: kind (sqlite or hdf5), path, names of tables or groups, and limits:
+cpu_s, memory_bytes, most_bytes. It answers with an .npz of arrays `0`, `1`, … and `parts`, a JSON list
+of [name, number of the array or null, attributes], or says why it cannot read the file and exits with
+status 3. Beyond its CPU time it is ended by a signal. It imports nothing of the product, and nothing
+that it does not need."""
 
 import io
 import json
@@ -25,6 +25,7 @@ TABLES = {
     "metadata": {"key": "text", "value": "any"},
     "geometry": {"wkt": "text"},
 }
+REFUSED = 3
 # A row takes at least so many bytes of a file.
 ROW_BYTES = 4
 DEEPEST = 8
@@ -135,37 +136,27 @@ def answer(request: dict[str, Any]) -> Any:
     return content.getbuffer()
 
 
-def limit(request: dict[str, Any]) -> None:
-    """Set the limits of a request."""
+def main() -> int:
+    """Answer the request within its limits; return the exit status."""
+    request = json.load(sys.stdin)
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     signal.setitimer(signal.ITIMER_PROF, request["cpu_s"])
     _, hard = resource.getrlimit(resource.RLIMIT_AS)
     most = request["memory_bytes"]
     least = most if hard == resource.RLIM_INFINITY else min(most, hard)
     resource.setrlimit(resource.RLIMIT_AS, (least, hard))
-
-
-def main() -> None:
-    """Answer requests until nobody can ask any more."""
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    out = sys.stdout.buffer
-    out.write(b"ready\n")
-    out.flush()
-    for line in sys.stdin.buffer:
-        request, content, why = json.loads(line), b"", ""
-        limit(request)
-        try:
-            content = answer(request)
-        except MemoryError:
-            why = "it needs more memory than a file of its size should"
-        except RefusedError as error:
-            why = str(error)
-        except Exception as error:  # whatever the libraries raise for a damaged file
-            why = f"damaged: {(str(error).splitlines() or [type(error).__name__])[0]}"
-        signal.setitimer(signal.ITIMER_PROF, 0)
-        out.write(json.dumps({"why": why, "bytes": len(content)}).encode() + b"\n")
-        out.write(content)
-        out.flush()
+    try:
+        sys.stdout.buffer.write(answer(request))
+        return 0
+    except MemoryError:
+        why = "it needs more memory than a file of its size should"
+    except RefusedError as error:
+        why = str(error)
+    except Exception as error:  # whatever the libraries raise for a damaged file
+        why = f"damaged: {(str(error).splitlines() or [type(error).__name__])[0]}"
+    sys.stdout.buffer.write(why.encode())
+    return REFUSED
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -57,12 +57,10 @@ def open_file(path: Path) -> IO[bytes]:
         raise UnreadableError(f"{path}: {error.strerror or error}") from None
     except MissingExtraError as error:
         raise UnreadableError(f"{path}: {error}, or unpack it") from None
+    except UnreadableError:
+        raise
     except ValueError as error:  # a name with a null character
-        raise (
-            error
-            if isinstance(error, UnreadableError)
-            else UnreadableError(f"{str(path)!r}: {error}")
-        ) from None
+        raise UnreadableError(f"{str(path)!r}: {error}") from None
 
 
 def _zstd(path: Path) -> Any:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from analysis.scene.scene import Scene
-from analysis.scene.shipped_scenes import MAKERS, OF_FIXED_SIZE, make
+from analysis.scene.shipped_scenes import MAKERS, make
 from analysis.support.parallel import Progress, Task, do_all, workers
 from analysis.work_precision.continuum import COARSE, SIDES, continuum_ladder
 from analysis.work_precision.point import Point, PointStatus
@@ -43,14 +43,24 @@ INTEGRATION = 5
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Measured:
-    """What was measured on a window."""
+    """What was measured on a window of a scene.
 
+    scaling: the points of cost against size; none for a scene of fixed size, or a quick chart."""
+
+    scene: Scene  # as it was given
     window: Window
     rigid: RigidReference  # the rigid reference
     quantities: tuple[Quantity, ...]
     points: tuple[Point, ...]
     no_continuum: str  # why there is no continuum; "" if there is
-    warnings: tuple[str, ...]  # the references that failed, in words
+    warnings: tuple[str, ...]  # what went wrong on the way
+    scaling: tuple[Point, ...] = ()
+    quick: bool = False  # whether it was measured with few settings
+
+    @property
+    def mesh_sides(self) -> tuple[float, ...]:
+        """Sides of the triangles of the continuum, in mean radii."""
+        return COARSE if self.quick else SIDES
 
 
 def measure(
@@ -86,6 +96,7 @@ def measure(
     judge = Judge(window=window, name=name, rigid=rigid)
     failed = [(law, k, models[law, k].why) for law, k in pairs if models[law, k].own is None]
     return Measured(
+        scene=window.scene,
         window=window,
         rigid=rigid,
         quantities=tuple(judge.exact),
@@ -136,24 +147,6 @@ LINES, CROWDS = (5, 10, 20, 40, 80), (75, 150, 300, 600)
 SIZES = Grid(stiffer=STIFFER[len(STIFFER) // 2 :][:1], shares=(1.0, 4.0, 8.0))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Chart:
-    """A scene and what was measured on its window.
-
-    scaling: the points of cost against size; none for a scene of fixed size, or a quick chart."""
-
-    scene: Scene
-    measured: Measured
-    scaling: tuple[Point, ...]
-    warnings: tuple[str, ...]  # what went wrong on the way
-    quick: bool = False  # whether it was measured with few settings
-
-    @property
-    def mesh_sides(self) -> tuple[float, ...]:
-        """Sides of the triangles of the continuum, in mean radii."""
-        return COARSE if self.quick else SIDES
-
-
 def build_chart(
     scene: Scene,
     runs: Path,
@@ -162,7 +155,7 @@ def build_chart(
     processes: int | None = None,
     scheduler: str | None = None,
     progress: Progress | None = None,
-) -> Chart:
+) -> Measured:
     """Measure a scene with all engines that are there, all solvers, the rivals and the continuum;
     quick: with few settings, and in one size.
 
@@ -179,13 +172,13 @@ def build_chart(
         sizes = () if quick else tuple(scaling(scene, engines, folder, executor, progress))
     absent = [f"{name} is not found: it is not on the chart" for name in missing]
     warnings = (*absent, *measured.warnings)
-    return Chart(scene=scene, measured=measured, scaling=sizes, warnings=warnings, quick=quick)
+    return replace(measured, scene=scene, scaling=sizes, warnings=warnings, quick=quick)
 
 
 def sizes_of(scene: Scene) -> tuple[int, ...]:
     """Give the sizes at which a scene of the product is made again; none for a scene of fixed size,
     or one of the user's."""
-    if scene.name not in MAKERS or scene.name in OF_FIXED_SIZE:
+    if scene.name not in MAKERS:
         return ()
     return CROWDS if scene.drive else LINES
 

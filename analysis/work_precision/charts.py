@@ -2,7 +2,8 @@
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from operator import attrgetter
+from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -26,8 +27,9 @@ from analysis.pages.drawing import (
     lead,
     panels,
 )
-from analysis.work_precision.point import WORTH, Point, PointStatus, pareto_front
+from analysis.work_precision.point import Point, PointStatus, front, pareto_front
 from analysis.work_precision.window import Quantity
+from nscd.arrays import Floats
 
 # Edges of what is too light for a thin line.
 DARK = {GREY: DARK_GREY, YELLOW: DARK_YELLOW}
@@ -76,30 +78,29 @@ def look_of(point: Point) -> Look:
     return LOOKS.get(point.key, Look(point.key, GREY, "d", "-"))
 
 
-class Label(NamedTuple):
-    """The name of a curve and where it ends."""
-
-    x: float
-    y: float
-    text: str
-    colour: str
+# The name of a curve: x and y where it ends, words, colour.
+Label = tuple[float, float, str, str]
 
 
 def label_curves(axes: Axes, labels: Iterable[Label]) -> None:
     """Write the names of curves at the right side of a panel, each led to the end of its curve."""
-    found = sorted(labels, key=lambda label: label.y)
+    found = sorted(labels, key=lambda label: label[1])
     low, high = np.log(axes.get_ylim())
-    heights = [float(np.clip((np.log(label.y) - low) / (high - low), 0, 1)) for label in found]
-    for i in range(1, len(heights)):
-        heights[i] = max(heights[i], heights[i - 1] + APART)
-    # what has been pushed beyond the top comes down again
-    most = 1.0
-    for i in reversed(range(len(heights))):
-        heights[i] = min(heights[i], most)
-        most = heights[i] - APART
-    for label, height in zip(found, heights, strict=True):
+    ends = (np.log([y for _, y, *_ in found]) - low) / (high - low)
+    for (x, y, words, colour), height in zip(found, spread(ends, APART), strict=True):
         beside = {"fontsize": 9, "va": "center", "annotation_clip": False}
-        lead(axes, label.text, (label.x, label.y), (1.03, height), label.colour, **beside)
+        lead(axes, words, (x, y), (1.03, height), colour, **beside)
+
+
+def spread(places: Floats, apart: float) -> Floats:
+    """Move rising places (k,) within 0 and 1 so far that all are `apart`, up first; what would be
+    beyond 1 comes down again."""
+    found = np.clip(places, 0.0, 1.0)
+    for i in range(1, len(found)):
+        found[i] = max(found[i], found[i - 1] + apart)
+    for i in reversed(range(len(found))):
+        found[i] = min(found[i], 1.0 - apart * (len(found) - 1 - i))
+    return found
 
 
 def tidy(axes: Axes) -> None:
@@ -116,6 +117,8 @@ LOWEST, HIGHEST = 1e-13, 10.0
 WHOLE = 1.0
 DOTS, DASHES = (0, (1, 3)), (0, (4, 2))
 Error = Callable[[Point], float | None]
+_numerical: Error = attrgetter("numerical_error")
+_sum: Error = attrgetter("error_sum")
 
 
 def total_picture(points: Sequence[Point], quantity: Quantity) -> Figure:
@@ -154,14 +157,6 @@ def work_precision_picture(points: Sequence[Point], quantity: Quantity, title: s
     return figure
 
 
-def _numerical(point: Point) -> float | None:
-    return point.numerical_error
-
-
-def _sum(point: Point) -> float | None:
-    return point.error_sum
-
-
 def _draw_cost(axes: Axes, points: Sequence[Point], error: Error) -> None:
     """Draw every setting as a small dot and, of each method, the settings that no cheaper one
     beats as a curve with its name."""
@@ -171,14 +166,14 @@ def _draw_cost(axes: Axes, points: Sequence[Point], error: Error) -> None:
         sound = [p for p in curve if p.status == PointStatus.OK and error(p) is not None]
         x, y = [_cost(p) for p in sound], [_clipped(error(p)) for p in sound]
         axes.plot(x, y, ls="none", marker=".", ms=4, color=look.edge, alpha=0.35, zorder=2)
-        best = list(_front(sound, error))
+        best = front(sound, _cost, error)
         x, y = [_cost(p) for p in best], [_clipped(error(p)) for p in best]
         axes.plot(
             x, y, ls=look.line or "none", lw=1.2, color=look.edge, marker=look.marker,
             ms=look.size, mfc=look.colour, mec=look.edge, mew=0.8, zorder=3,
         )  # fmt: skip
         if best:
-            labels.append(Label(x[-1], y[-1], look.label, look.edge))
+            labels.append((x[-1], y[-1], look.label, look.edge))
         if curve[0].mesh_side_m is not None and error is _numerical:
             # each continuum model has a bar of its own
             bar = [min(p.numerical_bar or 0.0, 0.9 * v) for p, v in zip(best, y, strict=True)]
@@ -201,9 +196,9 @@ def _draw_fronts(axes: Axes, points: Sequence[Point]) -> None:
     limits = axes.get_xlim()
     soft = [p for p in points if p.stiffness_N_per_m is not None]
     for some, colour, line in ((points, BLACK, "-"), (soft, DARK_GREY, DASHES)):
-        if front := pareto_front(some):
-            x = [*(_cost(p) for p in front), limits[1]]
-            y = [_clipped(p.error_sum) for p in front]
+        if best := pareto_front(some):
+            x = [*(_cost(p) for p in best), limits[1]]
+            y = [_clipped(p.error_sum) for p in best]
             axes.step(x, [*y, y[-1]], where="post", color=colour, lw=0.8, ls=line, zorder=1)
     axes.set_xlim(limits)
 
@@ -245,7 +240,7 @@ def _draw_model(axes: Axes, points: Sequence[Point]) -> None:
         low = 10 ** np.floor(np.log10(min(heights)) - 0.3)
         axes.set_ylim(low, max(2.0, 2 * max(heights)))
     end = axes.get_xlim()[1]
-    label_curves(axes, [Label(end, error, look.label, look.edge) for error, look in labels])
+    label_curves(axes, [(end, error, look.label, look.edge) for error, look in labels])
     tidy(axes)
 
 
@@ -262,7 +257,7 @@ def scaling_picture(points: Sequence[Point], accuracy: float) -> Figure:
             x, y, ls=look.line or ":", lw=1, color=look.edge, mfc=look.colour,
             marker=look.marker, ms=max(7, look.size),
         )  # fmt: skip
-        labels.append(Label(x[-1], y[-1], look.label, look.edge))
+        labels.append((x[-1], y[-1], look.label, look.edge))
     axes.set(xscale="log", yscale="log", xlabel="disks", ylabel="CPU time (s)")
     title = f"cheapest setting with a numerical error of at most {100 * accuracy:g} %"
     axes.set_title(title, fontsize=11)
@@ -291,15 +286,6 @@ def _by_method(points: Sequence[Point]) -> Iterator[list[Point]]:
     """The points of each method (and law, solver), in the order of their first."""
     for key in dict.fromkeys(p.key for p in points):
         yield [p for p in points if p.key == key]
-
-
-def _front(points: Sequence[Point], error: Error) -> Iterator[Point]:
-    """The points that no cheaper one beats, from cheap to accurate."""
-    least = float("inf")
-    for point in sorted(points, key=lambda p: (_cost(p), error(p) or 0.0)):
-        if (value := error(point)) is not None and value < (1 - WORTH) * least:
-            least = value
-            yield point
 
 
 def _clipped(value: float | None) -> float:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -130,29 +131,22 @@ def solve_continuum(window: Window, model: ContinuumModel, side_m: float) -> Ans
     u⁻), which is ∫(μn + k_s w) for (11) and ∫ρpn for (20). There are no contacts, and so no contact
     forces. Raises ValueError as `crowd_room` does; a mesh that cannot be made is a failed answer
     with its reason."""
-    crowd_room(window.scene)
-
-    def call() -> Answer:
-        room = crowd_room(window.scene)
-        return _solve(window, model, room, mesh_of(room, side_m), side_m)
-
-    try:
-        answer, seconds = timed(call)
-    except ValueError as error:
-        return answer_of(model, side_m, None, PointStatus.FAILED, str(error))
+    (answer,), seconds = timed(partial(solve_models, window, side_m, (model,)))
     return replace(answer, cpu_seconds=seconds)
 
 
-def solve_both(window: Window, side_m: float) -> tuple[Answer, ...]:
-    """Solve each model on the same mesh, once and without its time. Raises ValueError as
-    `crowd_room` does."""
+def solve_models(
+    window: Window, side_m: float, models: Sequence[ContinuumModel] = tuple(ContinuumModel)
+) -> tuple[Answer, ...]:
+    """Solve each model on the same mesh, without its time. Raises ValueError as `crowd_room`
+    does."""
     room = crowd_room(window.scene)
     try:
         mesh = mesh_of(room, side_m)
     except ValueError as error:
         failed = side_m, None, PointStatus.FAILED, str(error)
-        return tuple(answer_of(model, *failed) for model in ContinuumModel)
-    return tuple(_solve(window, model, room, mesh, side_m) for model in ContinuumModel)
+        return tuple(answer_of(model, *failed) for model in models)
+    return tuple(_solve(window, model, room, mesh, side_m) for model in models)
 
 
 def _solve(
@@ -318,7 +312,7 @@ def _kept(window: Window, side_m: float, path: Path) -> tuple[Answer, ...]:
     if found := kept(file, key):
         values = {m: {q: found[f"{m}_{q.name}"] for q in COMPARED} for m in ContinuumModel}
         return tuple(answer_of(model, side_m, values[model]) for model in ContinuumModel)
-    made = solve_both(window, side_m)
+    made = solve_models(window, side_m)
     if all(answer.status == PointStatus.OK for answer in made):
         arrays = {f"{a.law}_{q.name}": v for a in made for q, v in (a.values or {}).items()}
         keep(file, key, arrays)

@@ -7,13 +7,12 @@ from pathlib import Path
 import numpy as np
 
 from analysis.pages.bodies import ladder_table
-from analysis.pages.html import render, write_pictures
+from analysis.pages.html import write_html
 from analysis.pages.names import engine_name
 from analysis.pages.numbers import number, significant
 from analysis.pages.section import Picture, Section
 from analysis.pages.words import Words
-from analysis.support.files import write_text
-from analysis.work_precision.chart import ACCURACY, Chart
+from analysis.work_precision.chart import ACCURACY, Measured
 from analysis.work_precision.charts import (
     look_of,
     scaling_picture,
@@ -30,11 +29,10 @@ CROSSES = ("method", "setting", "quantity", "CPU s", "numerical", "status", "rea
 SIZES = ("method", "disks", "setting", "CPU s", "numerical", "model")
 
 
-def write_chart(chart: Chart, folder: Path, command: str, more: Sequence[Section] = ()) -> Path:
+def write_chart(chart: Measured, folder: Path, command: str, more: Sequence[Section] = ()) -> Path:
     """Write `index.html`, `points`, `pareto` and `scaling` as CSV and JSON, and the pictures as PNG
     and PDF; return the path of the page. more: sections that come last."""
-    measured = chart.measured
-    points, quantities = measured.points, measured.quantities
+    points, quantities = chart.points, chart.quantities
     write_points(folder, points)
     fronts = [pareto_front(_of(points, quantity)) for quantity in quantities]
     write_points(folder, [point for front in fronts for point in front], "pareto")
@@ -44,45 +42,44 @@ def write_chart(chart: Chart, folder: Path, command: str, more: Sequence[Section
     sections = [_section(words, chart, quantity) for quantity in quantities]
     sections += _unfinished(words, points, quantities) + _scaling(words, chart.scaling)
     sections += [*more, *_bodies(words, chart)]
-    images = write_pictures([first, *sections], folder)
-    page = render(
+    return write_html(
+        folder / "index.html",
         "chart.html",
+        [first, compared, *sections],
+        "",
         command=command,
-        contents=[(one.number, one.title) for one in (first, compared, *sections)],
         quick=chart.quick,
         scene=chart.scene,
         first=first,
         compared=compared,
         sections=sections,
-        images=images,
         places=sorted({f"{p.machine}, {p.date}" for p in (*points, *chart.scaling)}),
         count=len(points),
     )
-    write_text(folder / "index.html", page)
-    return folder / "index.html"
 
 
-def front_table(chart: Chart, quantity: Quantity) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def front_table(
+    chart: Measured, quantity: Quantity
+) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Give head and rows of the Pareto fronts of one quantity in words: of all methods, then of
     soft contacts alone."""
-    points = _of(chart.measured.points, quantity)
+    points = _of(chart.points, quantity)
     rows = [_row(p) for p in (*pareto_front(points), *pareto_front(_soft(points)))]
     return COLUMNS, [tuple(row[name] for name in COLUMNS) for row in rows]
 
 
-def _first(words: Words, chart: Chart) -> Section:
+def _first(words: Words, chart: Measured) -> Section:
     """What rigid and soft contacts cost for one error, and the first quantity's picture."""
-    measured = chart.measured
-    quantity, *_ = measured.quantities
-    points, name = measured.points, f"{quantity.name}_total"
+    quantity, *_ = chart.quantities
+    points, name = chart.points, f"{quantity.name}_total"
     caption = words.text("total", quantity=quantity.words)
     said = [words.text("enough", enough=ENOUGH)]
-    for one in measured.quantities:
+    for one in chart.quantities:
         every = _of(points, one)
         found = {"soft": _enough(_soft(every))}
         found["rigid"] = _enough([p for p in every if p.method == "rigid"])
         said.append(words.text("costs", title=one.words, enough=ENOUGH, **found))
-    disks, contacts = len(measured.window.scene.snapshot), len(measured.window.contacts)
+    disks, contacts = len(chart.window.scene.snapshot), len(chart.window.contacts)
     return Section(
         number="result",
         title=words.text("result"),
@@ -102,9 +99,9 @@ def _enough(points: Sequence[Point]) -> tuple[Point, str] | None:
     return None if chosen is None else (chosen, _row(chosen)["setting"].split(",")[0])
 
 
-def _compared(words: Words, chart: Chart) -> Section:
+def _compared(words: Words, chart: Measured) -> Section:
     """What is compared, and how the errors are measured."""
-    measured, window, scene = chart.measured, chart.measured.window, chart.scene
+    window, scene = chart.window, chart.scene
     driven = words.text(
         "driven" if window.driven else "impact",
         scene=scene,
@@ -114,22 +111,22 @@ def _compared(words: Words, chart: Chart) -> Section:
         duration=window.duration(scene.contact.stiffness_N_per_m),
         push=scene.push_range,
     )
-    starts = _starts(_of(measured.points, measured.quantities[0]))
+    starts = _starts(_of(chart.points, chart.quantities[0]))
     sides = ", ".join(significant(side) for side in chart.mesh_sides)
     medium = (
-        [words.text("no_continuum", no_continuum=measured.no_continuum)]
-        if measured.no_continuum
+        [words.text("no_continuum", no_continuum=chart.no_continuum)]
+        if chart.no_continuum
         else [words.text("continuum", mesh_sides=sides)]
     )
-    numerical = words.text("numerical", origin=measured.rigid.origin)
+    numerical = words.text("numerical", origin=chart.rigid.origin)
     time = words.text("time", starts=starts)
     said = [driven, numerical, words.text("model"), words.text("errors"), time, *medium]
     return Section(number="compared", title=words.text("compared"), introduction=said)
 
 
-def _section(words: Words, chart: Chart, quantity: Quantity) -> Section:
+def _section(words: Words, chart: Measured, quantity: Quantity) -> Section:
     """One quantity: the picture, and the fronts."""
-    points = _of(chart.measured.points, quantity)
+    points = _of(chart.points, quantity)
     bars = {
         "rigid": _largest(p for p in points if p.method == "rigid"),
         "soft": _largest(_soft(points)),
@@ -215,7 +212,7 @@ def _scaling(words: Words, points: Sequence[Point]) -> list[Section]:
     ]
 
 
-def _bodies(words: Words, chart: Chart) -> list[Section]:
+def _bodies(words: Words, chart: Measured) -> list[Section]:
     """What all of this says about people as soft as they are."""
     if chart.scene.drive is None:
         return []

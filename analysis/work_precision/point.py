@@ -3,7 +3,7 @@ errors."""
 
 import dataclasses
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -76,34 +76,29 @@ status, reason | | `ok`, `inaccurate` or `failed`, and why
 machine, date | | where and when it was measured
 """)
 P = TypeVar("P", bound=Kept)
+Rated = TypeVar("Rated")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Point(Method, Kept):
-    """One method with one setting on one scene, for one quantity.
+    """One method with one setting on one scene, for one quantity: what POINTS says of each.
 
-    cpu_seconds: s, of the engine's process, its start included, or of the solution from the
-    snapshot on.
-    quantity, unit: what is compared (see `Window.quantities`), and in what.
-    numerical_error: from the method's own model, converged; like all errors rms over all
-    components, relative to the rms of the rigid reference.
-    numerical_bar, model_bar: how well those references are known, in the same measure.
-    status, reason: `ok`, `inaccurate` or `failed`, and why.
-    machine, date: where and when it was measured (ISO date)."""
+    Errors are rms over all components, relative to the rms of the rigid reference; for the
+    quantities see `Window.quantities`."""
 
     EDITION: ClassVar[int] = 2
     WORDS: ClassVar[str] = "points"
 
-    scene: str  # where it was measured
-    disks: int  # where it was measured
+    scene: str
+    disks: int
     cpu_seconds: float | None
     quantity: str
     unit: str
     numerical_error: float | None
     numerical_bar: float | None
-    model_error: float | None  # of that converged model from the rigid reference
+    model_error: float | None
     model_bar: float | None
-    total_error: float | None  # of the point from the rigid reference, at most their sum
+    total_error: float | None  # at most the sum of numerical and model error
     status: PointStatus
     reason: str
     machine: str
@@ -177,20 +172,26 @@ def read_points(path: Path) -> list[Point]:
     return points_of_text(path.read_text(encoding="utf-8"), str(path), Point)
 
 
-def pareto_front(points: Sequence[Point]) -> list[Point]:
-    """Choose, of points of one quantity, those that are `ok` and for which no cheaper one has an
-    error as small (to WORTH), from cheap to accurate: numerical plus model error against CPU
-    seconds, so that no point wins by errors that cancel."""
-    usable = [
-        (cost, error, point)
-        for point in points
-        if (cost := point.cpu_seconds) is not None and (error := point.error_sum) is not None
-        if point.status == PointStatus.OK
-    ]
-    front: list[Point] = []
-    least = float("inf")
-    for _, error, point in sorted(usable, key=lambda entry: entry[:2]):
-        if not front or error < (1 - WORTH) * least:
-            front.append(point)
-            least = error
-    return front
+def pareto_front(points: Iterable[Point]) -> list[Point]:
+    """Choose, of points of one quantity that are `ok`, the `front` of numerical plus model error
+    against CPU seconds, so that no point wins by errors that cancel."""
+    sound = (point for point in points if point.status == PointStatus.OK)
+    return front(sound, lambda point: point.cpu_seconds, lambda point: point.error_sum)
+
+
+def front(
+    known: Iterable[Rated],
+    cost: Callable[[Rated], float | None],
+    error: Callable[[Rated], float | None],
+) -> list[Rated]:
+    """Choose what no cheaper one equals in its error (to WORTH), from cheap to accurate; what has no
+    cost or no error is none of them."""
+    rows = [(cost(one), error(one), one) for one in known]
+    best, least = [], float("inf")
+    for _, now, one in sorted(
+        (row for row in rows if None not in row[:2]), key=lambda row: row[:2]
+    ):
+        if now is not None and now < (1 - WORTH) * least:
+            least = now
+            best.append(one)
+    return best

@@ -4,7 +4,7 @@ their cost."""
 import time
 from collections.abc import Callable
 from functools import partial
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -14,7 +14,14 @@ from analysis.work_precision.window import CONTACT_FORCE, DISK_FORCE, WALL_FORCE
 from nscd import find_contacts
 from nscd.arrays import Floats
 from nscd.percussions import Percussions, Status
-from nscd.rivals import LoehnerReading, SocialForceLaw, first_order, loehner_force, social_force
+from nscd.rivals import (
+    FirstOrderAnswer,
+    LoehnerReading,
+    SocialForceLaw,
+    first_order,
+    loehner_force,
+    social_force,
+)
 from nscd.solve import SOLVERS
 
 # The others sweep over contacts that dissipate nothing.
@@ -30,17 +37,6 @@ STATUS = {
     Status.FAILED: PointStatus.FAILED,
 }
 T = TypeVar("T")
-
-
-class _Velocities(Protocol):
-    """An answer that is a motion: u⁺ (n,2) m/s, and how it ended."""
-
-    @property
-    def right_velocity(self) -> Floats: ...
-    @property
-    def status(self) -> Status: ...
-    @property
-    def reason(self) -> str: ...
 
 
 def solve_rigid(window: Window) -> list[Answer]:
@@ -69,7 +65,7 @@ def solve_rivals(window: Window) -> list[Answer]:
     a driven crowd only, since a force is no impulse."""
     snapshot, setting = window.scene.snapshot, window.setting
 
-    def call() -> _Velocities:
+    def call() -> FirstOrderAnswer:
         contacts = setting.contacts(snapshot)
         return first_order(snapshot, contacts, left_velocity=window.left_velocity)
 
@@ -87,7 +83,7 @@ def solve_rivals(window: Window) -> list[Answer]:
 
 def _moved(
     window: Window,
-    call: Callable[[], _Velocities],
+    call: Callable[[], Percussions | FirstOrderAnswer],
     method: str,
     solver: str = "",
     tolerance: float | None = None,

@@ -34,6 +34,7 @@ from analysis.scene.shipped_scenes import how_varied, variant
 from analysis.support.columns import Columns
 from analysis.support.machine import machine
 from analysis.support.parallel import Progress
+from analysis.work_precision.charts import spread
 from analysis.work_precision.point import Kept
 from analysis.work_precision.window import today
 
@@ -191,35 +192,31 @@ machine, date | | where and when it was measured
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WholeRunPoint(Kept):
-    """Hold one statistic of one setting.
+    """Hold one statistic of one setting: what COLUMNS says of each.
 
-    method, step_s, tolerance, stiffness_N_per_m, longer: as in `Setting`
-    cpu_seconds: s, of a whole run: of crowd 0 without impulses, else as with_impulses_s
-    with_impulses_s: s, the median of the runs that sum impulses
-    mean, standard_error: over the crowds; no error of one crowd and of equal ones
-    bias, bias_low, bias_high: by what share the mean of the crowds that both have is above the
-        reference, and its 90 % interval (Student's t); none of fewer than two crowds, and where all
-        differ alike, which does not say how far chance reaches
-    machine, date: where and when it was measured (ISO date)"""
+    cpu_seconds is of crowd 0 without impulses, else with_impulses_s. There is no standard error of
+    one crowd and of equal ones. The bias is of the crowds that both have (Student's t); it has no
+    ends for fewer than two, and where all differ alike, which does not say how far chance
+    reaches."""
 
     EDITION: ClassVar[int] = 1
     WORDS: ClassVar[str] = "whole runs"
 
-    scene: str  # what was run
-    disks: int  # what was run
-    duration_s: float  # what was run
+    scene: str
+    disks: int
+    duration_s: float
     method: str
     step_s: float | None
     tolerance: float | None
     stiffness_N_per_m: float | None  # noqa: N815  (the unit is newton)
     longer: float
-    crowds: int  # how many
+    crowds: int
     cpu_seconds: float | None
     with_impulses_s: float | None
-    quantity: str  # over the crowds, in the unit
-    unit: str  # over the crowds, in the unit
-    mean: float  # over the crowds, in the unit
-    standard_error: float | None  # over the crowds, in the unit
+    quantity: str
+    unit: str
+    mean: float
+    standard_error: float | None
     bias: float | None
     bias_low: float | None
     bias_high: float | None
@@ -516,11 +513,7 @@ def _name(axes: Axes, named: Sequence[WholeRunPoint], colours: Sequence[str]) ->
     to its point: points lie too near to each other for words."""
     left, right = np.log(axes.get_xlim())
     at = (np.log([_seconds(one) for one in named]) - left) / (right - left)
-    for place in range(1, len(at)):
-        at[place] = max(at[place], at[place - 1] + APART)
-    for place in reversed(range(len(at))):
-        at[place] = min(at[place], 1.0 - APART * (len(at) - 1 - place))
     turned: dict[str, Any] = {"rotation": 90, "ha": "center", "va": "bottom", "fontsize": 8}
-    for one, share, colour in zip(named, at, colours, strict=True):
+    for one, share, colour in zip(named, spread(at, APART), colours, strict=True):
         point = (_seconds(one), np.nan if one.bias is None else 100 * one.bias)
         lead(axes, one.setting.short, point, (share, 1.03), colour, **turned)

@@ -237,10 +237,7 @@ def driven_window(scene: Scene, position: Floats) -> Window:
     people = scene.snapshot
     inside = ~scene.drive.gone(position, people.ids)
     start = Snapshot(
-        position=position[inside],
-        velocity=np.zeros((int(inside.sum()), 2)),
-        radius=people.radius[inside],
-        mass=people.mass[inside],
+        position=position[inside], radius=people.radius[inside], mass=people.mass[inside]
     )
     return Window(
         scene=scene.model_copy(update={"snapshot": start, "name": f"{scene.name}_window"})

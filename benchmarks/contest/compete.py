@@ -12,7 +12,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from benchmarks.cases import Solver, accuracy, scaled
-from benchmarks.contest.peers import EVERYONE, Peer
+from benchmarks.contest.peers import EVERYONE, MISSING, Peer
 from benchmarks.machine import ONE_THREAD, repeats, timed
 from benchmarks.problems.families import Case
 
@@ -50,10 +50,6 @@ class Outcome(NamedTuple):
             if good:
                 return min(good, key=lambda attempt: attempt.seconds)
         return min(self.attempts, key=lambda attempt: attempt.residual, default=None)
-
-
-class MissingError(Exception):
-    """The solver is not installed."""
 
 
 class Asked(NamedTuple):
@@ -102,10 +98,10 @@ class Asked(NamedTuple):
 
 def compete(case: Case, solver: str, limit: float, asked: Asked = Asked()) -> Outcome:  # noqa: B008
     """Let a solver try on the case until its recomputed residual is low enough or `limit` seconds
-    have passed since it had read the case.
+    have passed since it had read the case; one that is missing says how to get it.
 
-    Raises MissingError if the solver is not installed. A limit of the system's (RLIMIT_CPU) would
-    make the process's own CPU clock as coarse as the scheduler's ticks."""
+    A limit of the system's (RLIMIT_CPU) would make the process's own CPU clock as coarse as the
+    scheduler's ticks."""
     os.environ.update(ONE_THREAD)
     context = multiprocessing.get_context("spawn")
     here, there = context.Pipe(duplex=False)
@@ -119,8 +115,6 @@ def compete(case: Case, solver: str, limit: float, asked: Asked = Asked()) -> Ou
             said = here.recv()
             if isinstance(said, Attempt):
                 attempts.append(said)
-            elif isinstance(said, ImportError):
-                raise MissingError(solver)
             elif said is None:
                 ends = time.monotonic() + limit
             else:
@@ -140,7 +134,7 @@ def compete(case: Case, solver: str, limit: float, asked: Asked = Asked()) -> Ou
 
 
 def _contestant(there: Any, case: Case, solver: str, asked: Asked) -> None:
-    """Send None when ready, then the attempts; an ImportError where the solver is missing."""
+    """Send None when ready, then the attempts, and in words what goes wrong."""
     os.setsid()
     for stream in (1, 2):  # what solvers print
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
@@ -148,7 +142,8 @@ def _contestant(there: Any, case: Case, solver: str, asked: Asked) -> None:
     try:
         prepared = asked.prepare(case, peer)
     except (ImportError, MemoryError) as error:
-        there.send(error if isinstance(error, ImportError) else str(error))
+        missing = f"{MISSING}: {peer.install}"
+        there.send(missing if isinstance(error, ImportError) else str(error))
         return
     there.send(None)
     for attempt in asked.attempts(case, peer, prepared):
@@ -163,9 +158,5 @@ def _peak(who: int) -> int:
 def entered(
     case: Case, solvers: Sequence[str], limit: float, asked: dict[str, Asked]
 ) -> Iterator[Outcome]:
-    """The outcome of every solver on a case; one that is missing says how to get it."""
-    for solver in solvers:
-        try:
-            yield compete(case, solver, limit, asked.get(solver, Asked()))
-        except MissingError:
-            yield Outcome(solver, [], f"not installed: {EVERYONE[solver].install}")
+    """The outcome of every solver on a case."""
+    return (compete(case, solver, limit, asked.get(solver, Asked())) for solver in solvers)

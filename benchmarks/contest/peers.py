@@ -28,6 +28,8 @@ from nscd.solve import SOLVERS
 SYSTEM_PYTHON = Path("/usr/bin/python3")  # python3-siconos lives with the system's own interpreter
 SICONOS = Path(__file__).parents[1] / "processes" / "by_siconos.py"
 INSTALL_SICONOS = "apt-get install python3-siconos"
+# How the words begin that say how to get a solver.
+MISSING = "not installed"
 TINY = 1e-15
 ITERATIONS = (6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30, 33, 36, 40, 45, 50, 60, 80, 120)
 TIGHT = (1e-10, 1e-11, 1e-12, 1e-13, 1e-14, 1e-15)
@@ -72,9 +74,7 @@ def piqp(problem: Scaled, step: float, dual: bool) -> Solver:
     dual. `step` is the share of the way to the boundary that an iteration goes."""
     import piqp as package
 
-    k = problem.rows.shape[0]
-    zero, infinity = np.zeros(k), np.full(k, np.inf)
-    identity, delassus, approach = problem.identity, problem.delassus, problem.approach
+    matrix, linear, rows, low, high = problem.program(dual)
 
     def solve(iterations: float) -> Answer:
         solver = package.SparseSolver()
@@ -82,13 +82,12 @@ def piqp(problem: Scaled, step: float, dual: bool) -> Solver:
         settings.eps_abs, settings.eps_rel, settings.max_iter = TINY, 0.0, int(iterations)
         settings.check_duality_gap, settings.tau = False, step
         if dual:
-            solver.setup(delassus, -approach, None, None, None, None, None, zero, infinity)
+            solver.setup(matrix, linear, None, None, None, None, None, low, high)
         else:
             settings.kkt_solver = package.KKTSolver.sparse_ldlt_ineq_cond
-            solver.setup(identity, -problem.left, None, None, problem.rows, None, zero)
+            solver.setup(matrix, linear, None, None, rows, None, high)
         solver.solve()
-        found = solver.result
-        return problem.answer(found.x) if dual else problem.answer(found.z_u, found.x)
+        return problem.of(dual, solver.result.x, solver.result.z_u)
 
     return solve
 
@@ -97,9 +96,8 @@ def clarabel(problem: Scaled, regularisation: float | None = None, step: float =
     """Clarabel on the primal; `step` as for PIQP."""
     import clarabel as package
 
-    k = problem.rows.shape[0]
-    given = (problem.identity, -problem.left, problem.rows, np.zeros(k))
-    cones = [package.NonnegativeConeT(k)]
+    matrix, linear, rows, _, high = problem.program(dual=False)
+    cones = [package.NonnegativeConeT(len(high))]
 
     def solve(iterations: float) -> Answer:
         settings = package.DefaultSettings()
@@ -109,7 +107,7 @@ def clarabel(problem: Scaled, regularisation: float | None = None, step: float =
         if regularisation is not None:
             settings.static_regularization_constant = regularisation
             settings.static_regularization_proportional = 0.0
-        found = package.DefaultSolver(*given, cones, settings).solve()
+        found = package.DefaultSolver(matrix, linear, rows, high, cones, settings).solve()
         return problem.answer(found.z, found.x)
 
     return solve
@@ -120,20 +118,16 @@ def osqp(problem: Scaled, step: float, dual: bool) -> Solver:
     tolerance may do."""
     import osqp as package
 
-    k = problem.rows.shape[0]
-    zero, infinity = np.zeros(k), np.full(k, np.inf)
-    given = (problem.identity, -problem.left, problem.rows, -infinity, zero)
-    if dual:
-        upper = sparse.triu(problem.delassus, format="csc")
-        given = (upper, -problem.approach, sparse.identity(k, format="csc"), zero, infinity)
+    matrix, *given = problem.program(dual)
+    upper = sparse.triu(matrix, format="csc")
     settings = {"eps_rel": 0.0, "rho": step, "max_iter": 200_000, "verbose": False}
     settings |= {"polishing": True, "polish_refine_iter": 10}
 
     def solve(tolerance: float) -> Answer:
         solver = package.OSQP()
-        solver.setup(*given, eps_abs=tolerance, **settings)
+        solver.setup(upper, *given, eps_abs=tolerance, **settings)
         found = solver.solve(raise_error=False)
-        return problem.answer(found.x) if dual else problem.answer(found.y, found.x)
+        return problem.of(dual, found.x, found.y)
 
     return solve
 
@@ -147,18 +141,15 @@ def cvxopt(problem: Scaled, dual: bool) -> Solver:
         a = sparse.coo_array(matrix)
         return package.spmatrix(a.data, a.coords[0].astype(int), a.coords[1].astype(int), a.shape)
 
-    k = problem.rows.shape[0]
-    matrix, right, rows = problem.identity, problem.left, problem.rows
-    if dual:
-        matrix, right, rows = problem.delassus, problem.approach, -sparse.identity(k)
-    given = converted(matrix), package.matrix(-right), converted(rows), package.matrix(0.0, (k, 1))
+    matrix, linear, rows, *_ = problem.program(dual)
+    given = converted(matrix), package.matrix(linear), converted(-rows if dual else rows)
+    none = package.matrix(0.0, (rows.shape[0], 1))
 
     def solve(iterations: float) -> Answer:
         ends = dict.fromkeys(("abstol", "reltol", "feastol"), TINY)
         solvers.options.update(show_progress=False, maxiters=int(iterations), **ends)
-        found = solvers.qp(*given)
-        x = np.array(found["x"]).ravel()
-        return problem.answer(x) if dual else problem.answer(np.array(found["z"]).ravel(), x)
+        found = solvers.qp(*given, none)
+        return problem.of(dual, *(np.array(found[name]).ravel() for name in ("x", "z")))
 
     return solve
 
@@ -167,10 +158,8 @@ def qpalm(problem: Scaled, penalty: float) -> Solver:
     """QPALM on the primal."""
     import qpalm as package
 
-    k, n = problem.rows.shape
-    data = package.Data(n, k)
-    data.Q, data.q, data.A = problem.identity, -problem.left, problem.rows
-    data.bmin, data.bmax = np.full(k, -np.inf), np.zeros(k)
+    data = package.Data(*problem.rows.shape[::-1])
+    data.Q, data.q, data.A, data.bmin, data.bmax = problem.program(dual=False)
 
     def solve(tolerance: float) -> Answer:
         settings = package.Settings()
@@ -188,7 +177,8 @@ def qoco(problem: Scaled) -> Solver:
     import qoco as package
 
     k, n = problem.rows.shape
-    given = (n, k, 0, problem.identity, -problem.left, None, None, problem.rows, np.zeros(k), k, 0)
+    matrix, linear, rows, _, high = problem.program(dual=False)
+    given = (n, k, 0, matrix, linear, None, None, rows, high, k, 0)
 
     def solve(tolerance: float) -> Answer:
         solver = package.QOCO()
@@ -205,12 +195,11 @@ def proxqp(problem: Scaled) -> Solver:
     matrices."""
     from proxsuite import proxqp as package
 
-    k = problem.rows.shape[0]
-    identity, ends = sparse.identity(k, format="csc"), (np.zeros(k), np.full(k, 1e20))
-    given = problem.delassus, -problem.approach, None, None, identity, *ends
+    matrix, linear, identity, low, _ = problem.program(dual=True)
+    given = matrix, linear, None, None, identity, low, np.full_like(low, 1e20)
 
     def solve(tolerance: float) -> Answer:
-        solver = package.sparse.QP(k, 0, k)
+        solver = package.sparse.QP(len(low), 0, len(low))
         solver.settings.eps_abs, solver.settings.eps_rel = tolerance, 0.0
         solver.settings.sparse_backend = package.SparseBackend.SparseCholesky
         solver.init(*given)
@@ -248,10 +237,10 @@ def projected_gauss_seidel(problem: Scaled) -> Solver:
     """Siconos' projected Gauss–Seidel on the complementarity problem with a sparse matrix."""
     if not has_siconos():
         raise ImportError("siconos")
-    given = problem.delassus, -problem.approach, "PGS"
+    matrix, free, *_ = problem.program(dual=True)
 
     def solve(tolerance: float) -> Answer:
-        found, seconds = siconos(*given, tolerance, 10_000_000)
+        found, seconds = siconos(matrix, free, "PGS", tolerance, 10_000_000)
         return problem.answer(found, None, seconds)
 
     return solve
@@ -277,13 +266,12 @@ def listed(problem: Scaled, name: str) -> Solver:
 
     if name not in package.available_solvers:
         raise ImportError(name)
-    k, n = problem.rows.shape
-    matrix, rows = problem.identity, problem.rows
+    matrix, linear, rows, _, high = problem.program(dual=False)
     if name in package.dense_solvers:
-        if n > MOST_DENSE:
-            raise MemoryError(f"dense matrices of {n} unknowns")
+        if len(linear) > MOST_DENSE:
+            raise MemoryError(f"dense matrices of {len(linear)} unknowns")
         matrix, rows = matrix.toarray(), rows.toarray()
-    given = package.Problem(matrix, -problem.left, rows, np.zeros(k))
+    given = package.Problem(matrix, linear, rows, high)
     settings = TOLERANCES.get(name, lambda _: {})
 
     def solve(tolerance: float) -> Answer:

@@ -1,112 +1,71 @@
-"""Outcomes of the contest as rows and Markdown, with ratios and cost exponents; the short table of
+"""Outcomes of the contest as a table, with ratios and cost exponents; the short table of
 docs/results/solvers.md, this product beside the best peer, case by case; and its picture, what
 accuracy costs."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 
 from analysis.pages.drawing import EVERY_COLOUR, GRID
-from analysis.pages.numbers import decimals, number
 from benchmarks.contest.compete import NEAR, TARGET, Outcome
 from benchmarks.contest.peers import CANONICAL, PEERS
 from benchmarks.machine import power, table
 from benchmarks.problems.families import Case
 
-
-class Row(NamedTuple):
-    """One solver on one case. error: max|u⁺ − u*| / ‖u⁻‖∞ with u* the most exact answer of all
-    solvers; times_faster: CPU seconds of the best peer at 1e-10 over this solver's (best_peer_at
-    1e-8: no peer reached 1e-10); NaN where this solver did not reach 1e-10, or no peer even
-    1e-8."""
-
-    family: str
-    disks: int
-    contacts: int
-    solver: str
-    setting: str
-    cpu_s: float
-    residual: float
-    own_velocity: bool
-    error: float
-    times_faster: float
-    best_peer_at: float
-    iterations: int
-    peak_MB: float  # noqa: N815  (megabyte)
-    note: str
+CASE = ["family", "disks", "contacts"]
 
 
-def rows_of(case: Case, outcomes: Sequence[Outcome]) -> list[Row]:
-    """The rows of a case, products first, as the outcomes come."""
+def rows_of(case: Case, outcomes: Sequence[Outcome]) -> list[dict[str, Any]]:
+    """The rows of a case, products first, as the outcomes come.
+
+    error: max|u⁺ − u*| / ‖u⁻‖∞ with u* the most exact answer of all solvers; times_faster: CPU
+    seconds of the best peer at 1e-10 over this solver's (best_peer_at 1e-8: no peer reached 1e-10),
+    left out where this solver did not reach 1e-10, or no peer even 1e-8."""
     scale = float(np.abs(case.left_velocity).max())
-    every = [outcome.best for outcome in outcomes if outcome.best]
-    exact = min(every, key=lambda best: best.residual, default=None)
+    known = [outcome.best for outcome in outcomes if outcome.best]
+    exact = min(known, key=lambda best: best.residual, default=None)
     rivals = [outcome.best for outcome in outcomes if outcome.best and outcome.solver in PEERS]
     reached = (x for x in (TARGET, NEAR) if any(best.residual <= x for best in rivals))
     at = next(reached, np.nan)
     fastest = min((best.seconds for best in rivals if best.residual <= at), default=np.nan)
     rows = []
     for outcome in outcomes:
-        head = (case.name, len(case.snapshot), len(case.contacts), outcome.solver)
-        if (best := outcome.best) is None or exact is None:
-            nothing = ("", np.nan, np.nan, False, np.nan, np.nan, at, 0, np.nan)
-            rows.append(Row(*head, *nothing, outcome.ended))
-            continue
-        asked = f"{best.asked:.0f} iterations" if best.asked >= 1 else f"asked {best.asked:.0e}"
-        setting = ", ".join(part for part in (best.variant, asked) if part)
-        error = float(np.abs(best.velocity - exact.velocity).max()) / scale
-        times, note = fastest / best.seconds, ""
-        if best.residual > TARGET:
-            times, note = np.nan, outcome.ended or "its tightest"
-        measured = (setting, best.seconds, best.residual, best.own, error, times, at)
-        rows.append(Row(*head, *measured, best.iterations, best.peak_MB, note))
+        sizes = case.name, len(case.snapshot), len(case.contacts)
+        row = dict(zip(CASE, sizes, strict=True)) | {"solver": outcome.solver, "best_peer_at": at}
+        row |= {"cpu_s": np.nan, "residual": np.nan, "times_faster": np.nan, "note": outcome.ended}
+        if (best := outcome.best) is not None and exact is not None:
+            asked = f"{best.asked:.0f} iterations" if best.asked >= 1 else f"asked {best.asked:.0e}"
+            row |= {
+                "setting": ", ".join(part for part in (best.variant, asked) if part),
+                "cpu_s": best.seconds,
+                "residual": best.residual,
+                "own_velocity": best.own,
+                "error": float(np.abs(best.velocity - exact.velocity).max()) / scale,
+                "iterations": best.iterations,
+                "peak_MB": best.peak_MB,
+                "note": outcome.ended or "its tightest",
+            }
+            if best.residual <= TARGET:
+                row |= {"times_faster": fastest / best.seconds, "note": ""}
+        rows.append(row)
     return rows
 
 
-def markdown(rows: Sequence[Row]) -> str:
-    """The table in Markdown."""
-    names = (
-        "family", "disks", "contacts", "solver", "CPU s", "residual", "error of u⁺", "× best peer",
-        "memory, MB", "setting",
-    )  # fmt: skip
-    cells = (
-        (
-            *(row.family, row.disks, row.contacts, row.solver),
-            decimals(row.cpu_s, 5 if row.cpu_s < 0.1 else 3),
-            number(row.residual, 2) + ("*" if row.own_velocity else ""),
-            number(row.error, 2),
-            _ratio(row),
-            f"{row.peak_MB:.0f}" if row.peak_MB >= 1 else "",
-            "; ".join(part for part in (row.setting, row.note) if part),
-        )
-        for row in rows
-    )
-    return table(names, cells) + "\n"
-
-
-def exponents(rows: Sequence[Row]) -> str:
+def exponents(rows: pd.DataFrame) -> str:
     """Cost ∝ Nˣ, fitted to the sizes from 500 disks at which a solver reached 1e-10, by family and
-    solver."""
-    large = [row for row in rows if row.residual <= TARGET and row.disks >= 500]
+    solver, with the number of sizes."""
+    large = rows[(rows.residual <= TARGET) & (rows.disks >= 500)]
 
     def fit(solver: str, family: str) -> str:
-        good = [row for row in large if (row.solver, row.family) == (solver, family)]
-        grown = power([row.disks for row in good], [row.cpu_s for row in good])
-        return "–" if np.isnan(grown) else f"{grown:.2f} ({len(good)})"
+        good = large[(large.solver == solver) & (large.family == family)]
+        return f"{power(good.disks, good.cpu_s):.2f} ({len(good)})" if len(good) > 1 else "–"
 
-    solvers, families = (
-        list(dict.fromkeys(getattr(row, name) for row in rows)) for name in ("solver", "family")
-    )
-    lines = ([solver, *(fit(solver, family) for family in families)] for solver in solvers)
-    return table(["solver", *families], lines) + "\n"
-
-
-def _ratio(row: Row) -> str:
-    if np.isnan(row.times_faster):
-        return "–"
-    return f"{row.times_faster:.2f}" + ("†" if row.best_peer_at > TARGET else "")
+    families = rows.family.unique()
+    lines = ([solver, *(fit(solver, one) for one in families)] for solver in rows.solver.unique())
+    return table(["solver", *families], lines)
 
 
 SHORT_HEAD = (
@@ -115,32 +74,33 @@ SHORT_HEAD = (
 )  # fmt: skip
 
 
-def summary(rows: Sequence[Row]) -> str:
+def summary(rows: pd.DataFrame) -> str:
     """The table in Markdown; a time without an answer at 1e-10 is –."""
     lines = []
-    for case in dict.fromkeys(row[:3] for row in rows):
-        mine = {row.solver: row for row in rows if row[:3] == case}
-        if "auto" not in mine or CANONICAL not in mine:
+    for (family, disks, contacts), found in rows.groupby(CASE, sort=False):
+        mine = found.set_index("solver")
+        if not {"auto", CANONICAL} <= set(mine.index):
             continue
-        own = [mine["auto"], mine[CANONICAL]]
-        times = [_short_time(row.cpu_s) if row.residual <= TARGET else "–" for row in own]
-        faster = ["–" if np.isnan(r.times_faster) else f"{r.times_faster:.1f}" for r in own]
-        family, disks, contacts = case
+        own = mine.loc[["auto", CANONICAL]]
+        times = own.cpu_s.where(own.residual <= TARGET).map(_short_time)
+        faster = ["–" if np.isnan(one) else f"{one:.1f}" for one in own.times_faster]
         sizes = f"{disks:,}", f"{contacts:,}"
-        lines.append([family, *sizes, *times, _best_peer(mine), *faster])
-    return table(SHORT_HEAD, lines) + "\n"
+        peers = mine[mine.index.isin(list(PEERS)) & (mine.residual <= mine.best_peer_at)]
+        lines.append([family, *sizes, *times, _best_peer(peers), *faster])
+    return table(SHORT_HEAD, lines)
 
 
-def _best_peer(mine: dict[str, Row]) -> str:
-    good = [row for name, row in mine.items() if name in PEERS and row.residual <= row.best_peer_at]
-    if not good:
+def _best_peer(peers: pd.DataFrame) -> str:
+    if peers.empty:
         return "none in time"
-    best = min(good, key=lambda row: row.cpu_s)
+    best = peers.loc[peers.cpu_s.idxmin()]
     words = "" if best.best_peer_at == TARGET else " (to 10⁻⁸)"
-    return f"{best.solver}, {_short_time(best.cpu_s)}{words}"
+    return f"{best.name}, {_short_time(best.cpu_s)}{words}"
 
 
 def _short_time(seconds: float) -> str:
+    if np.isnan(seconds):
+        return "–"
     if seconds >= 0.9995:
         return f"{seconds:.2g} s" if seconds < 9.95 else f"{seconds:.0f} s"
     ms = 1e3 * seconds

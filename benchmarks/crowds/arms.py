@@ -1,13 +1,11 @@
-"""Arms: what the soft layer changes in a crowd before a door, and what it costs.
+"""Arms: what the soft layer changes in a crowd before a door, medians over seeds.
 
     nice -n 19 python benchmarks/crowds/arms.py FOLDER
 
 The scene `arms` of several seeds, by the rigid engine, with reaches from 0 to 0.2 m: medians and
-ranges over seeds of the last 4 s, in windows of 0.1 s. Then CPU seconds of 594 people (`arch`, 1 s)
-with arms over those without, side by side, the least of three. Runs that are in the folder are taken
-as they are, but not those whose time is measured. Writes the picture FOLDER/arms.png."""
+ranges over seeds of the last 4 s, in windows of 0.1 s. Runs that are in the folder are taken as they
+are. Writes the picture FOLDER/arms.png."""
 
-import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -19,7 +17,7 @@ from analysis.exposure.loads import read_exposure
 from analysis.pages.drawing import COLOURS, GRID, panels
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
-from benchmarks.machine import head, line, options
+from benchmarks.machine import head, line, options, ranges
 
 REACHES_M, SEEDS, LAST_S = (0.0, 0.05, 0.1, 0.15, 0.2), 5, 4.0
 SHOWN: Mapping[str, str] = {
@@ -30,7 +28,6 @@ SHOWN: Mapping[str, str] = {
     "density_door": "density within 2 m of the door (1/m²)",
     "flow": "flow through the door (1/s)",
 }
-MEASURED, TIMES, TIMED_S = ("rigid", "lammps"), 3, 1.0
 
 
 def with_reach(scene: Scene, reach: float) -> Scene:
@@ -48,19 +45,6 @@ def quantities(reach: float, seed: int, out: Path) -> list[float]:
     last = loads.last(LAST_S)
     ways = {name: np.max if name.endswith("largest") else np.mean for name in SHOWN}
     return [float(way(loads.values[name][last])) for name, way in ways.items()]
-
-
-def cost(engine: str, out: Path) -> tuple[float, float]:
-    """CPU seconds of `arch` with arms and without."""
-    found: dict[float, list[float]] = {0.15: [], 0.0: []}
-    for _ in range(TIMES):
-        for reach, seconds in found.items():
-            scene = with_reach(make("arch").with_run(duration_s=TIMED_S, frames=10), reach)
-            folder = out / "timed"
-            shutil.rmtree(folder, ignore_errors=True)
-            run = EngineRun(scene=scene, engine=engine, folder=folder)
-            seconds.append(run.record().cpu_seconds)
-    return min(found[0.15]), min(found[0.0])
 
 
 def picture(found: np.ndarray, path: Path) -> None:
@@ -83,20 +67,15 @@ def picture(found: np.ndarray, path: Path) -> None:
 
 
 def main() -> None:
-    """Print both tables."""
+    """Print the table."""
     out: Path = options(__doc__, "folder").folder
     found = np.array(
         [[quantities(reach, seed, out) for seed in range(SEEDS)] for reach in REACHES_M]
     )
     print(head("reach (m)", *SHOWN.values()))
     for reach, rows in zip(REACHES_M, found, strict=True):
-        ends = np.quantile(rows, [0.5, 0.0, 1.0], axis=0).T
-        print(line([f"{reach:g}", *("{:.3g} ({:.3g} – {:.3g})".format(*one) for one in ends)]))
+        print(line([f"{reach:g}", *ranges(rows)]))
     picture(found, out / "arms.png")
-    print(head("engine", "with arms (CPU s)", "without", "ratio"))
-    for engine in MEASURED:
-        armed, none = cost(engine, out)
-        print(line([engine, f"{armed:.3g}", f"{none:.3g}", f"{armed / none:.2f}"]))
 
 
 if __name__ == "__main__":

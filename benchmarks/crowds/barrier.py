@@ -117,12 +117,8 @@ class Case:
         place = np.stack(np.divmod(np.arange(count), across), axis=1) + 0.5
         place *= WIDTH / across * np.array([-1, 1])
         place += random.uniform(-0.05, 0.05, (count, 2))
-        disks = Snapshot(
-            position=place,
-            velocity=np.zeros_like(place),
-            radius=self.wider * radius,
-            mass=mass * (MEAN_KG / mass.mean()),
-        )
+        mass *= MEAN_KG / mass.mean()
+        disks = Snapshot(position=place, radius=self.wider * radius, mass=mass)
         walls = lane(self.depth)
         start, end = (np.array([getattr(wall, key) for wall in walls]) for key in ENDS)
         return apart(disks, Walls(start=start, end=end))

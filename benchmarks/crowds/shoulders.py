@@ -9,15 +9,14 @@ their three cover, by the rigid engine: medians and ranges over seeds of seconds
 from pathlib import Path
 
 import numpy as np
-import shapely
-from matplotlib.patches import Circle
 
 from analysis.dumps.windows import RunWindows
 from analysis.engines.run import EngineRun
-from analysis.pages.drawing import COLOURS, panels
+from analysis.pages.drawing import COLOURS, draw_disks, panels
+from analysis.scene.rigid_bodies import shapes
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
-from benchmarks.machine import head, line, options
+from benchmarks.machine import head, line, options, ranges
 from nscd import Snapshot
 
 PEOPLE, SEEDS, LAST_S = 120, 5, 5.0
@@ -29,18 +28,8 @@ def as_disks(scene: Scene) -> Scene:
     crowd = scene.snapshot
     of = crowd.bodies
     assert of is not None
-    circles = [
-        shapely.Point(place).buffer(r, quad_segs=64)
-        for place, r in zip(crowd.position, crowd.radius, strict=True)
-    ]
-    area = [
-        shapely.union_all([circles[disk] for disk in np.flatnonzero(of.number == body)]).area
-        for body in range(len(of))
-    ]
-    disks = Snapshot(
-        position=of.centre, velocity=np.zeros((len(of), 2)), radius=np.sqrt(np.array(area) / np.pi),
-        mass=of.mass,
-    )  # fmt: skip
+    radius = np.sqrt([shape.area / np.pi for shape in shapes(crowd)])
+    disks = Snapshot(position=of.centre, radius=radius, mass=of.mass)
     return scene.model_copy(update={"name": "as_disks", "snapshot": disks})
 
 
@@ -65,17 +54,10 @@ def picture(crowds: list[Snapshot], path: Path) -> None:
     for (title, shown), crowd in zip(
         (("three disks", axes[0]), ("one disk", axes[1])), crowds, strict=True
     ):
-        for place, radius in zip(crowd.position, crowd.radius, strict=True):
-            shown.add_patch(Circle(place, radius, color=COLOURS[0], lw=0))
+        draw_disks(shown, crowd, COLOURS[0])
         shown.plot([0, 0], [-2, -0.5], [0, 0], [0.5, 2], color="k", lw=2)
-        shown.set(
-            xlim=(-3, 0.3),
-            ylim=(-2, 2),
-            aspect="equal",
-            title=title,
-            xlabel="x (m)",
-            ylabel="y (m)",
-        )
+        frame = {"xlim": (-3, 0.3), "ylim": (-2, 2), "aspect": "equal"}
+        shown.set(title=title, xlabel="x (m)", ylabel="y (m)", **frame)
     figure.savefig(path, dpi=120)
 
 
@@ -86,8 +68,7 @@ def main() -> None:
     made = [make("shoulders", PEOPLE, 1 + seed).with_run(frames=60) for seed in range(SEEDS)]
     for name, scenes in (("three disks", made), ("one disk", [as_disks(one) for one in made])):
         rows = [quantities(one, out / f"{name[:3]}_{n}") for n, one in enumerate(scenes)]
-        ends = np.quantile(np.array(rows) / [1e3, 1e3, 1.0], [0.5, 0.0, 1.0], axis=0).T
-        print(line([name, *("{:.3g} ({:.3g} – {:.3g})".format(*one) for one in ends)]))
+        print(line([name, *ranges(np.array(rows) / [1e3, 1e3, 1.0])]))
     picture([made[0].snapshot, as_disks(made[0]).snapshot], out / "shoulders.png")
 
 

@@ -73,10 +73,8 @@ class Case(NamedTuple):
     def run(self, out: Path) -> EngineRun:
         """Make the run."""
         scene = _crowd(self.people, 1 + self.crowd, self.radius)
-        assert scene.drive is not None
         speed, time, begin = PUSHES[self.push]
-        drive = scene.drive.model_copy(update={"speed_m_per_s": speed, "relaxation_time_s": time})
-        scene = scene.model_copy(update={"drive": drive})
+        scene = scene.with_drive(speed_m_per_s=speed, relaxation_time_s=time)
         lasts = begin + WINDOW_S
         scene = scene.with_run(duration_s=lasts, frames=round(10 * lasts), impulses=True)
         engine = "lammps"
@@ -137,13 +135,6 @@ def measured(run: EngineRun, begin: float) -> dict[str, float]:
         before = gone
     means = {key: float(np.mean([row[key] for row in rows])) for key in rows[0]}
     return means | {"overlap_largest": record.overlap_largest, "cpu_s": record.cpu_seconds}
-
-
-def read(path: Path) -> pd.DataFrame:
-    """Read what is known of the runs: a row each, their measures beside what names them."""
-    if not path.exists():
-        return pd.DataFrame(columns=[*Case._fields, *MEASURES, "overlap_largest", "cpu_s"])
-    return pd.read_csv(path, dtype={"softness": str})
 
 
 def over_rigid(known: pd.DataFrame) -> pd.DataFrame:
@@ -213,13 +204,12 @@ def _cell(values: pd.Series) -> str:
 def main() -> None:
     """Run every case that is not known, and draw."""
     given = options(__doc__, "out", read=False)
-    given.out.mkdir(parents=True, exist_ok=True)
     path = given.out / "soft.csv"
-    known = read(path)
+    known = pd.DataFrame(columns=[*Case._fields, *MEASURES, "overlap_largest", "cpu_s"])
+    if path.exists():
+        known = pd.read_csv(path, dtype={"softness": str})
     done = set(known[list(Case._fields)].itertuples(index=False, name=None))
-    for case in [] if given.read else cases():
-        if case in done:
-            continue
+    for case in () if given.read else (case for case in cases() if case not in done):
         try:
             found = measured(case.run(given.out / "runs"), PUSHES[case.push][-1])
         except EngineError as error:

@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from analysis.exchange.crowd import CrowdProblem, Truth
-from analysis.exchange.fclib import read_answer, read_problem, read_truth_of
+from analysis.exchange.fclib import CrowdProblem, Truth, read_answer, read_problem, read_truth
 from analysis.exchange.problem import ExchangeError, GlobalProblem, LocalProblem
 from nscd.arrays import Floats
 from nscd.friction.planar import natural_map
@@ -39,43 +39,20 @@ class Verdict:
         return not self.why
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Known:
-    """Hold a problem as an answer is held against it: matrices, and what is known where u⁺ is
-    unique."""
-
-    whole: GlobalProblem
-    local: LocalProblem
-    left: Floats
-    reaction: Floats | None
-    truth: Truth | None
-
-    @classmethod
-    def read(cls, path: Path, unique: bool) -> Known:
-        """Read it. Raises ExchangeError for a problem without bodies."""
-        problem = read_problem(path)
-        if not isinstance(problem, CrowdProblem):
-            raise ExchangeError(f"{path}: /crowd: missing; the library has it")
-        k = len(problem.contacts)
-        whole = problem.matrices(problem.setting.law.frictions(problem.contacts.is_wall))
-        known = unique and (truth := read_truth_of(path, k)) is not None
-        return cls(
-            whole=whole,
-            local=whole.local(),
-            left=problem.left_velocity,
-            reaction=read_answer(path, k)[0] if known else None,
-            truth=truth if known else None,
-        )
-
-    def velocity(self, reaction: Floats) -> Floats:
-        """Give the velocities (n,2) m/s that reactions (2k,) N·s leave."""
-        moved = (self.whole.momentum + self.whole.transfer @ reaction) / self.whole.mass.diagonal()
-        found: Floats = moved.reshape(-1, 3)[:, :2]
-        return found
-
-
 # the same problem is asked for by every solver in turn
-_known = lru_cache(maxsize=2)(Known.read)
+@lru_cache(maxsize=2)
+def _known(path: Path, unique: bool) -> tuple[CrowdProblem, GlobalProblem, LocalProblem, Any, Any]:
+    """A problem as an answer is held against it: with its matrices and, where u⁺ is unique, the
+    reactions that are known and the rest of that. Raises ExchangeError for a problem without
+    bodies."""
+    problem = read_problem(path)
+    if not isinstance(problem, CrowdProblem):
+        raise ExchangeError(f"{path}: /crowd: missing; the library has it")
+    k = len(problem.contacts)
+    whole = problem.matrices(problem.setting.law.frictions(problem.contacts.is_wall))
+    truth = read_truth(path, k) if unique else None
+    reaction = None if truth is None else read_answer(path, k)[0]
+    return problem, whole, whole.local(), reaction, truth
 
 
 def judge(problem: Path, answer: Path, *, unique: bool) -> Verdict:
@@ -85,29 +62,30 @@ def judge(problem: Path, answer: Path, *, unique: bool) -> Verdict:
 
     Of reactions that balance leaves open any choice is right, as long as each lies in its interval.
     Raises ExchangeError naming the file for what cannot be read."""
-    known = _known(problem, unique)
-    local = known.local
+    crowd, whole, local, exact, truth = _known(problem, unique)
     reaction, seconds = read_answer(answer, len(local.friction))
     residual = natural_map(local.delassus, local.free, local.friction, reaction)
     errors = {"velocity": math.nan, "determined": math.nan, "outside": math.nan}
-    if known.truth is not None and known.reaction is not None and math.isfinite(residual):
-        errors = _against(known, known.truth, known.reaction, reaction)
+    if truth is not None and math.isfinite(residual):
+        # what reactions that differ by so much change of velocities
+        moved = whole.transfer @ (reaction - exact) / whole.mass.diagonal()
+        apart = float(np.abs(moved.reshape(-1, 3)[:, :2]).max())
+        fastest = float(np.abs(crowd.left_velocity).max() or 1.0)
+        errors = {"velocity": apart / fastest, **_against(truth, exact, reaction)}
     limits = THRESHOLDS | dict.fromkeys(("determined", "outside"), THRESHOLDS["reaction"])
     every = {"residual": residual, **errors}
     wrong = [f"{name} {error:.1e}" for name, error in every.items() if error > limits[name]]
     return Verdict(**every, seconds=seconds, why=", ".join(wrong))
 
 
-def _against(known: Known, truth: Truth, exact: Floats, reaction: Floats) -> dict[str, float]:
-    """Errors of velocities and of what is known of reactions."""
-    apart = np.abs(known.velocity(reaction) - known.velocity(exact)).max()
+def _against(truth: Truth, exact: Floats, reaction: Floats) -> dict[str, float]:
+    """Errors of what is known of reactions."""
     right, found = exact[::2], reaction[::2]
     scale = float(right.max(initial=0.0)) or 1.0
     fixed = truth.determined == 1
     beyond = np.fmax(truth.lower - found, found - truth.upper)[~fixed]
     beyond = beyond[~np.isnan(beyond)]
     return {
-        "velocity": float(apart / (np.abs(known.left).max() or 1.0)),
         "determined": float(np.abs(found - right)[fixed].max(initial=0.0)) / scale,
         "outside": float(beyond.max(initial=0.0)) / scale if len(beyond) else math.nan,
     }

@@ -3,20 +3,17 @@ compare."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 
 from analysis.pages.drawing import EVERY_COLOUR, GRID
 from analysis.support.columns import Columns
-from analysis.support.files import write_rows
 from analysis.support.parallel import Progress
-from benchmarks.problems.judge import Verdict, judge
+from benchmarks.problems.judge import judge
 from benchmarks.problems.writing import UNIQUE, read_manifest
 from nscd.arrays import Floats
 
@@ -36,64 +33,9 @@ cpu_s | s | what the answer says it took
 MISSING = "missing"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Scores:
-    """Hold the verdicts on s solvers and p problems."""
-
-    solvers: tuple[str, ...]  # names
-    problems: tuple[dict[str, Any], ...]  # what the manifest says of each
-    verdicts: tuple[tuple[Verdict | None, ...], ...]  # by solver and problem; None: no answer
-
-    def of(self, friction: bool) -> Scores:
-        """Keep the problems with friction, or those without, and the solvers that answer any."""
-        kept = [bool(entry["friction"]) == friction for entry in self.problems]
-        problems = [number for number, keep in enumerate(kept) if keep]
-        rows = [tuple(row[number] for number in problems) for row in self.verdicts]
-        solvers = [place for place, row in enumerate(rows) if any(row)]
-        return Scores(
-            solvers=tuple(self.solvers[place] for place in solvers),
-            problems=tuple(self.problems[number] for number in problems),
-            verdicts=tuple(rows[place] for place in solvers),
-        )
-
-    @property
-    def right(self) -> Any:
-        """Tell (s,p) which answers are right."""
-        rows = [[one is not None and one.right for one in row] for row in self.verdicts]
-        return np.array(rows, dtype=bool).reshape(len(self.solvers), len(self.problems))
-
-    @property
-    def seconds(self) -> Floats:
-        """Give (s,p) s, the CPU time of right answers; infinite for all others, nan where a right
-        one says nothing."""
-        rows = [
-            [math.inf if one is None or not one.right else _or_nan(one.seconds) for one in row]
-            for row in self.verdicts
-        ]
-        return np.array(rows, dtype=np.float64).reshape(self.right.shape)
-
-    def means(self, limit: float) -> Floats:
-        """Give (s,) s, the shifted geometric mean exp(mean ln(t + shift)) − shift of the CPU times;
-        whatever is not right counts as `limit` (s). nan where a right answer does not say its
-        time."""
-        taken = np.minimum(self.seconds, limit)
-        if not taken.shape[1]:
-            return np.full(len(self.solvers), math.nan)
-        return np.asarray(np.exp(np.log(taken + SHIFT).mean(1)) - SHIFT)
-
-    def profiles(self, ratios: Floats) -> Floats:
-        """Give (s,r) the share of problems that a solver answers rightly within so many times the
-        time of the fastest right answer (Dolan, Moré, Math. Program. 91 (2002) 201).
-
-        A problem that nobody answers rightly counts against everybody."""
-        seconds = np.where(np.isnan(self.seconds), math.inf, self.seconds)
-        best = seconds.min(0, initial=math.inf)
-        within = seconds[:, :, None] <= best[None, :, None] * ratios
-        return np.asarray((within & np.isfinite(seconds)[:, :, None]).mean(1))
-
-
-def score(library: Path, answers: Sequence[Path], progress: Progress | None = None) -> Scores:
-    """Judge folders of answers, one a solver, each with a file of the name of the problem's.
+def score(library: Path, answers: Sequence[Path], progress: Progress | None = None) -> pd.DataFrame:
+    """Judge folders of answers, one a solver, each with a file of the name of the problem's: a row
+    for each solver and problem, by COLUMNS.
 
     Raises ExchangeError naming the file for what cannot be read, ValueError for a folder without
     any answer and for two of the same name."""
@@ -104,36 +46,51 @@ def score(library: Path, answers: Sequence[Path], progress: Progress | None = No
             raise ValueError(f"{folder}: two folders of answers are named {name}")
         if not any((folder / entry["file"]).is_file() for entry in entries):
             raise ValueError(f"{folder}: no answer to any problem of {library}")
-    columns = []
+    rows = []
     for number, entry in enumerate(entries):
         problem, unique = library / entry["file"], entry["velocity"] == UNIQUE
-        files = [folder / entry["file"] for folder in answers]
-        columns.append([judge(problem, f, unique=unique) if f.is_file() else None for f in files])
+        of = [entry[name] for name in ("name", "family", "disks", "contacts", "friction")]
+        for name, folder in zip(names, answers, strict=True):
+            file, told = folder / entry["file"], (MISSING, "")
+            if file.is_file():
+                one = judge(problem, file, unique=unique)
+                errors = one.residual, one.velocity, one.determined, one.outside, one.seconds
+                told = "right" if one.right else "wrong", one.why, *errors
+            rows.append([name, *of, *told])
         if progress:
             progress("problems", (number + 1) / len(entries))
-    return Scores(
-        solvers=tuple(names), problems=tuple(entries), verdicts=tuple(zip(*columns, strict=True))
-    )
+    found = pd.DataFrame(rows, columns=list(COLUMNS))
+    return found.sort_values("solver", key=lambda one: one.map(names.index), kind="stable")
 
 
-def write_scores(path: Path, scores: Scores) -> None:
-    """Write one row per solver and problem as CSV."""
-    rows = []
-    for solver, verdicts in zip(scores.solvers, scores.verdicts, strict=True):
-        for entry, one in zip(scores.problems, verdicts, strict=True):
-            head = [solver, entry["name"], entry["family"], entry["disks"], entry["contacts"]]
-            head += [entry["friction"]]
-            if one is None:
-                rows.append([*head, MISSING, *[""] * 6])
-                continue
-            errors = (one.residual, one.velocity, one.determined, one.outside, one.seconds)
-            cells = ["" if v is None or math.isnan(v) else v for v in errors]
-            rows.append([*head, "right" if one.right else "wrong", one.why, *cells])
-    write_rows(path, COLUMNS, rows)
+def with_friction(scores: pd.DataFrame, friction: bool) -> pd.DataFrame:
+    """Keep the problems with friction, or those without, and the solvers that answer any."""
+    some = scores[(scores.mu > 0) == friction]
+    return some[some.solver.isin(some.solver[some.verdict != MISSING])]
 
 
-def _or_nan(seconds: float | None) -> float:
-    return math.nan if seconds is None else seconds
+def times(scores: pd.DataFrame) -> pd.DataFrame:
+    """Give (solver, problem) s, the CPU time of right answers; infinite for all others, nan where a
+    right one says nothing."""
+    right = scores.assign(cpu_s=scores.cpu_s.astype(float).where(scores.verdict == "right", np.inf))
+    return right.pivot(index="solver", columns="problem", values="cpu_s")
+
+
+def means(seconds: pd.DataFrame, limit: float) -> pd.Series:
+    """Give each solver's shifted geometric mean exp(mean ln(t + shift)) − shift of `times` (s);
+    whatever is not right counts as `limit` (s). nan where a right answer does not say its time."""
+    logarithm = np.log(seconds.clip(upper=limit) + SHIFT)
+    return np.exp(logarithm.mean(axis=1, skipna=False)) - SHIFT
+
+
+def profiles(seconds: pd.DataFrame, ratios: Floats) -> pd.DataFrame:
+    """Give (solver, ratio) the share of problems that a solver answers rightly within so many times
+    the time of the fastest right answer (Dolan, Moré, Math. Program. 91 (2002) 201).
+
+    A problem that nobody answers rightly counts against everybody."""
+    known = seconds.fillna(np.inf)
+    within = {ratio: (known <= ratio * known.min()) & np.isfinite(known) for ratio in ratios}
+    return pd.DataFrame({ratio: one.mean(axis=1) for ratio, one in within.items()})
 
 
 DASHES = ("-", "--", "-.", ":")
@@ -141,14 +98,14 @@ DASHES = ("-", "--", "-.", ":")
 MOST = 1e4
 
 
-def profile_picture(scores: Scores) -> Figure:
-    """Draw the profiles without friction and with it, those with the most right answers first."""
+def profile_picture(scores: pd.DataFrame) -> Figure:
+    """Draw the profiles without friction and with it."""
     figure = Figure(figsize=(11, 6.5), layout="constrained", dpi=150)
     panels = figure.subplots(1, 2, sharey=True)
-    ratios = np.logspace(0, np.log10(MOST), 400)
+    every = list(scores.solver.unique())
     for panel, friction in zip(panels, (False, True), strict=True):
-        some = scores.of(friction)
-        count = len(some.problems)
+        some = with_friction(scores, friction)
+        count = some.problem.nunique()
         panel.set_title(f"{'with' if friction else 'without'} friction: {count} problems")
         panel.set_xlabel("times the CPU seconds of the fastest")
         panel.grid(True, color=GRID, lw=0.6)
@@ -156,11 +113,12 @@ def profile_picture(scores: Scores) -> Figure:
         panel.set(ylim=(0, 1.03), xlim=(0.9, MOST))
         if not count:
             continue
-        for name, share in zip(some.solvers, some.profiles(ratios), strict=True):
+        shares = profiles(times(some), np.logspace(0, np.log10(MOST), 400))
+        for name, share in shares.loc[some.solver.unique()].iterrows():
             if share.any():
-                turn, number = divmod(scores.solvers.index(name), len(EVERY_COLOUR))
+                turn, number = divmod(every.index(name), len(EVERY_COLOUR))
                 look = {"color": EVERY_COLOUR[number], "ls": DASHES[turn % len(DASHES)]}
-                panel.step(ratios, share, where="post", lw=1.8, label=name, **look)
+                panel.step(share.index, share, where="post", lw=1.8, label=name, **look)
         panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=3, fontsize=8)
     panels[0].set_ylabel("share of the problems answered rightly")
     return figure

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, Field, ValidationError
 
 from analysis.exchange.fclib import write_problem
-from analysis.exchange.problem import ExchangeError, hdf5
+from analysis.exchange.problem import ExchangeError
 from analysis.percussions import Setting, SnapshotPercussions, percussions_of
 from analysis.percussions.table import Openness
 from analysis.support.extras import load
@@ -124,7 +124,7 @@ def write_library(
 
     Each answer is judged from its file alone, as anybody's. Raises ValueError naming the problem
     whose kept answer is not right, MissingExtraError without h5py or what reads real crowds."""
-    hdf5()
+    load("h5py")
     tasks = [
         Task(call=write_one, arguments=(folder, one), work=float(one.size)) for one in problems
     ]

@@ -18,9 +18,9 @@ from collections.abc import Callable
 from concurrent.futures.process import BrokenProcessPool
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 
 from analysis.engines import LAMMPS
@@ -28,7 +28,7 @@ from analysis.engines.programs.rigid import motion_of
 from analysis.engines.run import simulate
 from analysis.pages.drawing import BLUE, GREEN, GRID, ORANGE, VERMILION
 from analysis.scene.scene import Scene, Wall, read_scene
-from analysis.support.files import write_rows, write_text
+from analysis.support.files import write_text
 from benchmarks.cases import accuracy
 from benchmarks.machine import apart, describe, least, options, power, table, timed
 from benchmarks.problems.families import Case, heap
@@ -44,38 +44,25 @@ RIGID_STEPS, RIGID_STEP_S = 3, 0.005
 LARGE = 10_000
 
 
-class Point(NamedTuple):
-    """One method at one size.
-
-    unit_s: CPU s of one solution or one step; second_s: CPU s of a second of crowd, NaN of what has
-    no time; residual: NaN of LAMMPS; peak_GB: of the process"""
-
-    what: str
-    disks: int
-    contacts: int
-    unit_s: float
-    second_s: float
-    residual: float
-    peak_GB: float  # noqa: N815  (gigabyte)
+# CPU s of one solution or one step; of a second of crowd, NaN of what has no time; residual, NaN of
+# what has none.
+Measured = tuple[float, float, float]
 
 
-def of_contacts(case: Case) -> tuple[float, float, float]:
+def of_contacts(case: Case) -> Measured:
     """CPU s of finding the contacts."""
-    return (
-        least(lambda: find_contacts(case.snapshot, case.walls, tolerance=1e-9))[0],
-        np.nan,
-        np.nan,
-    )
+    seconds, _ = least(lambda: find_contacts(case.snapshot, case.walls, tolerance=1e-9))
+    return seconds, np.nan, np.nan
 
 
-def of_percussions(case: Case) -> tuple[float, float, float]:
+def of_percussions(case: Case) -> Measured:
     """CPU s and residual of the percussions to 1e-10, contacts given."""
     given = {"left_velocity": case.left_velocity, "tolerance": 1e-10}
     seconds, found = least(partial(solve, case.snapshot, case.contacts, **given))
     return seconds, np.nan, accuracy(case, found.reaction).residual
 
 
-def of_lammps(case: Case) -> tuple[float, float, float]:
+def of_lammps(case: Case) -> Measured:
     """CPU s of a step, and of a second, of soft contacts of 10⁶ N/m."""
     scene, n = scene_of(case), len(case.snapshot)
     step = LAMMPS.timing(scene).time_step
@@ -91,7 +78,7 @@ def of_lammps(case: Case) -> tuple[float, float, float]:
     return each, each / step, np.nan
 
 
-def of_rigid(case: Case) -> tuple[float, float, float]:
+def of_rigid(case: Case) -> Measured:
     """CPU s of a rigid step of 5 ms, and of a second; the largest residual."""
     scene = scene_of(case)
     motion = motion_of(scene, scene.snapshot)
@@ -100,17 +87,12 @@ def of_rigid(case: Case) -> tuple[float, float, float]:
     return each, each / motion.step, max(step.residual for step in steps)
 
 
-METHODS: dict[str, Callable[[Case], tuple[float, float, float]]] = {
-    "contacts": of_contacts,
-    "percussions": of_percussions,
-    "LAMMPS": of_lammps,
-    "rigid engine": of_rigid,
-}
-LOOKS = {
-    "contacts": ("contacts, once", GREEN, "o"),
-    "percussions": ("percussions to 1e-10, once", BLUE, "s"),
-    "LAMMPS": ("LAMMPS (1e6 N/m), a second of crowd", ORANGE, "^"),
-    "rigid engine": ("rigid engine (5 ms), a second of crowd", VERMILION, "D"),
+# What is measured: its title, colour and marker.
+METHODS: dict[str, tuple[Callable[[Case], Measured], str, str, str]] = {
+    "contacts": (of_contacts, "contacts, once", GREEN, "o"),
+    "percussions": (of_percussions, "percussions to 1e-10, once", BLUE, "s"),
+    "LAMMPS": (of_lammps, "LAMMPS (1e6 N/m), a second of crowd", ORANGE, "^"),
+    "rigid engine": (of_rigid, "rigid engine (5 ms), a second of crowd", VERMILION, "D"),
 }
 
 
@@ -130,72 +112,67 @@ def scene_of(case: Case) -> Scene:
     return scene.with_run(rigid_step_s=RIGID_STEP_S, duration_s=1.0, frames=1)
 
 
-def measure(what: str, disks: int) -> Point:
+def measure(what: str, disks: int) -> dict[str, object]:
     """Measure a method at a size, in this process."""
     logging.disable(logging.WARNING)  # crowds so large are too soft: here only cost counts
+    method, *_ = METHODS[what]
     for few in WARM:  # loads the kernels
         if few < disks and what != "LAMMPS":
-            METHODS[what](heap(few))
+            method(heap(few))
     case = heap(disks)
-    unit, second, residual = METHODS[what](case)
+    unit, second, residual = method(case)
     who = resource.RUSAGE_CHILDREN if what == "LAMMPS" else resource.RUSAGE_SELF
     peak = resource.getrusage(who).ru_maxrss / 1024**2
-    return Point(what, disks, len(case.contacts), unit, second, residual, peak)
+    sizes = {"what": what, "disks": disks, "contacts": len(case.contacts)}
+    return sizes | {"unit_s": unit, "second_s": second, "residual": residual, "peak_GB": peak}
 
 
 def main() -> None:
     """Measure, print and write."""
     given = options(__doc__, sizes=SIZES, what=METHODS, out=Path("out/sizes"))
-    points: list[Point] = []
+    rows: list[dict[str, object]] = []
     for what, disks in itertools.product(given.what, given.sizes):
         try:
-            points.append(apart(measure, what, disks))
+            rows.append(apart(measure, what, disks))
         except BrokenProcessPool:
             print(f"{what}, {disks} disks: the process was ended", flush=True)
             continue
-        print(points[-1], flush=True)
-        write(points, given.out)
-    print(table_of(points))
+        print(rows[-1], flush=True)
+        found = pd.DataFrame(rows)
+        found["shown_s"] = found.second_s.fillna(found.unit_s)
+        write_text(given.out / "sizes.md", f"{describe()}\n\n{table_of(found)}\n")
+        write_text(given.out / "sizes.csv", found.drop(columns="shown_s").to_csv(index=False))
+        picture(found).savefig(given.out / "sizes.png")
+    print(table_of(found))
 
 
-def write(points: list[Point], folder: Path) -> None:
-    """Write sizes.md, sizes.csv and sizes.png."""
-    write_text(folder / "sizes.md", f"{describe()}\n\n{table_of(points)}\n")
-    write_rows(folder / "sizes.csv", Point._fields, points)
-    picture(points).savefig(folder / "sizes.png")
-
-
-def table_of(points: list[Point]) -> str:
+def table_of(found: pd.DataFrame) -> str:
     """One row a size, one column a method; below, how each grows."""
-    whats = [what for what in METHODS if any(p.what == what for p in points)]
+    whats = [what for what in METHODS if what in set(found.what)]
+    cells = found.apply(_cell, axis=1)
     lines = []
-    for disks in sorted({p.disks for p in points}):
-        here = {p.what: p for p in points if p.disks == disks}
-        contacts = next(iter(here.values())).contacts
-        cells = [_cell(here[what]) if what in here else "–" for what in whats]
-        lines.append([f"{disks:,}", f"{contacts:,}", *cells])
-    large = {what: [p for p in points if p.what == what and p.disks >= LARGE] for what in whats}
-    powers = [power([p.disks for p in some], [p.unit_s for p in some]) for some in large.values()]
-    growth = [f"N^{one:.2f}" for one in powers]
-    names = ["disks", "contacts", *(LOOKS[what][0] for what in whats)]
+    for (disks, contacts), here in found.groupby(["disks", "contacts"]):
+        known = dict(zip(here.what, cells[here.index], strict=True))
+        lines.append([f"{disks:,}", f"{contacts:,}", *(known.get(what, "–") for what in whats)])
+    large = [found[(found.what == what) & (found.disks >= LARGE)] for what in whats]
+    growth = [f"N^{power(some.disks, some.unit_s):.2f}" for some in large]
+    names = ["disks", "contacts", *(METHODS[what][1] for what in whats)]
     return table(names, [*lines, [f"from {LARGE:,} on", "", *growth]])
 
 
-def _cell(point: Point) -> str:
+def _cell(row: pd.Series) -> str:
     """Seconds, residual and memory."""
-    seconds = point.unit_s if np.isnan(point.second_s) else point.second_s
-    residual = "" if np.isnan(point.residual) else f", {point.residual:.0e}"
-    return f"{float(f'{seconds:.2g}'):,g} s{residual}, {point.peak_GB:.2g} GB"
+    residual = "" if np.isnan(row.residual) else f", {row.residual:.0e}"
+    return f"{float(f'{row.shown_s:.2g}'):,g} s{residual}, {row.peak_GB:.2g} GB"
 
 
-def picture(points: list[Point]) -> Figure:
+def picture(found: pd.DataFrame) -> Figure:
     """CPU seconds against disks."""
     figure = Figure(figsize=(8, 5.2), layout="constrained", dpi=150)
     axes = figure.subplots()
-    for what, (label, colour, marker) in LOOKS.items():
-        curve = [p for p in points if p.what == what]
-        y = [p.unit_s if np.isnan(p.second_s) else p.second_s for p in curve]
-        axes.loglog([p.disks for p in curve], y, color=colour, marker=marker, ms=5, label=label)
+    for what, (_, label, colour, marker) in METHODS.items():
+        curve = found[found.what == what]
+        axes.loglog(curve.disks, curve.shown_s, color=colour, marker=marker, ms=5, label=label)
     axes.set(xlabel="disks in the heap", ylabel="CPU seconds, one core")
     axes.grid(True, which="major", color=GRID, lw=0.6)
     axes.legend(frameon=False)

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 
 from analysis.dumps import snapshot_of
 from analysis.exposure.limits import known_limits
-from analysis.exposure.loads import read_exposure
-from analysis.exposure.stops import write_stops
+from analysis.exposure.loads import read_exposure, write_stops
+from analysis.standards.page import choose, draw, run_tests
 from crowd_percussions import (
     ContactLaw,
     Crowd,
@@ -226,7 +226,15 @@ def stops() -> None:
     plt.close(figure)
 
 
+def standards() -> None:
+    """Draw the ways of 100 people through a corridor, alone and against 100 others."""
+    with tempfile.TemporaryDirectory() as folder:
+        (tested,) = run_tests(choose(["counterflow"]), "rigid", Path(folder))
+    path = FOLDER.parents[1] / "results" / "pictures" / "standards.png"
+    draw([tested.tracks[0], tested.tracks[-1]]).savefig(path, dpi=100)
+
+
 if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)
-    for draw in (percussion, row, window, wall_load, way, stops):
-        draw()
+    for picture in (percussion, row, window, wall_load, way, stops, standards):
+        picture()

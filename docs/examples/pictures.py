@@ -9,6 +9,8 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PatchCollection
+from matplotlib.patches import Circle
 
 HERE = Path(__file__).resolve().parent
 INK, FORCE = "#333333", "#b3261e"
@@ -74,8 +76,32 @@ def sweep(axes: Axes, found: dict[str, Any]) -> None:
     axes.set(xlabel="radius (m)", ylabel="largest force (N)", ylim=0)
 
 
+def pillar(axes: Axes, found: dict[str, Any]) -> None:
+    """Colour each person by what a pillar in that place relieves, with the way that relieves more."""
+    relief, place = 100 - 100 * found["sums"] / found["alone"], found["crowd"].position
+    most = np.abs(relief).max()
+    circles = [Circle(at, r) for at, r in zip(place, found["crowd"].radius, strict=True)]
+    people = PatchCollection(circles, cmap="RdBu", ec=INK, lw=0.5, clim=(-most, most))
+    people.set_array(relief)
+    axes.figure.colorbar(axes.add_collection(people), label="less of squared forces (%)")
+    known = np.abs(found["slopes"]).sum(1) > 0  # not of whom no gradient is
+    way = -found["slopes"][known] / np.hypot(*found["slopes"][known].T)[:, None]
+    axes.quiver(*place[known].T, *way.T, color=INK, scale=22, width=0.01)
+    axes.add_collection(
+        LineCollection([*zip(found["walls"].start, found["walls"].end, strict=True)], color=INK)
+    )
+    low, high = place.min(0) - 0.5, place.max(0) + 0.5
+    axes.set(
+        aspect="equal",
+        xlim=(low[0], high[0]),
+        ylim=(low[1], high[1]),
+        xlabel="x (m)",
+        ylabel="y (m)",
+    )
+
+
 if __name__ == "__main__":
-    for draw in (how_stiff, my_threshold, my_solver, exchange, pulse, sweep):
+    for draw in (how_stiff, my_threshold, my_solver, exchange, pulse, sweep, pillar):
         with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
             made = runpy.run_path(str(HERE.parents[1] / "examples" / f"{draw.__name__}.py"))
         figure, axes = plt.subplots(figsize=(4.5, 3), layout="constrained")

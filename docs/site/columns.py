@@ -8,9 +8,11 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT)]
 
 from analysis.compare import comparison  # noqa: E402
+from analysis.engines import energy  # noqa: E402
 from analysis.exchange import fclib  # noqa: E402
 from analysis.exposure import loads, sensors  # noqa: E402
 from analysis.film import summary  # noqa: E402
+from analysis.measured import page as measured  # noqa: E402
 from analysis.motion import pairwise  # noqa: E402
 from analysis.paper import page as paper  # noqa: E402
 from analysis.percussions import table  # noqa: E402
@@ -28,7 +30,9 @@ TABLES = {
     "window_contacts": pairwise.WINDOW_CONTACTS, "points": point.POINTS,
     "whole_runs": whole_runs.COLUMNS, "cells": stability.CELL_COLUMNS,
     "boundaries": stability.BOUNDARY_COLUMNS, "push": push.CASES, "score": score.COLUMNS,
-    "standards": standards.COLUMNS, "claims": paper.CLAIMS, "impulses": frames.IMPULSE_COLUMNS,
+    "standards": standards.COLUMNS, "measured": measured.TABLE, "claims": paper.CLAIMS,
+    "impulses": frames.IMPULSE_COLUMNS,
+    "energy": energy.ENERGY, "losses": energy.CONTACTS,
 }  # fmt: skip
 PAGE = """\
 # Columns
@@ -63,8 +67,7 @@ was not computed ([films](results/film.md)).
 
 ## `exposure_people.csv`, `exposure_walls.csv`, `exposure_crowd.csv` of `percussions exposure`
 
-One row per window and person, wall, or crowd. Forces are impulses over the window
-([exposure](results/exposure.md)).
+One row per window and person, wall, or crowd ([exposure](results/exposure.md)).
 
 {exposure}
 
@@ -82,9 +85,9 @@ One row per reading, sensor and part ([sensors](results/exposure.md#sensors)).
 
 ## `windows.csv` and `window_contacts.csv` of two runs
 
-Written by `percussions compare RUN_A RUN_B` into the folder of the second run. One row per window,
-and one per window and contact of either run. Of two files `NAME_frames.csv` and
-`NAME_frame_contacts.csv` have a row per frame: `time_s`, and forces in N.
+Written by `percussions compare RUN_A RUN_B` into the folder of the second run. One row per window
+(and contact). Of two files `NAME_frames.csv` and `NAME_frame_contacts.csv` have a row per frame:
+`time_s`, and forces in N.
 
 {windows}
 
@@ -94,14 +97,14 @@ and one per window and contact of either run. Of two files `NAME_frames.csv` and
 
 ## `points.csv`, `pareto.csv`, `scaling.csv` of a chart
 
-One row per method, setting and quantity. Errors are root mean squares over the components, relative
-to that of the rigid reference.
+One row per method, setting and quantity. Errors are root mean squares over that of the rigid
+reference.
 
 {points}
 
 ## `whole_runs.csv` of a chart
 
-One row per engine, setting and statistic of whole runs of several crowds.
+One row per engine, setting and statistic.
 
 {whole_runs}
 
@@ -125,8 +128,13 @@ One row per test and number; several runs of one test have theirs behind the nam
 
 {push}
 
-`onsets.csv` has the measured onsets and those of each model's nearest case: s after the first
-person.
+`onsets.csv` has the onsets, measured and of each model's nearest case: s after the first person.
+
+## `measured.csv` of `percussions measured`
+
+One row per step and model.
+
+{measured}
 
 ## `scores.csv` of `benchmarks/library.py score`
 
@@ -141,13 +149,18 @@ person.
 
 ## `impulses.dump` of a run
 
-A LAMMPS dump: one row per contact that pressed since the frame before. The rigid engine always
-writes it, LAMMPS and YADE with `[run] impulses = true`.
+A LAMMPS dump: one row per contact that pressed since the frame before. LAMMPS and YADE write it
+with `impulses = true` under `[run]`.
 
 {impulses}
 
-Divided by the time between the frames this is a mean force, as in the rigid engine's
-`contacts.dump`.
+Over the time between the frames this is a mean force, as in the rigid engine's `contacts.dump`.
+
+## `energy.csv`, `energy.dump` of a run
+
+{energy}
+
+{losses}
 """
 
 

@@ -16,6 +16,8 @@ sys.path[:0] = [str(HERE), str(ROOT)]
 
 from docstrings import as_rst  # noqa: E402
 
+from analysis.explore.page import offered, write_explore  # noqa: E402
+
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
 # The menu: a pattern takes every page of a folder.
@@ -77,6 +79,8 @@ def _complete(_: Sphinx, page: str, source: list[str]) -> None:
     source[0] = re.sub(OUTSIDE % (page.count("/") + 1), r"`\1`", source[0])
     if page != "index":
         return
+    first = '<p><a href="explore.html">Press a crowd in this browser</a></p>'
+    source[0] = source[0].replace("\n\n", f"\n\n{first}\n\n", 1)
     for caption, pages in CONTENTS.items():
         entries = "\n".join(pages)
         source[0] += (
@@ -107,8 +111,15 @@ def _display(to: HTML5Translator, node: nodes.math_block) -> None:
     raise nodes.SkipNode
 
 
+def _explore(app: Sphinx, failed: Exception | None) -> None:
+    """Put the page that presses a crowd beside the first one."""
+    if failed is None and app.builder.name == "html":
+        write_explore(offered(), Path(app.outdir), "percussions explore")
+
+
 def setup(app: Sphinx) -> None:
     """Connect them."""
+    app.connect("build-finished", _explore)
     app.connect("source-read", _complete)
     app.connect("autodoc-process-docstring", _convert)
     app.connect("autodoc-process-signature", _signed)

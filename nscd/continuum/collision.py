@@ -5,7 +5,7 @@ It is solved for w = u⁺ + u⁻, which is in H¹ although u⁻ need not be."""
 import time
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sparse
@@ -148,20 +148,66 @@ class CollisionAnswer:
         return np.asarray(np.asarray(self.sum_field) - self.left_field)
 
 
-class _Problem(NamedTuple):
+class _Problem:
     """min ½w·Aw − b·w subject to Cw ≤ g: A and its surface part, the push's part of b, b, g.
 
     rho (elements,q) kg/m² and u⁻ (d,elements,q) m/s are taken at the quadrature points."""
 
-    space: Space
-    matrix: Any
-    surface: Any
-    push: Floats
-    load: Floats
-    bound: Floats
-    rho: Floats
-    left: Floats
-    left_nodes: Floats
+    def __init__(
+        self,
+        space: Space,
+        medium: Medium,
+        left_velocity: ArrayLike | Field,
+        external: ArrayLike | Field | None,
+        surface_everywhere: bool,
+    ) -> None:
+        mesh, basis = space.mesh, space.basis
+        left, self.rho = checked(left_velocity, mesh), density_at(space, medium.rho)
+        u = self.left = values_at(space, basis, left, "left_velocity")
+        matrix = volume.assemble(basis, rho=self.rho, k_v=medium.k_v)
+        self.surface: Any = None
+        if medium.k_s > 0:
+            edge: Any = space.border("wall")
+            normals = np.asarray(edge.normals)
+            approach = (values_at(space, edge, left, "left_velocity") * normals).sum(0)
+            # a crowd that walks along the wall presses it with rounding of either sign
+            pressed = surface_everywhere | (approach >= -1e-12 * np.abs(u).max())
+            self.surface = surface.assemble(edge, k_s=medium.k_s * pressed)
+            matrix = matrix + self.surface
+        self.push = np.zeros(basis.N)
+        if external is not None:
+            free = space.border("free")
+            if free is None:
+                raise ValueError("external: the mesh has no boundary named free to push on")
+            pushed = checked(external, mesh, "external")
+            self.push = traction.assemble(free, r=values_at(space, free, pushed, "external"))
+        self.space, self.medium, self.matrix = space, medium, sparse.csr_array(matrix)
+        self.load = 2 * momentum.assemble(basis, rho=self.rho, u=u) + self.push
+        self.nodes = nodal_values(space, left, "left_velocity")
+        self.bound = (self.nodes[space.wall.node] * space.wall.normal).sum(1)
+
+    def energy(self, w: Floats, force: Floats) -> EnergyBalance:
+        """Balance the kinetic energy."""
+        basis, rho, u = self.space.basis, self.rho, self.left
+        field = basis.interpolate(w)
+        lost = float(dissipated.assemble(basis, w=field, k_v=self.medium.k_v))
+        return EnergyBalance(
+            before=0.5 * float((rho * (u**2).sum(0) * basis.dx).sum()),
+            change=float(gain.assemble(basis, rho=rho, u=u, w=field)),
+            volume=-0.5 * lost,
+            surface=-0.5 * float(w @ (self.surface @ w)) if self.surface is not None else 0.0,
+            wall=-0.5 * float(force @ (self.space.constraints @ w)),
+            external=0.5 * float(self.push @ w),
+        )
+
+    def residual(self, w: Floats, force: Floats) -> float:
+        """The worst violation of Aw + Cᵀr = b and 0 ≤ r ⟂ g − Cw ≥ 0, as velocities (m/s)."""
+        space, diagonal = self.space, self.matrix.diagonal()
+        unbalanced = self.matrix @ w - self.load + space.constraints.T @ force
+        stiffness = diagonal[space.components[:, space.wall.node]].max(0)
+        room = self.bound - space.constraints @ w
+        complementarity = np.abs(np.minimum(force / stiffness, room))
+        return float(max((np.abs(unbalanced) / diagonal).max(), complementarity.max()))
 
 
 def collide(
@@ -187,8 +233,8 @@ def collide(
     Raises ValueError naming the field for a wrong shape or value."""
     begin = time.perf_counter()
     positive(tolerance=tolerance)
-    problem = _problem(space, medium, left_velocity, external, surface_everywhere)
-    left, nodes, bound = problem.left, problem.left_nodes, problem.bound
+    problem = _Problem(space, medium, left_velocity, external, surface_everywhere)
+    left, nodes, bound = problem.left, problem.nodes, problem.bound
     frame, place = space.local
     # walls that the crowd presses or passes along: most of those that will hold it
     toward = bound >= -1e-9 * np.abs(nodes).max()
@@ -196,7 +242,7 @@ def collide(
     answer = bounded_minimum(local, frame.T @ problem.load, place, bound, start=toward)
     w, force = frame @ answer.z, answer.multiplier
     size = max(float(np.abs(left).max()), float(np.abs(nodes).max()))
-    residual = _residual(problem, w, force) / (size or float(np.abs(w).max()) or 1.0)
+    residual = problem.residual(w, force) / (size or float(np.abs(w).max()) or 1.0)
     status, reason = judged(residual, tolerance, "the velocities", answer.unsettled)
     return CollisionAnswer(
         space=space,
@@ -208,75 +254,9 @@ def collide(
         wall_force=force,
         active=answer.active,
         residual=residual,
-        energy=_energy(problem, medium, w, force),
+        energy=problem.energy(w, force),
         status=status,
         reason=reason,
         iterations=answer.iterations,
         seconds=time.perf_counter() - begin,
     )
-
-
-def _problem(
-    space: Space,
-    medium: Medium,
-    left_velocity: ArrayLike | Field,
-    external: ArrayLike | Field | None,
-    surface_everywhere: bool,
-) -> _Problem:
-    mesh, basis = space.mesh, space.basis
-    left, rho = checked(left_velocity, mesh), density_at(space, medium.rho)
-    u = values_at(space, basis, left, "left_velocity")
-    matrix = volume.assemble(basis, rho=rho, k_v=medium.k_v)
-    on_walls: Any = None
-    if medium.k_s > 0:
-        edge: Any = space.border("wall")
-        normals = np.asarray(edge.normals)
-        approach = (values_at(space, edge, left, "left_velocity") * normals).sum(0)
-        # a crowd that walks along the wall presses it with rounding of either sign
-        pressed = surface_everywhere | (approach >= -1e-12 * np.abs(u).max())
-        on_walls = surface.assemble(edge, k_s=medium.k_s * pressed)
-        matrix = matrix + on_walls
-    push = np.zeros(basis.N)
-    if external is not None:
-        free = space.border("free")
-        if free is None:
-            raise ValueError("external: the mesh has no boundary named free to push on")
-        pushed = checked(external, mesh, "external")
-        push = traction.assemble(free, r=values_at(space, free, pushed, "external"))
-    nodes = nodal_values(space, left, "left_velocity")
-    return _Problem(
-        space=space,
-        matrix=sparse.csr_array(matrix),
-        surface=on_walls,
-        push=push,
-        load=2 * momentum.assemble(basis, rho=rho, u=u) + push,
-        bound=(nodes[space.wall.node] * space.wall.normal).sum(1),
-        rho=rho,
-        left=u,
-        left_nodes=nodes,
-    )
-
-
-def _energy(problem: _Problem, medium: Medium, w: Floats, force: Floats) -> EnergyBalance:
-    basis, rho, u = problem.space.basis, problem.rho, problem.left
-    field = basis.interpolate(w)
-    lost = float(dissipated.assemble(basis, w=field, k_v=medium.k_v))
-    return EnergyBalance(
-        before=0.5 * float((rho * (u**2).sum(0) * basis.dx).sum()),
-        change=float(gain.assemble(basis, rho=rho, u=u, w=field)),
-        volume=-0.5 * lost,
-        surface=-0.5 * float(w @ (problem.surface @ w)) if problem.surface is not None else 0.0,
-        wall=-0.5 * float(force @ (problem.space.constraints @ w)),
-        external=0.5 * float(problem.push @ w),
-    )
-
-
-def _residual(problem: _Problem, w: Floats, force: Floats) -> float:
-    """The worst violation of Aw + Cᵀr = b and 0 ≤ r ⟂ g − Cw ≥ 0, as velocities (m/s)."""
-    space, matrix = problem.space, problem.matrix
-    diagonal = matrix.diagonal()
-    stationarity = np.abs(matrix @ w - problem.load + space.constraints.T @ force) / diagonal
-    stiffness = diagonal[space.components[:, space.wall.node]].max(0)
-    room = problem.bound - space.constraints @ w
-    complementarity = np.abs(np.minimum(force / stiffness, room))
-    return float(max(stationarity.max(), complementarity.max()))

@@ -10,8 +10,6 @@ namespace {
 // Sweeps of a descent, at most, before its closed contacts are tried; the same in a small crowd, where a factorisation is
 // cheap; from how many disks on a crowd is large (docs/results/solvers.md).
 constexpr int SWEEPS = 1600, FEW_SWEEPS = 100, LARGE = 2000;
-// Of bodies of several disks, whose factor costs three times as much.
-constexpr int WIDE_SWEEPS = 200;
 // A descent has found the closed contacts once no more than this number and this share of all change between two looks.
 constexpr int STEADY = 2;
 constexpr double STEADY_SHARE = 1e-3;
@@ -121,8 +119,11 @@ private:
         }
         const bool known = !asked_.reaction.empty(), even = s_.even();
         Near near;
-        if (known && correct_guess(near)) return Rung::GUESS;
-        if (!s_.dissipative() && even && (!known || s_.wide()) && descend_and_close(near)) return Rung::DESCENT;
+        if (known && s_.wide()) near.reaction = factor_.contacts_ordered(asked_.reaction);
+        else if (known && correct_guess(near)) return Rung::GUESS;
+        if (!s_.dissipative() && even && s_.wide()) {
+            if (firm_and_close(near)) return Rung::FIRMER;
+        } else if (!s_.dissipative() && even && !known && descend_and_close(near)) return Rung::DESCENT;
         if (s_.dissipative() || !even) near = {};
         Found found = solve_by_path(factor_, near, asked_.tolerance / stiffest(), asked_.least);
         iterations_ += found.iterations;
@@ -139,6 +140,10 @@ private:
             take(nscd::gauss_seidel(s_, BEFORE * asked_.tolerance * s_.scale));
         } else if (asked_.method == Method::PROJECTED_GRADIENT) {
             take(descend(s_, factor_.parts(), team_, {BEFORE * asked_.tolerance, MOST_SWEEPS, -1, INFINITE}));
+        } else if (s_.wide()) {
+            Closed found = firm_up(factor_, reaction_, CLOSED, 0.0);
+            least_ = found.settled && s_.even();
+            take(std::move(found));
         } else {  // the closed contacts by descent, however many there are
             const Descended end = descend(s_, factor_.parts(), team_, {asked_.tolerance, SWEEPS, steady(), INFINITE});
             Flags closed;
@@ -180,17 +185,26 @@ private:
     // Unsettled where the packing is marginal, so that the descent does not tell the closed contacts, or where the set would
     // not settle.
     bool descend_and_close(Near& near) {
-        Descended end = descend(s_, factor_.parts(), team_, {asked_.tolerance, s_.n >= LARGE ? SWEEPS : s_.wide() ? WIDE_SWEEPS : FEW_SWEEPS, steady(), ISOSTATIC});
+        Descended end = descend(s_, factor_.parts(), team_, {asked_.tolerance, s_.n >= LARGE ? SWEEPS : FEW_SWEEPS, steady(), ISOSTATIC});
         iterations_ += end.sweeps;
         Flags closed;
         press(s_, end.reaction, end.velocity, {}, closed);
         near.reaction = std::move(end.reaction), near.velocity = std::move(end.velocity);
         const auto count = std::count(closed.begin(), closed.end(), 1);
-        const double share = double(count) / ((s_.wide() ? 3.0 : 2.0) * s_.n);
+        const double share = double(count) / (2.0 * s_.n);
         if (count == 0 || (ISOSTATIC < share && share < REDUNDANT)) return false;
-        // contacts of a step need not be closed to rounding
-        const double enough = asked_.bounded ? CLOSED : std::max(CLOSED, SHARE_OF_TOLERANCE * asked_.tolerance);
-        Closed found = close_set(factor_, std::move(closed), false, enough);
+        return settled(close_set(factor_, std::move(closed), false, enough()));
+    }
+    // The same of bodies of several disks.
+    bool firm_and_close(Near& near) {
+        const double loose = asked_.bounded || asked_.least ? 0.0 : 0.5 * asked_.tolerance;
+        Closed found = firm_up(factor_, near.reaction, enough(), loose);
+        near.velocity = found.velocity;
+        return settled(std::move(found));
+    }
+    // contacts of a step need not be closed to rounding
+    double enough() const { return asked_.bounded ? CLOSED : std::max(CLOSED, SHARE_OF_TOLERANCE * asked_.tolerance); }
+    bool settled(Closed&& found) {
         iterations_ += found.rounds;
         if (!(found.settled && found.error <= asked_.tolerance)) return false;
         least_ = true;

@@ -1,7 +1,8 @@
 // The ladder: one way to an answer, for every size.
 //
 // 1. Islands that nothing presses and single contacts: closed form.     2. Trees: linear time.
-// 3. A guess, or what a descent finds, where masses are even: close it.  4. What is left: the interior point.
+// 3. A guess, or what a descent finds, where masses are even: close it; of bodies, what contacts find that get firmer.
+// 4. What is left: the interior point.
 #pragma once
 
 #include "bound.hpp"
@@ -16,7 +17,7 @@ inline constexpr int MOST_SWEEPS = 200'000;
 
 enum class Method { AUTO, INTERIOR_POINT, ACTIVE_SET, PROJECTED_GRADIENT, GAUSS_SEIDEL };
 // What gave an answer.
-enum class Rung { NO_CONTACTS, NOTHING, ALONE, TREE, GUESS, DESCENT, MARGINAL, UNEVEN, DISSIPATIVE, MAINTAINED, ASKED_FOR };
+enum class Rung { NO_CONTACTS, NOTHING, ALONE, TREE, GUESS, DESCENT, FIRMER, MARGINAL, UNEVEN, DISSIPATIVE, MAINTAINED, ASKED_FOR };
 
 struct Asked {
     double tolerance = 1e-8;  // dimensionless, of residual and momentum error

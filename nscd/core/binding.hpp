@@ -8,7 +8,7 @@
 
 #include <algorithm>
 
-#include "arrays.hpp"
+#include "problem.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -17,6 +17,9 @@ namespace nscd {
 
 void bind_friction(nb::module_& m);
 void bind_others(nb::module_& m);  // text, packing, fields, sums of impulses
+
+// An argument that is taken as it is.
+inline auto operator""_n(const char* name, std::size_t) { return nb::arg(name).noconvert(); }
 
 template <class T, int D>
 using Given = nb::ndarray<const T, nb::numpy, nb::ndim<D>, nb::c_contig, nb::device::cpu>;
@@ -30,24 +33,44 @@ using Marks = Given<bool, 1>;
 template <class Array>
 auto span(const Array& given) { return std::span(given.data(), given.size()); }
 
-// Hand an array over to Python; `columns` 0 makes it one-dimensional.
-template <int D = 1, class T, class A>
+// Hand an array over to Python, where asked as another type of the same bytes; `columns` 0 makes it one-dimensional.
+template <int D = 1, class Shown = void, class T, class A>
 auto give(std::vector<T, A>&& values, std::size_t columns = 0) {
+    using Seen = std::conditional_t<std::is_void_v<Shown>, T, Shown>;
     auto* kept = new std::vector<T, A>(std::move(values));
     nb::capsule owner(kept, [](void* at) noexcept { delete static_cast<std::vector<T, A>*>(at); });
     std::size_t shape[2] = {D == 1 ? kept->size() : kept->size() / columns, columns};
-    return Made<T, D>(kept->data(), D, shape, owner);
+    return Made<Seen, D>(reinterpret_cast<Seen*>(kept->data()), D, shape, owner);
 }
-
 inline void need(bool sound, const char* what) {
     if (!sound) throw nb::value_error(what);
 }
+inline void need_disks(std::size_t n, const Given<Index, 1>& first, const Given<Index, 1>& second) {
+    need(first.size() == second.size(), "contacts: shapes differ");
+    for (std::size_t c = 0; c < first.size(); ++c)
+        need(first(c) >= 0 && first(c) < Index(n) && second(c) < Index(n), "contacts: a disk that does not exist");
+}
+
+// first, second (−1: a wall), normal, position, radius, mass, for parts of the solvers in tests and measurements.
+using Pairs = std::tuple<Given<Index, 1>, Given<Index, 1>, Matrix, Matrix, Vector, Vector>;
+inline System system_of_pairs(const Pairs& pairs, In left, In spin) {
+    const auto& [first, second, normal, position, radius, mass] = pairs;
+    const std::size_t n = mass.size();
+    need_disks(n, first, second);
+    need(normal.size() == 2 * first.size() && position.size() == 2 * n && radius.size() == n && left.size() == 2 * n, "pairs: shapes differ");
+    return system_of({span(position), left, span(radius), span(mass), spin}, {first.data(), first.data() + first.size()},
+                     {second.data(), second.data() + second.size()}, span(normal));
+}
 
 // Marks of bytes as NumPy's booleans.
-inline auto give_marks(Flags&& values) {
-    auto* kept = new Flags(std::move(values));
-    nb::capsule owner(kept, [](void* at) noexcept { delete static_cast<Flags*>(at); });
-    return Made<bool, 1>(reinterpret_cast<bool*>(kept->data()), {kept->size()}, owner);
+template <int D = 1>
+auto give_marks(Flags&& values, std::size_t columns = 0) { return give<D, bool>(std::move(values), columns); }
+
+// What long work gives, while other threads of Python run.
+template <class Work>
+auto freely(const Work& work) {
+    nb::gil_scoped_release others;
+    return work();
 }
 
 }  // namespace nscd

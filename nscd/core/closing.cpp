@@ -13,6 +13,9 @@ constexpr int HANDFUL = 4;
 constexpr double SHARE = 1e-5;
 // Reactions below the rounding of PENALTY · C u have no sign.
 constexpr double ROUNDING = 4.0 * PENALTY * EPSILON;
+// Contacts of bodies get firmer in these steps; rounds until the closed ones are known in each.
+constexpr double FIRMER[] = {7e4, 1e8};
+constexpr int FIRM_ROUNDS = 12;
 // Conjugate gradients end where so many steps in turn have not made the gaps smaller.
 constexpr int PATIENCE = 20;
 
@@ -71,6 +74,56 @@ int close_contacts(Factor& factor, Chosen closed, In theta, Numbers& reaction, N
     return steps;
 }
 
+// What multipliers leave open where W is nearly singular, in a few steps for each of its small eigenvalues: T y = Cu − b,
+// T = C(Â + CᵀΘC)⁻¹Cᵀ, by conjugate gradients with Θ for T⁻¹; u moves by δ = −(Â + CᵀΘC)⁻¹Cᵀy, and λ by y + ΘCδ.
+static int close_by_gradients(Factor& factor, Chosen closed, In theta, Numbers& best_reaction, Numbers& best_u, Numbers& v) {
+    const System& s = factor.system();
+    const std::size_t k = s.k, size = best_u.size();
+    Numbers gap(k), step(k, 0.0), moved(size), change(k), reaction = best_reaction, u = best_u;
+    double before = 0.0, least = INFINITE;
+    const auto gaps = [&] {
+        for (std::size_t c = 0; c < k; ++c) gap[c] = closed[c] ? v[c] - s.offset[c] : 0.0;
+        return largest(gap);
+    };
+    gaps();
+    int steps = 0;
+    for (int waited = 0; steps < MOST_GRADIENTS && waited < PATIENCE; ++steps, ++waited) {
+        double now = 0.0, curve = 0.0;
+        for (std::size_t c = 0; c < k; ++c) now += gap[c] * theta[c] * gap[c];
+        for (std::size_t c = 0; c < k; ++c) step[c] = theta[c] * gap[c] + (before > 0.0 ? now / before * step[c] : 0.0);
+        before = now;
+        std::fill(moved.begin(), moved.end(), 0.0);
+        add_reactions(s, step, -1.0, moved);
+        factor.solve(moved);
+        approach(s, moved, change);
+        for (std::size_t c = 0; c < k; ++c) curve -= step[c] * change[c];
+        if (!(curve > 0.0)) break;
+        const double length = now / curve;
+        for (std::size_t i = 0; i < size; ++i) u[i] += length * moved[i];
+        for (std::size_t c = 0; c < k; ++c) reaction[c] += length * (step[c] + theta[c] * change[c]);
+        approach(s, u, v);
+        const double open = gaps();
+        if (open < least) best_reaction = reaction, best_u = u;
+        if (open < 0.5 * least) waited = 0;
+        least = std::min(least, open);
+        if (least <= CLOSED * s.scale) break;
+    }
+    approach(s, best_u, v);
+    return steps;
+}
+
+// Multipliers, and gradients where these leave gaps of bodies or of contacts that may pull; the steps of both. A disk whose
+// gaps stay open is wedged: its percussions have no bound.
+static int close_well(Factor& factor, Chosen closed, In theta, Numbers& reaction, Numbers& u, Numbers& v, int most, double enough) {
+    const System& s = factor.system();
+    int steps = close_contacts(factor, closed, theta, reaction, u, v, most, enough);
+    double open = 0.0;
+    for (int c = 0; c < s.k; ++c)
+        if (closed[c]) open = std::max(open, std::abs(v[c] - s.offset[c]));
+    if ((s.wide() || s.maintained) && open > std::max(enough, 100.0 * EXACT) * s.scale) steps += close_by_gradients(factor, closed, theta, reaction, u, v);
+    return steps;
+}
+
 Closed close_set(Factor& factor, Flags closed, bool thorough, double enough, int most) {
     const System& s = factor.system();
     Closed best{Numbers(s.k, 0.0), s.free, 0, INFINITE, false, {}};
@@ -90,7 +143,7 @@ Closed close_set(Factor& factor, Flags closed, bool thorough, double enough, int
         close_contacts(factor, closed, theta, reaction, u, v, 1, enough);
         int changed = find_wrong(s, closed, reaction, v, wrong);
         if (thorough || changed <= few || best.rounds == most) {
-            close_contacts(factor, closed, theta, reaction, u, v, STEPS, enough);
+            close_well(factor, closed, theta, reaction, u, v, STEPS, enough);
             changed = find_wrong(s, closed, reaction, v, wrong);
             double error = 0.0;
             Numbers pressed(s.k);
@@ -114,43 +167,36 @@ Closed close_set(Factor& factor, Flags closed, bool thorough, double enough, int
     return best;
 }
 
-// What multipliers leave open where W is nearly singular, in a few steps for each of its small eigenvalues: T y = Cu − b,
-// T = C(Â + CᵀΘC)⁻¹Cᵀ, by conjugate gradients with Θ for T⁻¹; u moves by δ = −(Â + CᵀΘC)⁻¹Cᵀy, and λ by y + ΘCδ.
-static int close_by_gradients(Factor& factor, In theta, Closed& found, Numbers& v) {
+Closed firm_up(Factor& factor, Numbers& reaction, double enough, double loose) {
     const System& s = factor.system();
-    const std::size_t k = s.k, size = found.velocity.size();
-    Numbers gap(k), step(k, 0.0), y(k, 0.0), moved(size), change(k), rest(size);
-    Numbers reaction, u = found.velocity;
-    double before = 0.0, least = INFINITE;
-    const auto gaps = [&] {
-        for (std::size_t c = 0; c < k; ++c) gap[c] = v[c] - s.offset[c];
-        return largest(gap);
-    };
-    reaction = found.reaction;
-    gaps();
-    int steps = 0;
-    for (int waited = 0; steps < MOST_GRADIENTS && waited < PATIENCE; ++steps, ++waited) {
-        double now = 0.0, curve = 0.0;
-        for (std::size_t c = 0; c < k; ++c) now += gap[c] * theta[c] * gap[c];
-        for (std::size_t c = 0; c < k; ++c) step[c] = theta[c] * gap[c] + (before > 0.0 ? now / before * step[c] : 0.0);
-        before = now;
-        std::fill(moved.begin(), moved.end(), 0.0);
-        add_reactions(s, step, -1.0, moved);
-        factor.solve(moved);
-        approach(s, moved, change);
-        for (std::size_t c = 0; c < k; ++c) curve -= step[c] * change[c];
-        if (!(curve > 0.0)) break;
-        const double length = now / curve;
-        for (std::size_t i = 0; i < size; ++i) u[i] += length * moved[i];
-        for (std::size_t c = 0; c < k; ++c) reaction[c] += length * (step[c] + theta[c] * change[c]);
-        approach(s, u, v);
-        const double open = gaps();
-        if (open < least) found.reaction = reaction, found.velocity = u;
-        if (open < 0.5 * least) waited = 0;
-        least = std::min(least, open);
-        if (least <= CLOSED * s.scale) break;
+    const Numbers stiff = s.stiffness();
+    Flags closed(s.k, 1);
+    for (int c = 0; c < int(reaction.size()); ++c) closed[c] = reaction[c] > 0.0;
+    reaction.resize(s.k);
+    Numbers held = reaction, theta(s.k), weight(s.k), v(s.k), u;
+    int rounds = 0;
+    for (double penalty : FIRMER) {
+        int changed = 1;
+        for (int round = 0; changed && round < FIRM_ROUNDS; ++round, ++rounds) {
+            for (int c = 0; c < s.k; ++c) theta[c] = penalty * stiff[c], weight[c] = closed[c] ? theta[c] : 0.0;
+            if (!factor.factorise(weight)) break;
+            u = s.free, reaction = held;
+            approach(s, u, v);
+            close_contacts(factor, closed, theta, reaction, u, v, 1, enough);
+            changed = 0;
+            for (int c = 0; c < s.k; ++c) {
+                changed += closed[c] != (reaction[c] > 0.0);
+                closed[c] = reaction[c] > 0.0;
+            }
+        }
+        for (int c = 0; c < s.k; ++c) held[c] = std::max(reaction[c], 0.0);
+        const double error = loose > 0.0 ? accuracy(s, held, u) : INFINITE;
+        if (error <= loose) return {std::move(held), std::move(u), rounds, error, true, {}};
     }
-    return steps;
+    reaction = std::move(held);
+    Closed found = close_set(factor, std::move(closed), false, enough);
+    found.rounds += rounds;
+    return found;
 }
 
 Closed close_all(Factor& factor) {
@@ -161,10 +207,7 @@ Closed close_all(Factor& factor) {
     if (!factor.factorise(theta)) return found;
     found.held = {theta, Flags(s.k, 1)};
     approach(s, found.velocity, v);
-    found.rounds = close_contacts(factor, found.held.closed, theta, found.reaction, found.velocity, v, ALL_STEPS, CLOSED);
-    double open = 0.0;
-    for (int c = 0; c < s.k; ++c) open = std::max(open, std::abs(v[c] - s.offset[c]));
-    if (open > 100.0 * EXACT * s.scale) found.rounds += close_by_gradients(factor, theta, found, v);
+    found.rounds = close_well(factor, found.held.closed, theta, found.reaction, found.velocity, v, ALL_STEPS, CLOSED);
     return found;
 }
 

@@ -37,6 +37,12 @@ struct Closed {
 // thorough: go to the stiff limit in every round.
 Closed close_set(Factor& factor, Flags closed, bool thorough, double enough = CLOSED, int most = 12);
 
+// Close the contacts that a method of multipliers finds, λ ← max(0, λ + θ(Cu − b)) with contacts that get firmer: each step is
+// a penalty model, solved by Newton's method on its closed contacts from those of the step before. Redundant contacts do not
+// slow it down as they do descents. It begins from `reaction` (k, or none), where its last λ comes; loose: the error, a share of
+// ‖u⁻‖∞, with which that is the answer.
+Closed firm_up(Factor& factor, Numbers& reaction, double enough, double loose);
+
 // All contacts: C u⁺ = b with any sign of λ (paper eqs. (2) and (8)). λ is of least norm where contacts are redundant,
 // weighted by the masses where these differ much.
 Closed close_all(Factor& factor);

@@ -60,7 +60,7 @@ void sort_in(Touching& found, std::size_t begin) {
 }
 
 // Pairs; false where more than MOST_PAIRS are within reach.
-bool find_pairs(Touching& found, In position, In radius, double most) {
+bool find_pairs(Touching& found, In position, In radius, double most, std::span<const Index> body) {
     const std::size_t n = radius.size();
     const double reach = (2.0 * *std::max_element(radius.begin(), radius.end()) + most) * MARGIN;
     const Cells cells = cells_of(position, reach);
@@ -72,7 +72,7 @@ bool find_pairs(Touching& found, In position, In radius, double most) {
         for (int p = p0; p < p1; ++p)
             for (int q = q0; q < q1; ++q)
                 for (Index b = cells.head[std::size_t(p) * cells.ny + q]; b >= 0; b = cells.after[b]) {
-                    if (std::size_t(b) <= a) continue;
+                    if (std::size_t(b) <= a || (!body.empty() && body[a] == body[b])) continue;
                     const double dx = position[2 * b] - position[2 * a];
                     const double dy = position[2 * b + 1] - position[2 * a + 1];
                     if (dx * dx + dy * dy > reach * reach) continue;
@@ -113,10 +113,25 @@ constexpr std::int64_t NUMBERS = std::int64_t{1} << 31, WALL = std::int64_t{1} <
 
 }  // namespace
 
+Neighbours named(const Touching& at) {
+    const std::size_t k = at.size();
+    Neighbours near{Places(k), Places(k), Places(k), Numbers(2 * k), at.gap};
+    for (std::size_t c = 0; c < k; ++c) {
+        const bool wall = std::int64_t(c) >= at.pairs;
+        near.first[c] = Index(at.first[c]);
+        near.second[c] = wall ? -1 : Index(at.second[c]);
+        near.wall[c] = wall ? Index(at.second[c]) : -1;
+        near.normal[2 * c] = at.vector[2 * c] / at.distance[c];
+        near.normal[2 * c + 1] = at.vector[2 * c + 1] / at.distance[c];
+    }
+    return near;
+}
+
 std::vector<std::int64_t> keys_of(const Touching& at, std::span<const std::int64_t> ids) {
     std::vector<std::int64_t> keys(at.size());
+    const auto id = [&](std::int64_t i) { return ids.empty() ? i : ids[i]; };
     for (std::size_t c = 0; c < keys.size(); ++c)
-        keys[c] = NUMBERS * ids[at.first[c]] + (std::int64_t(c) < at.pairs ? ids[at.second[c]] : WALL + at.second[c]);
+        keys[c] = NUMBERS * id(at.first[c]) + (std::int64_t(c) < at.pairs ? id(at.second[c]) : WALL + at.second[c]);
     return keys;
 }
 
@@ -130,15 +145,15 @@ Carried carried_over(std::span<const std::int64_t> keys, In values, std::span<co
     return of;
 }
 
-static Touching touching_round(In position, In radius, Segments walls, double most);
+static Touching touching_round(In position, In radius, Segments walls, double most, std::span<const Index> body);
 
-Touching touching(In position, In radius, const Segments& walls, double most) {
-    if (walls.period > 0.0 && radius.size()) return touching_round(position, radius, walls, most);
+Touching touching(In position, In radius, const Segments& walls, double most, std::span<const Index> body) {
+    if (walls.period > 0.0 && radius.size()) return touching_round(position, radius, walls, most, body);
     Touching found;
     const std::size_t room = 3 * radius.size() + 64;
     found.first.reserve(room), found.second.reserve(room), found.vector.reserve(2 * room);
     found.distance.reserve(room), found.gap.reserve(room);
-    if (radius.size() > 1 && !find_pairs(found, position, radius, most)) {
+    if (radius.size() > 1 && !find_pairs(found, position, radius, most, body)) {
         found.pairs = -1;
         return found;
     }
@@ -148,7 +163,7 @@ Touching touching(In position, In radius, const Segments& walls, double most) {
 }
 
 // With a period: of disks at their places in it, and of pairs also with images of the first disks behind its end.
-static Touching touching_round(In position, In radius, Segments walls, double most) {
+static Touching touching_round(In position, In radius, Segments walls, double most, std::span<const Index> body) {
     const std::size_t n = radius.size();
     const double low = walls.low, period = std::exchange(walls.period, 0.0);
     Numbers place(position.begin(), position.end()), size(radius.begin(), radius.end());
@@ -156,14 +171,15 @@ static Touching touching_round(In position, In radius, Segments walls, double mo
     Touching at_walls;
     if (walls.w) find_walls(at_walls, place, radius, walls, most);
     const double reach = (2.0 * *std::max_element(radius.begin(), radius.end()) + most) * MARGIN;
-    Places image;
+    Places image, whose(body.begin(), body.end());
     for (std::size_t i = 0; i < n; ++i)
         if (place[2 * i] <= low + reach) {
             image.push_back(Index(i)), size.push_back(radius[i]);
+            if (!body.empty()) whose.push_back(body[i]);
             place.push_back(place[2 * i] + period), place.push_back(place[2 * i + 1]);
         }
     walls.w = 0;
-    Touching found = touching(place, size, walls, most);
+    Touching found = touching(place, size, walls, most, whose);
     if (found.pairs < 0) return found;
     std::vector<std::tuple<std::int64_t, std::int64_t, std::size_t>> rows;
     for (std::size_t c = 0; c < found.size(); ++c) {

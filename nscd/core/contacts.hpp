@@ -24,11 +24,19 @@ struct Touching {
 
 // All pairs i < j of disks with a gap |x_j − x_i| − r_i − r_j of at most `most` m, by (i, j); then all disks
 // whose nearest point of a wall is at most r + most away, and that wall itself answers for, by (disk, wall).
-// position (n·2) m, radius (n) m. With a period also pairs across its ends.
-Touching touching(In position, In radius, const Segments& walls, double most);
+// position (n·2) m, radius (n) m; body (n, or none): of two disks of one there is no contact. With a period also pairs across
+// its ends.
+Touching touching(In position, In radius, const Segments& walls, double most, std::span<const Index> body = {});
 
-// A number of each contact from the ids of who touches: rising, as the contacts do.
-std::vector<std::int64_t> keys_of(const Touching& at, std::span<const std::int64_t> ids);
+// The same with unit normals.
+struct Neighbours {
+    Places first, second, wall;  // (k) disk; disk, −1 for a wall; wall, −1 for a pair
+    Numbers normal, gap;         // (k·2) unit vector, first → second; (k) m
+};
+Neighbours named(const Touching& at);
+
+// A number of each contact from the ids of who touches, or their numbers: rising, as the contacts do.
+std::vector<std::int64_t> keys_of(const Touching& at, std::span<const std::int64_t> ids = {});
 
 // What contacts with rising keys have, for those that are wanted, 0 for new ones; how many were there.
 struct Carried {

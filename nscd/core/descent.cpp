@@ -24,14 +24,11 @@ constexpr int POWER_ITERATIONS = 10;
 struct Scaled {
     std::vector<std::uint32_t> first, second;  // unsigned places make the gathers vector instructions
     Numbers x, y;                              // (k) the normal over √w
-    Numbers one, other;                        // (k) m, its levers over √w; empty where all are disks
-    Numbers inverse, inverse_turn;             // (n+p) 1/kg, 1/(kg m²)
+    Numbers inverse;                           // (n+p) 1/kg
     Numbers pull, root;                        // (k) (Cû − b)/√w, √w
     Numbers now, ahead;                        // (k) √w λ, and where momentum carries it
-    Numbers ux, uy, uz;                        // (n+p) momentum, then velocity that contacts give, and spin
+    Numbers ux, uy;                            // (n+p) momentum, then velocity that contacts give
     Flags closed;                              // (k) at the last look
-
-    bool wide() const { return !one.empty(); }
 };
 
 struct Looked {
@@ -41,8 +38,6 @@ struct Looked {
 // u += Cᵀλ (momentum) of contacts begin … end.
 [[gnu::always_inline]] inline void gather(Scaled& s, const double* reaction, std::int64_t begin, std::int64_t end) {
     double *ux = s.ux.data(), *uy = s.uy.data();
-    if (s.wide())
-        for (auto c = begin; c < end; ++c) s.uz[s.first[c]] += s.one[c] * reaction[c], s.uz[s.second[c]] += s.other[c] * reaction[c];
     for (auto c = begin; c < end; ++c) {
         const auto i = s.first[c], j = s.second[c];
         const double px = s.x[c] * reaction[c], py = s.y[c] * reaction[c];
@@ -58,8 +53,6 @@ void gather_at(Scaled& s, std::int64_t low, std::int64_t high, std::int64_t begi
         const double px = s.x[c] * s.ahead[c], py = s.y[c] * s.ahead[c];
         if (low <= i && i < high) s.ux[i] += px, s.uy[i] += py;
         if (low <= j && j < high) s.ux[j] -= px, s.uy[j] -= py;
-        if (s.wide() && low <= i && i < high) s.uz[i] += s.one[c] * s.ahead[c];
-        if (s.wide() && low <= j && j < high) s.uz[j] += s.other[c] * s.ahead[c];
     }
 }
 
@@ -68,8 +61,6 @@ LEVELS void approach_scaled(const Scaled& s, double* v, std::int64_t k) {
     const double *ux = s.ux.data(), *uy = s.uy.data(), *x = s.x.data(), *y = s.y.data();
     for (std::int64_t c = 0; c < k; ++c)
         v[c] = x[c] * (ux[first[c]] - ux[second[c]]) + y[c] * (uy[first[c]] - uy[second[c]]);
-    if (s.wide())
-        for (std::int64_t c = 0; c < k; ++c) v[c] += s.one[c] * s.uz[first[c]] + s.other[c] * s.uz[second[c]];
 }
 
 // u of the disks low … high from the contacts of their parts and those between parts.
@@ -77,7 +68,6 @@ LEVELS void velocities(Scaled& s, const Parts& parts, int mine, int end) {
     const auto n = parts.disk.back(), low = parts.disk[mine], high = parts.disk[end];
     std::fill(s.ux.begin() + low, s.ux.begin() + high, 0.0);
     std::fill(s.uy.begin() + low, s.uy.begin() + high, 0.0);
-    if (s.wide()) std::fill(s.uz.begin() + low, s.uz.begin() + high, 0.0);
     for (int p = mine; p < end; ++p) {
         gather(s, s.ahead.data(), parts.contact[p], parts.contact[p + 1]);
         s.ux[n + p] = s.uy[n + p] = 0.0;
@@ -86,8 +76,6 @@ LEVELS void velocities(Scaled& s, const Parts& parts, int mine, int end) {
     double *ux = s.ux.data(), *uy = s.uy.data();
     const double* inverse = s.inverse.data();
     for (auto i = low; i < high; ++i) ux[i] *= inverse[i], uy[i] *= inverse[i];
-    if (s.wide())
-        for (auto i = low; i < high; ++i) s.uz[i] *= s.inverse_turn[i];
 }
 
 // The error of contacts begin … end, how many change sides, and how many press.
@@ -95,8 +83,7 @@ LEVELS Looked look(Scaled& s, std::int64_t begin, std::int64_t end) {
     Looked of{0.0, 0.0, 0.0};  // clang leaves out a constructor that only clones call
     for (auto c = begin; c < end; ++c) {
         const auto i = s.first[c], j = s.second[c];
-        double gradient = s.x[c] * (s.ux[i] - s.ux[j]) + s.y[c] * (s.uy[i] - s.uy[j]) - s.pull[c];
-        if (s.wide()) gradient += s.one[c] * s.uz[i] + s.other[c] * s.uz[j];
+        const double gradient = s.x[c] * (s.ux[i] - s.ux[j]) + s.y[c] * (s.uy[i] - s.uy[j]) - s.pull[c];
         of.error = std::max(of.error, std::abs(std::min(s.ahead[c], gradient)) * s.root[c]);
         const bool touching = s.ahead[c] > gradient;
         of.changed += touching != bool(s.closed[c]);
@@ -107,17 +94,14 @@ LEVELS Looked look(Scaled& s, std::int64_t begin, std::int64_t end) {
 }
 
 // A step of contacts begin … end; how much it goes uphill.
-template <bool WIDE>
-[[gnu::always_inline]] inline double moved(Scaled& s, std::int64_t begin, std::int64_t end, double step, double beta) {
+LEVELS double move(Scaled& s, std::int64_t begin, std::int64_t end, double step, double beta) {
     const std::uint32_t *first = s.first.data(), *second = s.second.data();
     const double *x = s.x.data(), *y = s.y.data(), *ux = s.ux.data(), *uy = s.uy.data(), *pull = s.pull.data();
-    const double *one_turn = s.one.data(), *other_turn = s.other.data(), *uz = s.uz.data();
     double *__restrict now = s.now.data(), *__restrict ahead = s.ahead.data();
     std::array<double, 8> uphill{};  // in one order on every machine
     const auto one = [&](std::int64_t c, double& sum) {
         const auto i = first[c], j = second[c];
-        double gradient = x[c] * (ux[i] - ux[j]) + y[c] * (uy[i] - uy[j]) - pull[c];
-        if constexpr (WIDE) gradient += one_turn[c] * uz[i] + other_turn[c] * uz[j];
+        const double gradient = x[c] * (ux[i] - ux[j]) + y[c] * (uy[i] - uy[j]) - pull[c];
         const double down = ahead[c] - step * gradient, next = down > 0.0 ? down : 0.0, change = next - now[c];
         sum += gradient * change;
         now[c] = next;
@@ -129,10 +113,6 @@ template <bool WIDE>
     double sum = 0.0;
     for (double part : uphill) sum += part;
     return sum;
-}
-
-LEVELS double move(Scaled& s, std::int64_t begin, std::int64_t end, double step, double beta) {
-    return s.wide() ? moved<true>(s, begin, end, step, beta) : moved<false>(s, begin, end, step, beta);
 }
 
 // The largest eigenvalue of the scaled Delassus operator, by power iteration, with a margin of 2 %.
@@ -151,10 +131,8 @@ double norm(Scaled& s) {
         if (round == POWER_ITERATIONS - 1) before = size();
         std::fill(s.ux.begin(), s.ux.end(), 0.0);
         std::fill(s.uy.begin(), s.uy.end(), 0.0);
-        std::fill(s.uz.begin(), s.uz.end(), 0.0);
         gather(s, v.data(), 0, k);
         for (std::size_t i = 0; i < s.inverse.size(); ++i) s.ux[i] *= s.inverse[i], s.uy[i] *= s.inverse[i];
-        for (std::size_t i = 0; i < s.uz.size(); ++i) s.uz[i] *= s.inverse_turn[i];
         approach_scaled(s, v.data(), k);
     }
     return 1.02 * size() / before;
@@ -176,12 +154,6 @@ Scaled scaled_of(const System& s, const Parts& parts) {
         of.inverse[i] = 1.0 / s.mass[s.d * i];
         of.ux[i] = s.free[s.d * i], of.uy[i] = s.free[s.d * i + 1];
     }
-    if (s.wide()) {
-        of.one = s.turn_first, of.other = s.turn_second;
-        for (int c = 0; c < s.k; ++c) of.one[c] /= of.root[c], of.other[c] = s.second[c] < 0 ? 0.0 : of.other[c] / of.root[c];
-        of.inverse_turn.assign(s.n + count, 0.0), of.uz.assign(s.n + count, 0.0);
-        for (int i = 0; i < s.n; ++i) of.inverse_turn[i] = 1.0 / s.mass[3 * i + 2], of.uz[i] = s.free[3 * i + 2];
-    }
     of.pull.resize(s.k);
     approach_scaled(of, of.pull.data(), s.k);
     for (int c = 0; c < s.k; ++c) of.pull[c] -= s.offset[c] / of.root[c];
@@ -194,7 +166,7 @@ Scaled scaled_of(const System& s, const Parts& parts) {
 Descended descend(const System& s, const Parts& parts, Team& team, const Descent& limits) {
     Scaled of = scaled_of(s, parts);
     const double step = 1.0 / norm(of), tolerance = limits.tolerance * s.scale;
-    const double redundant = (s.wide() ? 3.0 : 2.0) * s.n * limits.redundant;
+    const double redundant = 2.0 * s.n * limits.redundant;
     of.now.resize(s.k);
     for (int c = 0; c < s.k; ++c) of.now[c] = std::max(of.pull[c], 0.0) * step;
     of.ahead = of.now;
@@ -254,12 +226,10 @@ Descended descend(const System& s, const Parts& parts, Team& team, const Descent
     }
     std::fill(of.ux.begin(), of.ux.end(), 0.0);
     std::fill(of.uy.begin(), of.uy.end(), 0.0);
-    std::fill(of.uz.begin(), of.uz.end(), 0.0);
     gather(of, of.ahead.data(), 0, s.k);
     for (int i = 0; i < s.n; ++i) {
         found.velocity[s.d * i] -= of.ux[i] * of.inverse[i];
         found.velocity[s.d * i + 1] -= of.uy[i] * of.inverse[i];
-        if (s.wide()) found.velocity[3 * i + 2] -= of.uz[i] * of.inverse_turn[i];
     }
     return found;
 }

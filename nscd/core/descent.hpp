@@ -1,4 +1,4 @@
-// Accelerated projected gradient on the dual, matrix-free: for well-conditioned crowds without dissipation.
+// Accelerated projected gradient on the dual, matrix-free: for well-conditioned crowds of disks without dissipation.
 //
 // min ½ λᵀWλ − λᵀ(Cû − b), λ ≥ 0, in the variables λ√w (the Delassus operator then has unit diagonal), by Nesterov's
 // method with the gradient restart of O'Donoghue & Candès, Found. Comput. Math. 15 (2015) 715.

@@ -1,5 +1,7 @@
 #include "factor.hpp"
 
+#include <algorithm>
+
 namespace nscd {
 
 Factor::Factor(const System& given, Team& team, const Sizes& sizes) : team_(team) {
@@ -14,12 +16,16 @@ Factor::Factor(const System& given, Team& team, const Sizes& sizes) : team_(team
 }
 
 bool Factor::factorise(In theta, bool bare) {
+    if (bare == made_bare_ && std::equal(theta.begin(), theta.end(), made_.begin(), made_.end())) return true;
+    made_.clear();
     if (bare && system_.dissipative() && bare_.n == 0) {
         bare_ = system_;
         bare_.along.assign(bare_.k, 0.0), bare_.across.assign(bare_.k, 0.0);
     }
     const System& s = bare && system_.dissipative() ? bare_ : system_;
-    return rows_ ? nscd::factorise(s, *rows_, theta) : fronts_->factorise(s, theta);
+    if (!(rows_ ? nscd::factorise(s, *rows_, theta) : fronts_->factorise(s, theta))) return false;
+    made_.assign(theta.begin(), theta.end()), made_bare_ = bare;
+    return true;
 }
 
 void Factor::solve(Out b) { rows_ ? nscd::solve(*rows_, b) : fronts_->solve(b); }

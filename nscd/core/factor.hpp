@@ -41,6 +41,8 @@ private:
     System system_, bare_;
     std::optional<Rows> rows_;
     std::optional<Fronts> fronts_;
+    Numbers made_;  // (k) kg, Θ of the factor in storage; empty where there is none
+    bool made_bare_ = false;
 };
 
 }  // namespace nscd

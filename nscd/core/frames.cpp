@@ -48,26 +48,6 @@ bool sound(const Touching& at, In radius, double deepest) {
 
 }  // namespace
 
-System system_at(const Touching& at, In mass, In left) {
-    System s;
-    const std::size_t k = at.size(), n = mass.size();
-    s.n = int(n), s.k = int(k);
-    s.first.resize(k), s.second.resize(k), s.nx.resize(k), s.ny.resize(k), s.inverse_mass.resize(k);
-    for (std::size_t c = 0; c < k; ++c) {
-        s.first[c] = Index(at.first[c]);
-        s.second[c] = std::int64_t(c) < at.pairs ? Index(at.second[c]) : -1;
-        s.nx[c] = at.vector[2 * c] / at.distance[c], s.ny[c] = at.vector[2 * c + 1] / at.distance[c];
-        s.inverse_mass[c] = 1.0 / mass[s.first[c]] + (s.second[c] >= 0 ? 1.0 / mass[s.second[c]] : 0.0);
-    }
-    s.offset.assign(k, 0.0);
-    s.mass.resize(2 * n);
-    for (std::size_t i = 0; i < 2 * n; ++i) s.mass[i] = mass[i / 2];
-    s.left.assign(left.begin(), left.end());
-    s.free = s.left;
-    s.measure();
-    return s;
-}
-
 FilmAnswer solve_film(const Film& film, const FramesAsked& asked) {
     const std::size_t frames = film.start.size() - 1;
     FilmAnswer found;
@@ -91,9 +71,8 @@ FilmAnswer solve_film(const Film& film, const FramesAsked& asked) {
         solved = solved && sound(at, radius, asked.deepest);
         const bool any = solved && at.size() > 0;
         if (any) {
-            System s = system_at(at, mass, left);
-            s.x.resize(n), s.y.resize(n);
-            for (std::size_t i = 0; i < n; ++i) s.x[i] = position[2 * i], s.y[i] = position[2 * i + 1];
+            const Neighbours near = named(at);
+            const System s = system_of({position, left, radius, mass, {}}, near.first, near.second, near.normal);
             std::vector<std::int64_t> keys = keys_of(at, ids);
             guess(before, keys, ids, left, search);
             Answer answer = climb(s, search);
@@ -107,8 +86,8 @@ FilmAnswer solve_film(const Film& film, const FramesAsked& asked) {
                     found.first.push_back(std::int64_t(a) + at.first[c]);
                     found.second.push_back(wall ? at.second[c] : std::int64_t(a) + at.second[c]);
                     found.is_wall.push_back(wall);
-                    found.normal.push_back(s.nx[c]), found.normal.push_back(s.ny[c]);
                 }
+                found.normal.insert(found.normal.end(), near.normal.begin(), near.normal.end());
                 found.gap.insert(found.gap.end(), at.gap.begin(), at.gap.end());
                 found.reaction.insert(found.reaction.end(), answer.reaction.begin(), answer.reaction.end());
                 found.impulse.insert(found.impulse.end(), of.impulse.begin(), of.impulse.end());

@@ -32,7 +32,4 @@ struct FilmAnswer {
 };
 FilmAnswer solve_film(const Film& film, const FramesAsked& asked);
 
-// The problem of contacts without dissipation; first and second as `touching` gives them, from `pairs` on walls.
-System system_at(const Touching& at, In mass, In left);
-
 }  // namespace nscd

@@ -13,31 +13,18 @@ auto give_rubbed(Rubbed&& at) {
 
 double worst_of(const Numbers& errors) { return errors.empty() ? 0.0 : *std::max_element(errors.begin(), errors.end()); }
 
-// `nscd.friction.FrictionProblem` with the places of its disks: parts of the solver, for tests and measurements.
+// `nscd.friction.FrictionProblem`: parts of the solver, for tests and measurements.
 class Problem {
 public:
-    Problem(const Given<Index, 1>& first, const Given<Index, 1>& second, const Matrix& normal, const Matrix& lever, const Vector& friction,
-            const Vector& along, const Vector& across, const Vector& offset, const Matrix& mass, const Matrix& left, const Matrix& position,
-            double scale) {
-        const std::size_t k = first.size(), n = mass.shape(0);
-        need(second.size() == k && normal.size() == 2 * k && lever.size() == 2 * k && friction.size() == k && along.size() == k && across.size() == k && offset.size() == k, "friction: (k,) of each contact is needed");
-        need(mass.size() == 3 * n && left.size() == 3 * n && position.size() == 2 * n, "friction: (n, 3) and (n, 2) of disks are needed");
-        const auto column = [](const Matrix& of, std::size_t rows, int at) {
-            Numbers some(rows);
-            for (std::size_t i = 0; i < rows; ++i) some[i] = of(i, at);
-            return some;
-        };
+    Problem(const Pairs& pairs, const Matrix& left, const Vector& spin, const Vector& friction, const Vector& along, const Vector& across) {
+        System s = system_of_pairs(pairs, span(left), {});
         const auto numbers = [](const auto& of) { return Numbers(of.data(), of.data() + of.size()); };
-        p_.n = int(n), p_.k = int(k), p_.d = 3;
-        p_.first.assign(first.data(), first.data() + k), p_.second.assign(second.data(), second.data() + k);
-        for (std::size_t c = 0; c < k; ++c) need(first(c) >= 0 && first(c) < int(n) && second(c) < int(n), "contacts: a disk that does not exist");
-        p_.nx = column(normal, k, 0), p_.ny = column(normal, k, 1);
-        p_.lever_first = column(lever, k, 0), p_.lever_second = column(lever, k, 1);
-        p_.friction = numbers(friction), p_.along = numbers(along), p_.across = numbers(across), p_.offset = numbers(offset);
-        p_.mass = numbers(mass), p_.left = numbers(left);
-        p_.x = column(position, n, 0), p_.y = column(position, n, 1);
-        p_.scale = scale;
-        p_.prepare();
+        const std::size_t n = s.n, k = s.k;
+        need(spin.size() == n && friction.size() == k && along.size() == k && across.size() == k, "friction: shapes differ");
+        s.along = numbers(along), s.across = numbers(across);
+        Numbers inertia(n);
+        for (std::size_t i = 0; i < n; ++i) inertia[i] = 0.5 * s.mass[2 * i] * std::get<4>(pairs)(i) * std::get<4>(pairs)(i);
+        p_ = rubbing_of(s, span(std::get<4>(pairs)), span(spin), inertia, numbers(friction));
     }
 
     // λ, τ, u of plain sweeps from percussions; natural map, pairs.
@@ -101,16 +88,12 @@ void planar(const Given<Index, 1>& start, const Given<Index, 1>& column, const V
 
 void bind_friction(nb::module_& m) {
     nb::class_<Problem>(m, "FrictionProblem")
-        .def(nb::init<const Given<Index, 1>&, const Given<Index, 1>&, const Matrix&, const Matrix&, const Vector&, const Vector&, const Vector&,
-                      const Vector&, const Matrix&, const Matrix&, const Matrix&, double>(),
-             "first"_a.noconvert(), "second"_a.noconvert(), "normal"_a.noconvert(), "lever"_a.noconvert(), "friction"_a.noconvert(),
-             "along"_a.noconvert(), "across"_a.noconvert(), "offset"_a.noconvert(), "mass"_a.noconvert(), "left"_a.noconvert(),
-             "position"_a.noconvert(), "scale"_a)
-        .def("sweep", &Problem::sweep, "along"_a.noconvert(), "across"_a.noconvert(), "pairs"_a, "tolerance"_a)
+        .def(nb::init<const Pairs&, const Matrix&, const Vector&, const Vector&, const Vector&, const Vector&>(), "pairs"_a, "left"_n, "spin"_n,
+             "friction"_n, "along"_n, "across"_n)
+        .def("sweep", &Problem::sweep, "along"_n, "across"_n, "pairs"_a, "tolerance"_a)
         .def("by", &Problem::by, "method"_a, "tolerance"_a, "effort"_a)
-        .def("solve_matrix", &Problem::solve_matrix, "weights"_a.noconvert(), "b"_a.noconvert(), "c"_a.noconvert());
-    m.def("planar_sweeps", &planar, "start"_a.noconvert(), "column"_a.noconvert(), "value"_a.noconvert(), "free"_a.noconvert(),
-          "friction"_a.noconvert(), "reaction"_a.noconvert(), "sweeps"_a);
+        .def("solve_matrix", &Problem::solve_matrix, "weights"_n, "b"_n, "c"_n);
+    m.def("planar_sweeps", &planar, "start"_n, "column"_n, "value"_n, "free"_n, "friction"_n, "reaction"_n, "sweeps"_a);
 }
 
 }  // namespace nscd

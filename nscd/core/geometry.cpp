@@ -5,6 +5,31 @@
 
 namespace nscd {
 
+Segments connected(In ends, double low, double period) {
+    const int w = int(ends.size() / 4);
+    Segments walls{w, {}, {}, Places(2 * w), Flags(2 * w, 0), 0.0, low, period};
+    for (int i = 0; i < 4 * w; ++i) {
+        walls.far = std::max(walls.far, std::abs(ends[i]));
+        if (i % 4 < 2) walls.start.push_back(ends[i]), walls.along.push_back(ends[i + 2] - ends[i]);
+    }
+    if (period > 0.0) walls.far = std::max({walls.far, std::abs(low), std::abs(low + period)});
+    for (int i = 0; i < 2 * w; ++i) {
+        const auto apart = [&](int j) { return std::hypot(ends[2 * i] - ends[2 * j], ends[2 * i + 1] - ends[2 * j + 1]); };
+        int nearest = 0;
+        for (int j = 1; j < i; ++j)
+            if (apart(j) < apart(nearest)) nearest = j;
+        walls.vertex[i] = i > 0 && apart(nearest) <= SAME_POINT_M ? walls.vertex[nearest] : i;
+    }
+    for (int i = 0; i < w; ++i)
+        for (int e = 0; e < 2 * w; ++e) {
+            const double share = share_of(walls, i, ends[2 * e], ends[2 * e + 1]);
+            const double x = ends[4 * i] + share * walls.along[2 * i], y = ends[4 * i + 1] + share * walls.along[2 * i + 1];
+            const bool own = walls.vertex[e] == walls.vertex[2 * i] || walls.vertex[e] == walls.vertex[2 * i + 1];
+            if (!own && std::hypot(x - ends[2 * e], y - ends[2 * e + 1]) <= SAME_POINT_M) walls.inner[e] = 1;
+        }
+    return walls;
+}
+
 double share_of(const Segments& walls, int wall, double x, double y) {
     const double ax = walls.along[2 * wall], ay = walls.along[2 * wall + 1];
     const double length = std::sqrt(ax * ax + ay * ay);

@@ -20,6 +20,9 @@ struct Segments {
     double low = 0.0, period = 0.0;  // m; x and x + period are one place, and places from `low` on stand for all; 0: none
 };
 
+// Connected walls start, end (w·4) m: they meet at their ends, or where an end is within another wall.
+Segments connected(In ends, double low = 0.0, double period = 0.0);
+
 // Where on a wall, 0 to 1, its nearest point to (x, y) is.
 double share_of(const Segments& walls, int wall, double x, double y);
 

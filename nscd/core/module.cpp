@@ -1,11 +1,13 @@
 // The door to Python: arrays in, arrays out. What is no contiguous array of the right kind is refused.
+#include <nanobind/stl/array.h>
+
 #include "answer.hpp"
 #include "binding.hpp"
 #include "contacts.hpp"
 #include "dense.hpp"
 #include "frames.hpp"
+#include "motion.hpp"
 #include "soft.hpp"
-#include "step.hpp"
 
 namespace {
 
@@ -17,29 +19,23 @@ constexpr double LARGEST = 1e100;
 Numbers numbers(const auto& given) { return Numbers(given.data(), given.data() + given.size()); }
 Places places(const auto& given) { return Places(given.data(), given.data() + given.size()); }
 
-// Connected walls, as `nscd.segments.connect` finds them.
-Segments walls_of(const Matrix& start, const Matrix& along, const Given<Index, 2>& vertex, const Given<bool, 2>& inner,
-                  double low, double period) {
-    need(start.shape(1) == 2 && along.size() == start.size() && vertex.size() == start.size() && inner.size() == start.size(), "walls: shapes differ");
-    Segments walls{int(start.shape(0)), numbers(start), numbers(along), places(vertex), Flags(inner.data(), inner.data() + inner.size()), 0.0, low, period};
-    for (std::size_t i = 0; i < walls.start.size(); ++i)
-        walls.far = std::max({walls.far, std::abs(walls.start[i]), std::abs(walls.start[i] + walls.along[i])});
-    if (period > 0.0) walls.far = std::max({walls.far, std::abs(low), std::abs(low + period)});
-    return walls;
+// Walls with ends (w, 4): x, y of both.
+Segments walls_of(const Matrix& ends, double low, double period) {
+    need(ends.shape(1) == 4, "walls: (w, 4) is needed");
+    return connected(span(ends), low, period);
 }
 
 void need_bodies(const Matrix& position, const Vector& radius) {
     need(position.shape(1) == 2 && position.shape(0) == radius.size(), "position: (n, 2) is needed");
 }
 
+using Body = Given<Index, 1>;
+
 // How many are of two disks (−1: more pairs are within reach than memory should hold), first, second, vector, distance, gap.
-auto touching_of(const Matrix& position, const Vector& radius, const Segments& walls, double most) {
+auto touching_of(const Matrix& position, const Vector& radius, const Segments& walls, double most, const std::optional<Body>& body) {
     need_bodies(position, radius);
-    Touching found;
-    {
-        nb::gil_scoped_release others;
-        found = touching(span(position), span(radius), walls, most);
-    }
+    need(!body || body->size() == radius.size(), "bodies: shapes differ");
+    Touching found = freely([&] { return touching(span(position), span(radius), walls, most, body ? span(*body) : std::span<const Index>()); });
     return std::make_tuple(found.pairs, give(std::move(found.first)), give(std::move(found.second)), give<2>(std::move(found.vector), 2),
                            give(std::move(found.distance)), give(std::move(found.gap)));
 }
@@ -50,64 +46,94 @@ auto give_neighbours(Neighbours&& near) {
                            give<2>(std::move(near.normal), 2), give(std::move(near.gap)));
 }
 
-auto neighbours(const Matrix& position, const Vector& radius, const Segments& walls, double margin) {
+auto neighbours(const Matrix& position, const Vector& radius, const Segments& walls, double margin, const std::optional<Body>& body) {
     need_bodies(position, radius);
-    return give_neighbours(neighbours_of(span(position), span(radius), walls, margin));
+    need(!body || body->size() == radius.size(), "bodies: shapes differ");
+    return give_neighbours(named(touching(span(position), span(radius), walls, margin, body ? span(*body) : std::span<const Index>())));
 }
 
-Bodies bodies_of(const Matrix& position, const Matrix& velocity, const Matrix& free, const Vector& radius, const Vector& mass, const Segments& walls) {
-    need_bodies(position, radius);
-    need(velocity.size() == position.size() && free.size() == position.size() && mass.size() == radius.size(), "bodies: shapes differ");
-    return {span(position), span(velocity), span(free), span(radius), span(mass), walls, {}, {}, {}};
-}
-
-// body (n), centre (b, 2), mass and inertia (b) of `Members`, and velocities of the bodies (b, 3).
-using Wide = std::tuple<Given<Index, 1>, Matrix, Vector, Vector, Matrix>;
+// body (n), centre (b, 2), mass and inertia (b) of `Members`.
+using Wide = std::tuple<Body, Matrix, Vector, Vector>;
 Members members_of(const Wide& given, std::size_t n) {
-    const auto& [body, centre, mass, inertia, moving] = given;
+    const auto& [body, centre, mass, inertia] = given;
     const std::size_t b = mass.size();
-    need(body.size() == n && centre.size() == 2 * b && inertia.size() == b && moving.size() == 3 * b, "bodies: shapes differ");
+    need(body.size() == n && centre.size() == 2 * b && inertia.size() == b, "bodies: shapes differ");
     for (std::size_t i = 0; i < n; ++i) need(body(i) >= 0 && body(i) < Index(b), "bodies: a body that does not exist");
     return {span(body), span(centre), span(mass), span(inertia)};
 }
 
-// Neighbours, reaction, friction, velocity, spin, keys, error, iterations, rung, repeats of `Stepped`; known (2, m): reaction
-// and friction of the keys of the step before.
-auto step(const Matrix& position, const Matrix& velocity, const Matrix& free, const Vector& radius, const Vector& mass, const Segments& walls,
-          double seconds, double restitution, double gained, double tolerance, double friction, const Vector& spin, const Vector& inertia,
-          const Whole& keys, const Matrix& known, std::optional<Wide> wide, std::optional<Matrix> unheld) {
-    Bodies bodies = bodies_of(position, velocity, free, radius, mass, walls);
+// law: the numbers of `Law`. A body force of no drive acts on all.
+Motion motion_of(const Vector& radius, const Vector& mass, const Segments& walls, const std::array<double, 9>& law, double time,
+                 std::optional<Wide> wide, std::optional<Matrix> moving) {
+    const auto& [step, relaxation, x, y, restitution, friction, tolerance, reach, force] = law;
+    Motion motion;
+    motion.law = {step, relaxation, x, y, restitution, friction, tolerance, reach, force};
+    motion.walls = walls, motion.radius = numbers(radius), motion.mass = numbers(mass), motion.now.time = time;
+    need(mass.size() == radius.size(), "motion: shapes differ");
     if (wide) {
-        need(unheld && unheld->size() == std::get<4>(*wide).size(), "bodies: shapes differ");
-        bodies.wide = members_of(*wide, radius.size()), bodies.moving = span(std::get<4>(*wide)), bodies.unheld = span(*unheld);
+        const Members of = members_of(*wide, radius.size());
+        need(moving && moving->size() == 3 * of.mass.size(), "bodies: shapes differ");
+        motion.body = places(std::get<0>(*wide)), motion.body_mass = numbers(std::get<2>(*wide)), motion.body_inertia = numbers(std::get<3>(*wide));
+        motion.now.centre = numbers(std::get<1>(*wide)), motion.now.moving = numbers(*moving);
     }
-    need(spin.size() == radius.size() && inertia.size() == radius.size() && known.size() == 2 * keys.size(), "step: shapes differ");
-    const In both = span(known);
-    const Rough rough{friction, span(spin), span(inertia), span(keys), both.first(keys.size()), both.last(keys.size())};
-    Stepped found;
-    {
-        nb::gil_scoped_release others;
-        found = make_step(bodies, rough, seconds, restitution, gained, tolerance);
-    }
-    return std::make_tuple(give_neighbours(std::move(found.neighbours)), give(std::move(found.reaction)), give(std::move(found.tangential)),
-                           give<2>(std::move(found.velocity), wide ? 3 : 2), give(std::move(found.spin)), give(std::move(found.keys)), found.error,
-                           found.iterations, found.rung, found.repeats);
+    return motion;
 }
 
-auto drifts_of(const Matrix& before, const Matrix& after, const Given<Index, 1>& first, const Given<Index, 1>& second, const Matrix& normal,
-               const Vector& gap, const Vector& reaction, double seconds, double slack) {
-    const std::size_t k = reaction.size(), n = before.shape(0);
-    need(before.shape(1) == 2 && after.size() == 2 * n && first.size() == k && second.size() == k && normal.size() == 2 * k && gap.size() == k, "drifts: shapes differ");
-    const Neighbours near{places(first), places(second), {}, numbers(normal), numbers(gap)};
-    for (std::size_t c = 0; c < k; ++c) need(near.first[c] >= 0 && near.first[c] < Index(n) && near.second[c] < Index(n), "contacts: a disk that does not exist");
-    return give<2>(drifts(span(before), span(after), near, span(reaction), seconds, slack), 2);
+// The state as it was seen, which may have been changed since.
+void take(Motion& motion, const Matrix& position, const Matrix& velocity, const Vector& spin) {
+    const std::size_t n = motion.radius.size();
+    need(position.size() == 2 * n && velocity.size() == 2 * n && spin.size() == n, "motion: shapes differ");
+    motion.now.position = numbers(position), motion.now.velocity = numbers(velocity), motion.now.spin = numbers(spin);
 }
 
-auto freed_of(const Matrix& velocity, const Matrix& desired, double share, double x, double y) {
-    need(velocity.shape(1) == 2 && (desired.size() == 0 || desired.size() == velocity.size()), "desired: (n, 2) is needed");
-    Numbers free(velocity.size());
-    const double most = freed(span(velocity), span(desired), share, {x, y}, free);
-    return std::make_tuple(give<2>(std::move(free), 2), most);
+auto state_of(const Motion& motion) {
+    const auto& now = motion.now;
+    return std::make_tuple(give<2>(Numbers(now.position), 2), give<2>(Numbers(now.velocity), 2), give(Numbers(now.spin)));
+}
+
+// Keys of the contacts of the step before, and their percussions along the normal and across (2, m) N·s.
+using Known = std::tuple<Whole, Matrix>;
+auto known_of(const Motion& motion) {
+    Numbers values = motion.now.reaction;
+    values.insert(values.end(), motion.now.tangential.begin(), motion.now.tangential.end());
+    return std::make_tuple(give(std::vector(motion.now.keys)), give<2>(std::move(values), std::max<std::size_t>(motion.now.keys.size(), 1)));
+}
+void know(Motion& motion, const Known& known) {
+    const auto& [keys, values] = known;
+    need(values.size() == 2 * keys.size(), "known: shapes differ");
+    const In both = span(values), one = both.first(keys.size()), other = both.last(keys.size());
+    motion.now.keys.assign(keys.data(), keys.data() + keys.size());
+    motion.now.reaction.assign(one.begin(), one.end()), motion.now.tangential.assign(other.begin(), other.end());
+}
+
+// Whether it is solved, when, residual; neighbours, reaction, friction; iterations, repeats, rung; the energies of StepEnergy; who
+// reaches whom, push.
+auto advance(Motion& motion, const nb::object& desired) {
+    Motion::Desired wanted;
+    if (!desired.is_none()) wanted = [&](In place) {
+        const nb::gil_scoped_acquire held;
+        const auto given = nb::cast<Matrix>(desired(give<2>(Numbers(place.begin(), place.end()), 2)));
+        need(given.size() == place.size(), "desired: (n, 2) is needed");
+        return numbers(given);
+    };
+    Report done;
+    const bool solved = freely([&] { return motion.advance(wanted, done); });
+    return std::make_tuple(solved, done.time, done.residual, give_neighbours(std::move(done.near)), give(std::move(done.reaction)),
+                           give(std::move(done.friction)), done.iterations, done.repeats, done.rung,
+                           std::make_tuple(done.gained, done.drive, done.weight, done.arms, give(std::move(done.impact)), give(std::move(done.rubbing))),
+                           give_neighbours(std::move(done.reached)), give(std::move(done.push)));
+}
+
+// (k), (k) J of contacts and impulses, with the motion (n, 3) of disks: see `works`.
+auto works_of(const Given<Index, 1>& first, const Given<Index, 1>& second, const Given<Index, 1>& wall, const Matrix& normal, const Vector& gap,
+              const Vector& radius, const Matrix& moving, const Vector& along, const Vector& across) {
+    const std::size_t k = along.size(), n = radius.size();
+    need_disks(n, first, second);
+    need(moving.size() == 3 * n && first.size() == k && normal.size() == 2 * k && gap.size() == k && across.size() == k, "works: shapes differ");
+    const Neighbours near{places(first), places(second), places(wall), numbers(normal), numbers(gap)};
+    Numbers impact(k), friction(k);
+    works(near, span(radius), span(moving), span(along), span(across), impact, friction);
+    return std::make_tuple(give(std::move(impact)), give(std::move(friction)));
 }
 
 auto headed_of(const Matrix& position, const Vector& start, const Vector& end, const Vector& outward, const Vector& place, double speed) {
@@ -133,11 +159,7 @@ auto film(const Whole& start, const Whole& ids, const Matrix& position, const Ma
     for (std::size_t f = 1; f < start.size(); ++f) rising = rising && start(f) >= start(f - 1);
     need(rising && ids.size() == radius.size() && left.size() == position.size() && mass.size() == radius.size(), "film: shapes differ");
     const Film asked{span(start), span(ids), span(position), span(left), span(radius), span(mass), walls};
-    FilmAnswer found;
-    {
-        nb::gil_scoped_release others;
-        found = solve_film(asked, {gap, deepest, tolerance, least});
-    }
+    FilmAnswer found = freely([&] { return solve_film(asked, {gap, deepest, tolerance, least}); });
     return std::make_tuple(give(std::move(found.start)), give_marks(std::move(found.answered)), give(std::move(found.first)),
                            give(std::move(found.second)), give_marks(std::move(found.is_wall)), give<2>(std::move(found.normal), 2),
                            give(std::move(found.gap)), give(std::move(found.reaction)), give<2>(std::move(found.impulse), 2),
@@ -168,8 +190,7 @@ bool crosses_of(const Matrix& before, const Matrix& after, const Matrix& start, 
 }
 
 auto components_of(int n, const Given<Index, 1>& first, const Given<Index, 1>& second) {
-    need(first.size() == second.size(), "components: shapes differ");
-    for (std::size_t c = 0; c < first.size(); ++c) need(first(c) >= 0 && first(c) < n && second(c) < n, "contacts: a disk that does not exist");
+    need_disks(n, first, second);
     Places label;
     components(n, span(first), span(second), label);
     return give(std::move(label));
@@ -180,13 +201,19 @@ using Fields = nb::typed<nb::dict, nb::str, nb::any>;
 // of the search), rounds, threads; fields of `nscd.percussions.FrictionPart`, empty without.
 using Said = std::tuple<Fields, bool, double, int, int, int, int, Fields>;
 
-// What `solve_impact` says of an answer (u: n·d) whether or not there is friction.
-Fields said_of(Numbers&& reaction, Numbers&& impulse, const Numbers& u, int d, double energy, double change, double work) {
-    const std::size_t n = u.size() / d;
-    Numbers turning(d == 3 ? n : 0), moving(2 * n);
+// What `solve_impact` says of an answer (u: n·d) whether or not there is friction; velocities of disks where bodies have some.
+struct Seen {
+    Members of;
+    In position;
+};
+Fields said_of(Numbers&& reaction, Numbers&& impulse, const Numbers& u, int d, const Seen& disks, double energy, double change, double work) {
+    const bool joint = !disks.of.body.empty();
+    const std::size_t n = joint ? disks.of.body.size() : u.size() / d;
+    Numbers turning(d == 3 ? n : 0), moving = joint ? of_members(disks.of, disks.position, u) : Numbers(2 * n);
     for (std::size_t i = 0; i < n; ++i) {
-        for (int a = 0; a < 2; ++a) moving[2 * i + a] = u[d * i + a];
-        if (d == 3) turning[i] = u[3 * i + 2];
+        const std::size_t from = d * (joint ? std::size_t(disks.of.body[i]) : i);
+        for (int a = 0; a < 2 && !joint; ++a) moving[2 * i + a] = u[from + a];
+        if (d == 3) turning[i] = u[from + 2];
     }
     Fields said;
     said["reaction"] = give(std::move(reaction));
@@ -199,18 +226,13 @@ Fields said_of(Numbers&& reaction, Numbers&& impulse, const Numbers& u, int d, d
 }
 
 // Percussions with Coulomb's law of a problem without spins, or of wide bodies.
-Said solve_with_friction(const System& s, const Vector& radius, const Vector& spin, const Vector& friction, double tolerance, int starts) {
+Said solve_with_friction(const System& s, const Vector& radius, const Vector& spin, const Vector& friction, double tolerance, int starts, const Seen& disks) {
     Numbers inertia(s.wide() ? 0 : s.n);
     for (std::size_t i = 0; i < inertia.size(); ++i) inertia[i] = 0.5 * s.mass[2 * i] * radius(i) * radius(i);
     Rubbing p = rubbing_of(s, span(radius), span(spin), inertia, numbers(friction));
-    FrictionAnswer found;
-    FrictionCertificate of;
-    {
-        nb::gil_scoped_release others;
-        found = solve_friction(p, tolerance, starts, s.wide() ? In(s.reach) : span(radius));
-        of = certified(p, found.at);
-    }
-    Fields said = said_of(std::move(found.at.lam), std::move(of.impulse), found.at.u, 3, of.energy, of.change, of.work), part;
+    FrictionAnswer found = freely([&] { return solve_friction(p, tolerance, starts, s.wide() ? In(s.reach) : span(radius)); });
+    FrictionCertificate of = freely([&] { return certified(p, found.at); });
+    Fields said = said_of(std::move(found.at.lam), std::move(of.impulse), found.at.u, 3, disks, of.energy, of.change, of.work), part;
     said["residual"] = of.natural_map, said["momentum_error"] = of.momentum_error;
     said["iterations"] = found.pairs + found.pivots, said["canonical"] = false;
     said["velocity_error"] = INFINITE;
@@ -228,48 +250,39 @@ std::optional<Said> solve_impact(const Whole& first, const Whole& second, const 
                   std::optional<Vector> guess, int shared, std::optional<Vector> friction, int starts, std::optional<Wide> bodies) {
     const std::size_t n = mass.size(), k = first.size();
     need(second.size() == k && is_wall.size() == k && normal.size() == 2 * k && left.size() == 2 * n && position.size() == 2 * n && radius.size() == n && (!friction || (spin && friction->size() == k && starts > 0)), "solve: shapes differ");
-    System s;
     const bool turns = spin && !friction && !bodies;
-    s.n = int(n), s.k = int(k), s.d = turns ? 3 : 2, s.maintained = maintained, s.least_scale = least_scale;
-    s.first.resize(k), s.second.resize(k), s.nx.resize(k), s.ny.resize(k), s.inverse_mass.resize(k);
-    if (turns) s.lever_first.resize(k), s.lever_second.resize(k);
+    Places one(k), other(k);
     for (std::size_t c = 0; c < k; ++c) {
         const std::int64_t i = first(c), j = is_wall(c) ? -1 : second(c);
         if (i < 0 || i >= std::int64_t(n) || j >= std::int64_t(n)) return std::nullopt;
-        s.first[c] = Index(i), s.second[c] = Index(j);
-        s.nx[c] = normal(c, 0), s.ny[c] = normal(c, 1);
-        s.inverse_mass[c] = 1.0 / mass(i) + (j >= 0 ? 1.0 / mass(j) : 0.0);
-        if (turns) s.lever_first[c] = radius(i), s.lever_second[c] = j >= 0 ? radius(j) : 0.0;
+        one[c] = Index(i), other[c] = Index(j);
     }
-    s.offset = offset ? numbers(*offset) : Numbers(k, 0.0);
+    System s = system_of({span(position), span(left), span(radius), span(mass), turns ? span(*spin) : In()}, std::move(one), std::move(other), span(normal));
+    s.maintained = maintained, s.least_scale = least_scale;
+    if (offset) s.offset = numbers(*offset);
     if (along) s.along = numbers(*along), s.across = numbers(*across);
-    s.x.resize(n), s.y.resize(n), s.mass.resize(n * s.d), s.left.resize(n * s.d);
-    for (std::size_t i = 0; i < n; ++i) {
-        s.x[i] = position(i, 0), s.y[i] = position(i, 1);
-        for (int a = 0; a < 2; ++a) s.mass[s.d * i + a] = mass(i), s.left[s.d * i + a] = left(i, a);
-        if (turns) s.mass[3 * i + 2] = 0.5 * mass(i) * radius(i) * radius(i), s.left[3 * i + 2] = (*spin)(i);
-    }
     if (!(largest(s.left) <= LARGEST)) return std::nullopt;
-    s.free = free ? numbers(*free) : s.left;
-    s.measure();
+    if (free) s.free = numbers(*free);
+    Seen disks{{}, span(position)};
     if (bodies) {
-        const Matrix& moving = std::get<4>(*bodies);
-        s = joined(s, span(radius), members_of(*bodies, n), span(moving));
+        const Members of = members_of(*bodies, n);
+        need(spin.has_value(), "bodies: shapes differ");
+        for (std::size_t c = 0; c < k; ++c)
+            if (s.second[c] >= 0 && of.body[s.first[c]] == of.body[s.second[c]]) return std::nullopt;
+        s = joined(s, span(radius), of, of_bodies(of, span(mass), span(left), span(*spin)));
         if (!(largest(s.left) <= LARGEST)) return std::nullopt;
+        disks.of = of;
+    } else {
+        s.measure();
     }
-    if (friction) return solve_with_friction(s, radius, *spin, *friction, tolerance, starts);
+    if (friction) return solve_with_friction(s, radius, *spin, *friction, tolerance, starts, disks);
     Asked asked{tolerance, least, bounded, Method(method), threads, {}, {}, {.shared = shared}};
     if (guess) asked.reaction = numbers(*guess);
-    Answer found;
-    Certificate of;
+    Answer found = freely([&] { return solve_one_sided(s, asked); });
+    Certificate of = freely([&] { return certified(s, found.reaction, found.velocity); });
     double mass_of_all = 0.0;
-    {
-        nb::gil_scoped_release others;
-        found = solve_one_sided(s, asked);
-        of = certified(s, found.reaction, found.velocity);
-    }
     for (int i = 0; i < s.n; ++i) mass_of_all += s.mass[s.d * i];
-    Fields said = said_of(std::move(found.reaction), std::move(of.impulse), found.velocity, s.d, of.energy, of.change, of.work);
+    Fields said = said_of(std::move(found.reaction), std::move(of.impulse), found.velocity, s.d, disks, of.energy, of.change, of.work);
     said["residual"] = of.residual;
     said["velocity_error"] = found.distance / std::sqrt(mass_of_all > 0.0 ? mass_of_all : 1.0);
     said["momentum_error"] = of.momentum_error;
@@ -280,31 +293,17 @@ std::optional<Said> solve_impact(const Whole& first, const Whole& second, const 
 
 // Parts of the solver, for tests and measurements.
 
-// order (n), and first, end, parent (m) of the nodes of `Ordering`.
-auto dissect_of(const Matrix& position, const Given<Index, 1>& first, const Given<Index, 1>& second, int leaf) {
-    const std::size_t n = position.shape(0);
-    Numbers x(n), y(n);
-    for (std::size_t i = 0; i < n; ++i) x[i] = position(i, 0), y[i] = position(i, 1);
-    const Places one(first.data(), first.data() + first.size()), other(second.data(), second.data() + second.size());
-    need(one.size() == other.size(), "dissect: shapes differ");
-    for (std::size_t c = 0; c < one.size(); ++c) need(one[c] >= 0 && one[c] < int(n) && other[c] < int(n), "contacts: a disk that does not exist");
-    Team alone(1);
-    Ordering of = dissect(x, y, graph_of(int(n), one, other), leaf, alone, SHARED);
-    return std::make_tuple(give(std::move(of.order)), give(std::move(of.node_first)), give(std::move(of.node_end)), give(std::move(of.node_parent)));
-}
-
 bool eliminate_of(nb::ndarray<double, nb::numpy, nb::ndim<1>, nb::c_contig, nb::device::cpu> front, std::int64_t pivots, std::int64_t rest) {
     const std::int64_t panel = 8 * height_of(pivots) * (chunks(pivots) + chunks(rest));
     need(std::int64_t(front.size()) == panel + update_size(rest), "eliminate: the size of a front is needed");
     return eliminate(front.data(), front.data() + panel, pivots, rest);
 }
 
-// Â + CᵀΘC of contacts, by rows or, where `fronts`, by fronts.
+// Â + CᵀΘC of contacts, by rows or, where `fronts`, by fronts; with spins where disks turn.
 class Factored {
 public:
-    Factored(const Given<Index, 1>& first, const Given<Index, 1>& second, const Matrix& normal, const Matrix& levers, const Matrix& position,
-             const Matrix& mass, const Vector& along, const Vector& across, bool fronts, int threads, int shared)
-        : team_(threads), factor_(system_of(first, second, normal, levers, position, mass, along, across), team_, sizes_of(fronts, shared)) {}
+    Factored(const Pairs& pairs, const Vector& along, const Vector& across, bool turn, bool fronts, int threads, int shared, int leaf)
+        : team_(threads), factor_(system_with(pairs, along, across, turn), team_, {fronts ? 0 : std::numeric_limits<int>::max(), shared, leaf}) {}
 
     bool factorise(const Vector& theta) {
         need(int(theta.size()) == factor_.system().k, "theta: one for each contact is needed");
@@ -316,30 +315,18 @@ public:
         factor_.solve(x);
         return give<2>(factor_.disks_given(x), factor_.system().d);
     }
-    auto order() const { return give(Places(factor_.ordering().order)); }
+    // order (n), and first, end, parent (m) of the nodes of `Ordering`
+    auto ordering() const {
+        Ordering of = factor_.ordering();
+        return std::make_tuple(give(std::move(of.order)), give(std::move(of.node_first)), give(std::move(of.node_end)), give(std::move(of.node_parent)));
+    }
 
 private:
-    static Sizes sizes_of(bool fronts, int shared) {
-        Sizes sizes;
-        sizes.many = fronts ? 0 : std::numeric_limits<int>::max(), sizes.shared = shared;
-        return sizes;
-    }
-    static System system_of(const Given<Index, 1>& first, const Given<Index, 1>& second, const Matrix& normal, const Matrix& levers,
-                            const Matrix& position, const Matrix& mass, const Vector& along, const Vector& across) {
-        System s;
-        s.n = int(mass.shape(0)), s.d = int(mass.shape(1)), s.k = int(first.size());
-        const std::size_t k = s.k, n = s.n;
-        need(second.size() == k && normal.size() == 2 * k && levers.size() == 2 * k && along.size() == k && across.size() == k &&
-             position.size() == 2 * n && (s.d == 2 || s.d == 3), "Factor: shapes differ");
-        s.first.assign(first.data(), first.data() + k), s.second.assign(second.data(), second.data() + k);
-        for (std::size_t c = 0; c < k; ++c) {
-            need(s.first[c] >= 0 && s.first[c] < s.n && s.second[c] < s.n, "contacts: a disk that does not exist");
-            s.nx.push_back(normal(c, 0)), s.ny.push_back(normal(c, 1));
-            s.lever_first.push_back(levers(c, 0)), s.lever_second.push_back(levers(c, 1));
-        }
-        for (std::size_t i = 0; i < n; ++i) s.x.push_back(position(i, 0)), s.y.push_back(position(i, 1));
-        s.along = numbers(along), s.across = numbers(across), s.mass = s.left = s.free = numbers(mass);
-        s.offset.assign(k, 0.0), s.inverse_mass.assign(k, 1.0);
+    static System system_with(const Pairs& pairs, const Vector& along, const Vector& across, bool turn) {
+        const std::size_t n = std::get<4>(pairs).size();
+        System s = system_of_pairs(pairs, Numbers(2 * n), Numbers(turn ? n : 0));
+        need(int(along.size()) == s.k && int(across.size()) == s.k, "Factor: shapes differ");
+        s.along = numbers(along), s.across = numbers(across);
         return s;
     }
 
@@ -355,47 +342,46 @@ NB_MODULE(_core, m) {
     nscd::bind_others(m);
     nb::set_leak_warnings(false);  // what a cache of Python holds to the end is no leak
     nb::class_<Segments>(m, "Walls")
-        .def(nb::new_(&walls_of), "start"_a.noconvert(), "along"_a.noconvert(), "vertex"_a.noconvert(), "inner"_a.noconvert(), "low"_a = 0.0,
-             "period"_a = 0.0)
+        .def(nb::new_(&walls_of), "ends"_n, "low"_a = 0.0, "period"_a = 0.0)
+        .def_prop_ro("along", [](const Segments& walls) { return give<2>(Numbers(walls.along), 2); }, nb::rv_policy::move)
+        .def_prop_ro("vertex", [](const Segments& walls) { return give<2>(Places(walls.vertex), 2); }, nb::rv_policy::move)
+        .def_prop_ro("inner", [](const Segments& walls) { return give_marks<2>(Flags(walls.inner), 2); }, nb::rv_policy::move)
         .def("__len__", [](const Segments& walls) { return walls.w; });
-    m.def("touching", &touching_of, "position"_a.noconvert(), "radius"_a.noconvert(), "walls"_a, "most"_a);
-    m.def("neighbours", &neighbours, "position"_a.noconvert(), "radius"_a.noconvert(), "walls"_a, "margin"_a);
-    m.def("step", &step, "position"_a.noconvert(), "velocity"_a.noconvert(), "free"_a.noconvert(), "radius"_a.noconvert(),
-          "mass"_a.noconvert(), "walls"_a, "seconds"_a, "restitution"_a, "gained"_a, "tolerance"_a, "friction"_a,
-          "spin"_a.noconvert(), "inertia"_a.noconvert(), "keys"_a.noconvert(), "known"_a.noconvert(), "bodies"_a = nb::none(),
-          "unheld"_a = nb::none());
-    m.def("freed", &freed_of, "velocity"_a.noconvert(), "desired"_a.noconvert(), "share"_a, "x"_a, "y"_a);
-    m.def("drifts", &drifts_of, "before"_a.noconvert(), "after"_a.noconvert(), "first"_a.noconvert(), "second"_a.noconvert(),
-          "normal"_a.noconvert(), "gap"_a.noconvert(), "reaction"_a.noconvert(), "seconds"_a, "slack"_a);
-    m.def("headed", &headed_of, "position"_a.noconvert(), "start"_a.noconvert(), "end"_a.noconvert(), "outward"_a.noconvert(),
-          "place"_a.noconvert(), "speed"_a);
-    m.def("clear_of", &clear_of_walls, "start"_a.noconvert(), "end"_a.noconvert(), "walls_start"_a.noconvert(), "walls_end"_a.noconvert(), "most"_a);
-    m.def("film", &film, "start"_a.noconvert(), "ids"_a.noconvert(), "position"_a.noconvert(), "left"_a.noconvert(), "radius"_a.noconvert(),
-          "mass"_a.noconvert(), "walls"_a, "gap"_a, "deepest"_a, "tolerance"_a, "least"_a);
-    m.def("components", &components_of, "n"_a, "first"_a.noconvert(), "second"_a.noconvert());
-    m.def("soft_forces", &soft_forces, "force"_a.noconvert(), "x"_a.noconvert(), "v"_a.noconvert(), "radius"_a.noconvert(),
-          "mass"_a.noconvert(), "first"_a.noconvert(), "second"_a.noconvert(), "wall"_a.noconvert(), "walls"_a, "law"_a.noconvert(), "apart"_a);
-    m.def("soft_drive", &soft_drive, "acceleration"_a.noconvert(), "x"_a.noconvert(), "v"_a.noconvert(), "speed"_a, "tau"_a,
-          "start"_a.noconvert(), "end"_a.noconvert(), "door"_a.noconvert(), "outward"_a.noconvert());
-    m.def("crosses", &crosses_of, "before"_a.noconvert(), "after"_a.noconvert(), "start"_a.noconvert(), "end"_a.noconvert());
-    m.def("dissect", &dissect_of, "position"_a.noconvert(), "first"_a.noconvert(), "second"_a.noconvert(), "leaf"_a);
-    m.def("eliminate", &eliminate_of, "front"_a.noconvert(), "pivots"_a, "rest"_a);
+    m.def("touching", &touching_of, "position"_n, "radius"_n, "walls"_a, "most"_a, "body"_a = nb::none());
+    m.def("neighbours", &neighbours, "position"_n, "radius"_n, "walls"_a, "margin"_a, "body"_a = nb::none());
+    nb::class_<Motion>(m, "Motion")
+        .def(nb::new_(&motion_of), "radius"_n, "mass"_n, "walls"_a, "law"_a, "time"_a, "bodies"_a = nb::none(), "moving"_a = nb::none())
+        .def("take", &take, "position"_n, "velocity"_n, "spin"_n)
+        .def("state", &state_of)
+        .def("advance", &advance, "desired"_a.none())
+        .def("separate", &Motion::separate)
+        .def("forget", &Motion::forget)
+        .def_prop_rw("known", &known_of, &know, nb::rv_policy::move)
+        .def_prop_ro("time", [](const Motion& motion) { return motion.now.time; })
+        .def_prop_ro("centre", [](const Motion& motion) { return give<2>(Numbers(motion.now.centre), 2); }, nb::rv_policy::move)
+        .def_rw("stalled", &Motion::stalled);
+    m.def("works", &works_of, "first"_n, "second"_n, "wall"_n, "normal"_n, "gap"_n, "radius"_n, "moving"_n, "along"_n, "across"_n);
+    m.def("headed", &headed_of, "position"_n, "start"_n, "end"_n, "outward"_n, "place"_n, "speed"_a);
+    m.def("clear_of", &clear_of_walls, "start"_n, "end"_n, "walls_start"_n, "walls_end"_n, "most"_a);
+    m.def("film", &film, "start"_n, "ids"_n, "position"_n, "left"_n, "radius"_n, "mass"_n, "walls"_a, "gap"_a, "deepest"_a, "tolerance"_a, "least"_a);
+    m.def("components", &components_of, "n"_a, "first"_n, "second"_n);
+    m.def("soft_forces", &soft_forces, "force"_n, "x"_n, "v"_n, "radius"_n, "mass"_n, "first"_n, "second"_n, "wall"_n, "walls"_a, "law"_n, "apart"_a);
+    m.def("soft_drive", &soft_drive, "acceleration"_n, "x"_n, "v"_n, "speed"_a, "tau"_a, "start"_n, "end"_n, "door"_n, "outward"_n);
+    m.def("crosses", &crosses_of, "before"_n, "after"_n, "start"_n, "end"_n);
+    m.def("eliminate", &eliminate_of, "front"_n, "pivots"_a, "rest"_a);
     nb::class_<Factored>(m, "Factor")
-        .def(nb::init<const Given<Index, 1>&, const Given<Index, 1>&, const Matrix&, const Matrix&, const Matrix&, const Matrix&, const Vector&,
-                      const Vector&, bool, int, int>(),
-             "first"_a.noconvert(), "second"_a.noconvert(), "normal"_a.noconvert(), "levers"_a.noconvert(), "position"_a.noconvert(),
-             "mass"_a.noconvert(), "along"_a.noconvert(), "across"_a.noconvert(), "fronts"_a, "threads"_a = 1, "shared"_a = SHARED)
-        .def("factorise", &Factored::factorise, "theta"_a.noconvert())
-        .def("solve", &Factored::solve, "b"_a.noconvert())
-        .def_prop_ro("order", &Factored::order, nb::rv_policy::move);
+        .def(nb::init<const Pairs&, const Vector&, const Vector&, bool, bool, int, int, int>(), "pairs"_a, "along"_n, "across"_n, "turn"_a,
+             "fronts"_a, "threads"_a = 1, "shared"_a = SHARED, "leaf"_a = Sizes().leaf)
+        .def("factorise", &Factored::factorise, "theta"_n)
+        .def("solve", &Factored::solve, "b"_n)
+        .def("ordering", &Factored::ordering);
     m.attr("PANEL") = PANEL;
     m.attr("MOST_SWEEPS") = MOST_SWEEPS;
     m.attr("SHARED") = SHARED;
     m.attr("MOST_PAIRS") = MOST_PAIRS;
     m.attr("GRADIENT") = GRADIENT;
-    m.def("solve_impact", &solve_impact, "first"_a.noconvert(), "second"_a.noconvert(), "is_wall"_a.noconvert(), "normal"_a.noconvert(),
-          "position"_a.noconvert(), "radius"_a.noconvert(), "mass"_a.noconvert(), "left"_a.noconvert(), "spin"_a = nb::none(),
-          "along"_a = nb::none(), "across"_a = nb::none(), "maintained"_a = false, "offset"_a = nb::none(), "free"_a = nb::none(),
-          "least_scale"_a = TINY, "tolerance"_a = 1e-8, "least"_a = true, "bounded"_a = true, "method"_a = 0, "threads"_a = 1,
-          "guess"_a = nb::none(), "shared"_a = SHARED, "friction"_a = nb::none(), "starts"_a = 1, "bodies"_a = nb::none());
+    m.def("solve_impact", &solve_impact, "first"_n, "second"_n, "is_wall"_n, "normal"_n, "position"_n, "radius"_n, "mass"_n, "left"_n, "spin"_a =
+         nb::none(), "along"_a = nb::none(), "across"_a = nb::none(), "maintained"_a = false, "offset"_a = nb::none(), "free"_a = nb::none(),
+         "least_scale"_a = TINY, "tolerance"_a = 1e-8, "least"_a = true, "bounded"_a = true, "method"_a = 0, "threads"_a = 1, "guess"_a = nb::none(),
+         "shared"_a = SHARED, "friction"_a = nb::none(), "starts"_a = 1, "bodies"_a = nb::none());
 }

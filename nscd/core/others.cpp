@@ -2,6 +2,7 @@
 #include <nanobind/stl/array.h>
 
 #include "binding.hpp"
+#include "ensemble.hpp"
 #include "packing.hpp"
 #include "smear.hpp"
 #include "soft.hpp"
@@ -23,11 +24,7 @@ std::string_view view(const nb::bytes& content) { return {content.c_str(), conte
 std::optional<Made<double, 2>> rows_of(const nb::bytes& content, const Given<std::int64_t, 2>& tables, std::int64_t width, bool binary) {
     need(tables.shape(1) == 3 && width > 0, "rows: tables (p, 3) and a width are needed");
     const std::span<const Table> those(reinterpret_cast<const Table*>(tables.data()), tables.shape(0));
-    std::optional<Numbers> found;
-    {
-        nb::gil_scoped_release others;
-        found = binary ? binary_rows(view(content), those, width) : text_rows(view(content), those, width);
-    }
+    auto found = freely([&] { return (binary ? binary_rows : text_rows)(view(content), those, width); });
     if (!found) return std::nullopt;
     return give<2>(std::move(*found), width);
 }
@@ -68,11 +65,7 @@ nb::bytes table(const nb::typed<nb::list, nb::any>& columns, bool csv) {
         if (given.size() == 1) rows = size;
         need(size == rows, "columns of different lengths where one is needed");
     }
-    std::string out;
-    {
-        nb::gil_scoped_release others;
-        out = table_of(given, rows, csv);
-    }
+    const std::string out = freely([&] { return table_of(given, rows, csv); });
     return nb::bytes(out.data(), out.size());
 }
 
@@ -113,10 +106,7 @@ auto smear_of(const Matrix& points, const Matrix& where, const Matrix& values, d
     need(points.shape(1) == 2 && where.shape(1) == 2 && where.shape(0) == values.shape(0), "smear: shapes differ");
     const std::size_t m = points.shape(0), d = values.shape(1);
     Numbers field(m * d, 0.0), gradient(2 * m * d, 0.0);
-    {
-        nb::gil_scoped_release others;
-        if (m && where.size()) smear(span(points), span(where), span(values), {width, reach, compact}, field, gradient);
-    }
+    if (m && where.size()) freely([&] { smear(span(points), span(where), span(values), {width, reach, compact}, field, gradient); });
     return std::make_tuple(give<2>(std::move(field), std::max<std::size_t>(d, 1)), give<2>(std::move(gradient), std::max<std::size_t>(2 * d, 1)));
 }
 
@@ -126,11 +116,8 @@ auto smear_stress_of(const Matrix& points, const Matrix& start, const Matrix& br
     const std::size_t m = points.shape(0), k = is_wall.size();
     need(points.shape(1) == 2 && start.size() == 2 * k && branch.size() == 2 * k && impulse.size() == 2 * k, "stress: shapes differ");
     Numbers stress(4 * m, 0.0), divergence(2 * m, 0.0), traction(2 * m, 0.0);
-    {
-        nb::gil_scoped_release others;
-        const Loads loads{span(start), span(branch), span(impulse), span(is_wall)};
-        if (m && k) smear_stress(span(points), loads, {width, reach, compact}, stress, divergence, traction);
-    }
+    const Loads loads{span(start), span(branch), span(impulse), span(is_wall)};
+    if (m && k) freely([&] { smear_stress(span(points), loads, {width, reach, compact}, stress, divergence, traction); });
     return std::make_tuple(give<2>(std::move(stress), 4), give<2>(std::move(divergence), 2), give<2>(std::move(traction), 2));
 }
 
@@ -188,39 +175,61 @@ auto close_engine(EngineSums& sums) {
     return std::make_tuple(give(std::move(first)), give(std::move(second)), give(std::move(is_wall)), give(std::move(x)), give(std::move(y)));
 }
 
+using Drawn = std::tuple<Made<double, 2>, Made<double, 1>>;  // draws (d, u), and x (u) at the end
+
+auto gibbs_of(const Whole& start, const Given<Index, 1>& column, const Vector& value, double slope, const Vector& x, const Vector& net,
+              std::uint64_t seed, std::int64_t sweeps, std::int64_t thin) {
+    const std::size_t u = x.size();
+    bool sound = u > 0 && thin > 0 && start.size() == u + 1 && start(0) == 0 && start(u) == std::int64_t(value.size()) && column.size() == value.size();
+    for (std::size_t c = 0; sound && c < u; ++c) sound = start(c) <= start(c + 1);
+    for (std::size_t e = 0; sound && e < column.size(); ++e) sound = column(e) >= 0 && std::size_t(column(e)) < net.size();
+    need(sound, "gibbs: rows of a sparse matrix are needed");
+    Numbers draws, now(x.data(), x.data() + u), open(net.data(), net.data() + net.size());
+    freely([&] { gibbs_sweeps({span(start), span(column), span(value)}, slope, now, open, seed, sweeps, thin, draws); });
+    return Drawn(give<2>(std::move(draws), u), give(std::move(now)));
+}
+
+auto flights_of(const Matrix& projector, const Vector& gravity, double time, const Vector& x, std::uint64_t seed, std::int64_t count, std::int64_t thin) {
+    const std::size_t u = x.size();
+    need(u > 0 && thin > 0 && projector.shape(0) == u && projector.shape(1) == u && gravity.size() == u, "flights: shapes differ");
+    Numbers draws, now(x.data(), x.data() + u);
+    freely([&] { flights(span(projector), span(gravity), time, now, seed, count, thin, draws); });
+    return Drawn(give<2>(std::move(draws), u), give(std::move(now)));
+}
+
 }  // namespace
 
 void bind_others(nb::module_& m) {
-    m.def("rows", &rows_of, "content"_a, "tables"_a.noconvert(), "width"_a, "binary"_a = false);
+    m.def("gibbs", &gibbs_of, "start"_n, "column"_n, "value"_n, "slope"_a, "x"_n, "net"_n, "seed"_a, "sweeps"_a, "thin"_a);
+    m.def("flights", &flights_of, "projector"_n, "gravity"_n, "time"_a, "x"_n, "seed"_a, "count"_a, "thin"_a);
+    m.def("rows", &rows_of, "content"_a, "tables"_n, "width"_a, "binary"_a = false);
     m.def("table", &table, "columns"_a, "csv"_a);
     nb::class_<Scan> scan(m, "Scan");
     scan.def(nb::init<>())
         .def("run", [](Scan& of, const nb::bytes& block, std::int64_t before, const nb::bytes& form, std::int64_t width) {
             return int(of.run(view(block), before, view(form), width));
         }, "block"_a, "before"_a, "form"_a, "width"_a)
-        .def("begin", &begin_frame, "step"_a, "rows"_a, "line"_a, "offset"_a, "values"_a.noconvert())
+        .def("begin", &begin_frame, "step"_a, "rows"_a, "line"_a, "offset"_a, "values"_n)
         .def("taken", &taken_of)
         .def("__len__", [](const Scan& of) { return of.frames.size(); })
         .def_rw("at", &Scan::at).def_rw("lines", &Scan::lines).def_ro("rows_left", &Scan::rows_left).def_ro("last", &Scan::last);
     scan.attr("MORE") = int(Scan::MORE), scan.attr("STRANGE") = int(Scan::STRANGE);
-    m.def("grow", &grow_of, "position"_a.noconvert(), "radius"_a.noconvert(), "placed"_a, "half_door"_a, "cell"_a, "reach"_a, "typical"_a,
+    m.def("grow", &grow_of, "position"_n, "radius"_n, "placed"_a, "half_door"_a, "cell"_a, "reach"_a, "typical"_a,
           "near"_a, "beside"_a, "least"_a, "hollow"_a, "shut"_a);
-    m.def("press", &press_of, "position"_a.noconvert(), "radius"_a.noconvert(), "push"_a.noconvert(), "half_door"_a, "stiffness"_a, "step"_a,
+    m.def("press", &press_of, "position"_n, "radius"_n, "push"_n, "half_door"_a, "stiffness"_a, "step"_a,
           "longest"_a, "skin"_a, "cell"_a, "rest"_a, "most"_a);
-    m.def("smear", &smear_of, "points"_a.noconvert(), "where"_a.noconvert(), "values"_a.noconvert(), "width"_a, "reach"_a, "compact"_a);
-    m.def("smear_stress", &smear_stress_of, "points"_a.noconvert(), "start"_a.noconvert(), "branch"_a.noconvert(), "impulse"_a.noconvert(),
-          "is_wall"_a.noconvert(), "width"_a, "reach"_a, "compact"_a);
-    m.def("social_steps", &social_of, "position"_a.noconvert(), "velocity"_a.noconvert(), "desired"_a.noconvert(), "radius"_a.noconvert(),
-          "mass"_a.noconvert(), "start"_a.noconvert(), "end"_a.noconvert(), "law"_a, "tau"_a, "reach"_a, "gone"_a, "step"_a, "steps"_a);
+    m.def("smear", &smear_of, "points"_n, "where"_n, "values"_n, "width"_a, "reach"_a, "compact"_a);
+    m.def("smear_stress", &smear_stress_of, "points"_n, "start"_n, "branch"_n, "impulse"_n, "is_wall"_n, "width"_a, "reach"_a, "compact"_a);
+    m.def("social_steps", &social_of, "position"_n, "velocity"_n, "desired"_n, "radius"_n,
+          "mass"_n, "start"_n, "end"_n, "law"_a, "tau"_a, "reach"_a, "gone"_a, "step"_a, "steps"_a);
     nb::class_<WindowSums>(m, "WindowSums")
         .def(nb::init<std::int64_t>(), "n"_a)
-        .def("add", &add_to_window, "first"_a.noconvert(), "second"_a.noconvert(), "wall"_a.noconvert(), "normal"_a.noconvert(),
-             "gap"_a.noconvert(), "reaction"_a.noconvert(), "friction"_a.noconvert() = nb::none())
+        .def("add", &add_to_window, "first"_n, "second"_n, "wall"_n, "normal"_n, "gap"_n, "reaction"_n, "friction"_n = nb::none())
         .def("close", &close_window);
     nb::class_<EngineSums>(m, "EngineSums")
         .def(nb::init<>())
-        .def("add_pairs", &add_engine_pairs, "ids"_a.noconvert(), "forces"_a.noconvert(), "times"_a)
-        .def("add_wall", &add_engine_wall, "wall"_a, "ids"_a.noconvert(), "rows"_a.noconvert(), "times"_a)
+        .def("add_pairs", &add_engine_pairs, "ids"_n, "forces"_n, "times"_a)
+        .def("add_wall", &add_engine_wall, "wall"_a, "ids"_n, "rows"_n, "times"_a)
         .def("close", &close_engine);
 }
 

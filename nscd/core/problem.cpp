@@ -35,6 +35,28 @@ void System::measure() {
     for (int i = 0; i < n; ++i) scale = std::max(scale, std::abs(left[3 * i + 2]) * reach[i]);
 }
 
+System system_of(const Disks& disks, Places first, Places second, In normal) {
+    System s;
+    const auto& [position, velocity, radius, mass, spin] = disks;
+    s.n = int(mass.size()), s.k = int(first.size()), s.d = spin.empty() ? 2 : 3;
+    s.first = std::move(first), s.second = std::move(second), s.offset.assign(s.k, 0.0);
+    for (Numbers* one : {&s.nx, &s.ny, &s.inverse_mass}) one->reserve(s.k);
+    for (int c = 0; c < s.k; ++c) {
+        const int i = s.first[c], j = s.second[c];
+        s.nx.push_back(normal[2 * c]), s.ny.push_back(normal[2 * c + 1]);
+        s.inverse_mass.push_back(1.0 / mass[i] + (j >= 0 ? 1.0 / mass[j] : 0.0));
+        if (s.d == 3) s.lever_first.push_back(radius[i]), s.lever_second.push_back(j >= 0 ? radius[j] : 0.0);
+    }
+    for (int i = 0; i < s.n; ++i) {
+        s.x.push_back(position[2 * i]), s.y.push_back(position[2 * i + 1]);
+        for (int a = 0; a < 2; ++a) s.mass.push_back(mass[i]), s.left.push_back(velocity[2 * i + a]);
+        if (s.d == 3) s.mass.push_back(0.5 * mass[i] * radius[i] * radius[i]), s.left.push_back(spin[i]);
+    }
+    s.free = s.left;
+    s.measure();
+    return s;
+}
+
 System joined(const System& disks, In radius, const Members& of, In left) {
     System s = disks;
     s.n = int(of.mass.size()), s.d = 3;
@@ -60,6 +82,20 @@ System joined(const System& disks, In radius, const Members& of, In left) {
     }
     s.measure();
     return s;
+}
+
+Numbers of_bodies(const Members& of, In mass, In velocity, In spin) {
+    const std::size_t n = of.body.size(), b = of.mass.size();
+    Numbers u(3 * b), first(2 * b);
+    for (std::size_t i = n; i-- > 0;) {  // the first disk's, which is exact where a body is one disk
+        const std::size_t at = of.body[i];
+        for (int a = 0; a < 2; ++a) first[2 * at + a] = u[3 * at + a] = velocity[2 * i + a];
+        u[3 * at + 2] = spin[i];
+    }
+    for (std::size_t i = 0; i < n; ++i)
+        for (std::size_t at = of.body[i], a = 0; a < 2; ++a)
+            u[3 * at + a] += mass[i] / of.mass[at] * (velocity[2 * i + a] - first[2 * at + a]);
+    return u;
 }
 
 Numbers of_members(const Members& of, In position, In u) {

@@ -44,8 +44,17 @@ struct Members {
     std::span<const Index> body;  // (n) of each disk; empty where each disk is a body
     In centre, mass, inertia;     // (b·2) m, (b) kg, (b) kg m² about the centre
 };
+// Disks before an impact.
+struct Disks {
+    In position, velocity, radius, mass;  // (n·2) m, m/s; (n) m, kg
+    In spin;                              // (n) rad/s; empty where nothing acts across
+};
+// The problem of disks with contacts first, second (−1: a wall) and unit normals (k·2), inelastic: û = u⁻, b = 0.
+System system_of(const Disks& disks, Places first, Places second, In normal);
 // The problem of the bodies of disks from that of the disks: u⁻ = û = left (b·3).
 System joined(const System& disks, In radius, const Members& of, In left);
+// The motion (b·3) of bodies whose disks of masses (n) have velocities (n·2) and spins (n), with the same momentum.
+Numbers of_bodies(const Members& of, In mass, In velocity, In spin);
 // The velocities (n·2) of disks at `position` (n·2) m whose bodies have velocities u (b·3).
 Numbers of_members(const Members& of, In position, In u);
 

@@ -75,7 +75,6 @@ template <int D>
         const int i = s.first[c], j = s.second[c];
         const double x = s.nx[c], y = s.ny[c], weight = theta[c] + (dissipative ? s.along[c] : 0.0);
         const double xx = weight * x * x, xy = weight * x * y, yy = weight * y * y;
-        double* at = B + D * D * i;
         double* beside = j >= 0 ? A + D * D * rows.pair_block[c] : nullptr;
         const auto add = [&](const double* one, const double* other, double by) {
             add_block<D>(B + D * D * i, one, one, by);
@@ -83,16 +82,13 @@ template <int D>
             add_block<D>(B + D * D * j, other, other, by);
             add_block<D>(beside, i > j ? one : other, i > j ? other : one, by);
         };
+        const auto put = [&](double* at, double sign) { at[0] += sign * xx, at[1] += sign * xy, at[D] += sign * xy, at[D + 1] += sign * yy; };
         if (D == 3 && s.wide()) {
             const double one[3] = {x, y, s.turn_first[c]}, other[3] = {-x, -y, s.turn_second[c]};
             add(one, other, weight);
         } else {
-            at[0] += xx, at[1] += xy, at[D] += xy, at[D + 1] += yy;
-        }
-        if (j >= 0 && !(D == 3 && s.wide())) {
-            at = B + D * D * j;
-            at[0] += xx, at[1] += xy, at[D] += xy, at[D + 1] += yy;
-            beside[0] -= xx, beside[1] -= xy, beside[D] -= xy, beside[D + 1] -= yy;
+            put(B + D * D * i, 1.0);
+            if (j >= 0) put(B + D * D * j, 1.0), put(beside, -1.0);
         }
         if (D == 2 || !dissipative || s.across[c] == 0.0) continue;
         const double one[3] = {-y, x, s.lever_first[c]}, other[3] = {y, -x, s.lever_second[c]};
@@ -101,13 +97,12 @@ template <int D>
 }
 
 // l ← x L⁻ᵀ for a diagonal block L (by columns, diagonal inverted), x and l by rows.
-template <int D>
 [[gnu::always_inline]] inline void divide(const double* x, const double* L, double* l) {
-    for (int a = 0; a < D; ++a)
-        for (int b = 0; b < D; ++b) {
-            double value = x[D * a + b];
-            for (int c = 0; c < b; ++c) value -= l[D * a + c] * L[b + D * c];
-            l[D * a + b] = value * L[b + D * b];
+    for (int a = 0; a < 3; ++a)
+        for (int b = 0; b < 3; ++b) {
+            double value = x[3 * a + b];
+            for (int c = 0; c < b; ++c) value -= l[3 * a + c] * L[b + 3 * c];
+            l[3 * a + b] = value * L[b + 3 * b];
         }
 }
 
@@ -142,10 +137,9 @@ struct Pair {  // l₀₀ l₀₀ l₁₀ l₁₀ and l₀₁ l₀₁ l₁₁ l�
     return {even * inverse[0], even * inverse[1] + odd * inverse[3]};
 }
 
-template <int D>
-[[gnu::always_inline]] inline bool factorise_all(const System& s, Rows& rows, const double* theta) {
+LEVELS bool factorise_three(const System& s, Rows& rows, const double* theta) {
+    constexpr int D = 3, S = D * D, X = 4;  // rows stand four apart in x
     assemble<D>(s, rows, theta);
-    constexpr int S = D * D, X = D == 3 ? 4 : D;  // rows of three stand four apart in x
     double* __restrict x = rows.work.data();
     double* __restrict L = rows.block.data();
     double* __restrict diagonal = rows.diagonal.data();
@@ -163,25 +157,16 @@ template <int D>
             double given[S], l[S];
             for (int a = 0; a < S; ++a) given[a] = x[D * X * i + a / D * X + a % D];
             std::fill_n(x + D * X * i, D * X, 0.0);
-            divide<D>(given, diagonal + S * i, l);
+            divide(given, diagonal + S * i, l);
             const auto slot = rows.slot[q];
             for (auto p = rows.start[i]; p < slot; ++p) {  // x_r −= l · L_riᵀ
                 double* __restrict to = x + D * X * row[p];
                 const double* m = L + S * p;
-                if constexpr (D == 3) {
-                    const Four one = load<Four>(m), two = load<Four>(m + 3), three = load<Four>(m + 6);
-                    for (int a = 0; a < 12; a += 4) {
-                        const double* by = l + a / 4 * 3;
-                        store(to + a, load<Four>(to + a) - (by[0] * one + by[1] * two + by[2] * three));
-                    }
-                    continue;
+                const Four one = load<Four>(m), two = load<Four>(m + 3), three = load<Four>(m + 6);
+                for (int a = 0; a < D; ++a) {
+                    const double* by = l + D * a;
+                    store(to + X * a, load<Four>(to + X * a) - (by[0] * one + by[1] * two + by[2] * three));
                 }
-                for (int a = 0; a < D; ++a)
-                    for (int b = 0; b < D; ++b) {
-                        double sum = l[D * a] * m[b];
-                        for (int c = 1; c < D; ++c) sum += l[D * a + c] * m[D * c + b];
-                        to[D * a + b] -= sum;
-                    }
             }
             double* to = L + S * slot;
             for (int a = 0; a < D; ++a)
@@ -210,9 +195,8 @@ template <int D>
     return true;
 }
 
-template <int D>
-[[gnu::always_inline]] inline void solve_all(const Rows& rows, double* __restrict b) {
-    constexpr int S = D * D;
+LEVELS void solve_three(const Rows& rows, double* __restrict b) {
+    constexpr int D = 3, S = D * D;
     const int n = int(rows.start.size()) - 1;
     const double *L = rows.block.data(), *diagonal = rows.diagonal.data();
     const Index* row = rows.row.data();
@@ -317,8 +301,6 @@ LEVELS void solve_two(const Rows& rows, double* __restrict b) {
         b[2 * k] = inverse[0] * one + inverse[1] * other, b[2 * k + 1] = inverse[3] * other;
     }
 }
-LEVELS bool factorise_three(const System& s, Rows& rows, const double* theta) { return factorise_all<3>(s, rows, theta); }
-LEVELS void solve_three(const Rows& rows, double* b) { solve_all<3>(rows, b); }
 
 }  // namespace
 

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <numeric>
 
-#include "frames.hpp"
-
 namespace nscd {
 
 namespace {
@@ -15,6 +13,8 @@ constexpr double LOOSE = 1e-6, BEFORE = 0.9;
 constexpr int REPEATS = 20;
 // Disks are taken to be faster than before by this share of the fastest one.
 constexpr double LIKELY = 0.01;
+// So many times the tolerance of velocities is a share of an energy that is rounding.
+constexpr double ROUNDED = 10.0;
 
 // The contacts whose gap two disks close that go towards each other as fast as before, or as without contacts.
 Places likely(const System& s, In before) {
@@ -45,7 +45,7 @@ void solve_step(const System& s, In before, In guess, double tolerance, Stepped&
         if (some.empty()) continue;
         System part = chosen(s, some, every, every);
         Answer by;
-        if (tolerance >= LOOSE) {
+        if (tolerance >= LOOSE && !s.wide()) {
             Parts one{{0, part.n}, {0, part.k}};
             Team alone(1);
             Descended end = descend(part, one, alone, {BEFORE * tolerance, MOST_SWEEPS, -1, INFINITE});
@@ -78,48 +78,11 @@ double fastest(In velocity) {
     return std::sqrt(square);
 }
 
-static Neighbours named(const Touching& at) {
-    const std::size_t k = at.size();
-    Neighbours near{Places(k), Places(k), Places(k), Numbers(2 * k), at.gap};
-    for (std::size_t c = 0; c < k; ++c) {
-        const bool wall = std::int64_t(c) >= at.pairs;
-        near.first[c] = Index(at.first[c]);
-        near.second[c] = wall ? -1 : Index(at.second[c]);
-        near.wall[c] = wall ? Index(at.second[c]) : -1;
-        near.normal[2 * c] = at.vector[2 * c] / at.distance[c];
-        near.normal[2 * c + 1] = at.vector[2 * c + 1] / at.distance[c];
-    }
-    return near;
-}
-
-Neighbours neighbours_of(In position, In radius, const Segments& walls, double margin) {
-    return named(touching(position, radius, walls, margin));
-}
-
-// Contacts of two disks of one body are none.
-static void drop_own(const Bodies& bodies, Touching& at) {
-    if (bodies.wide.body.empty()) return;
-    std::size_t to = 0;
-    const std::int64_t pairs = at.pairs;
-    for (std::size_t c = 0; c < at.size(); ++c) {
-        if (std::int64_t(c) < pairs && bodies.wide.body[at.first[c]] == bodies.wide.body[at.second[c]]) {
-            --at.pairs;
-            continue;
-        }
-        at.first[to] = at.first[c], at.second[to] = at.second[c], at.distance[to] = at.distance[c], at.gap[to] = at.gap[c];
-        at.vector[2 * to] = at.vector[2 * c], at.vector[2 * to + 1] = at.vector[2 * c + 1];
-        ++to;
-    }
-    at.first.resize(to), at.second.resize(to), at.distance.resize(to), at.gap.resize(to), at.vector.resize(2 * to);
-}
-
 // Whether velocities would close within a step (s) a gap beyond the margin (m) within which contacts were looked for.
 static bool missed(const Bodies& bodies, In velocity, double step, double margin) {
     const double needed = 2.0 * step * fastest(velocity);
     if (needed <= margin) return false;
-    Touching at = touching(bodies.position, bodies.radius, bodies.walls, needed);
-    drop_own(bodies, at);
-    const Neighbours near = named(at);
+    const Neighbours near = named(touching(bodies.position, bodies.radius, bodies.walls, needed, bodies.wide.body));
     for (std::size_t c = 0; c < near.gap.size(); ++c) {
         const Index i = near.first[c], j = near.second[c];
         double x = velocity[2 * i], y = velocity[2 * i + 1];
@@ -161,33 +124,49 @@ Numbers drifts(In before, In after, const Neighbours& near, In reaction, double 
     return drift;
 }
 
+// Which bodies have more energy than without contacts, together with all that they press or that presses them; mass, u and
+// free: (n·d). Restitution asks for that where a body that rebounds is held from the other side.
+static Flags gaining(const System& s, In reaction, In mass, In u, In free, double tolerance) {
+    Places first, second, group;
+    for (int c = 0; c < s.k; ++c)
+        if (reaction[c] > 0.0) first.push_back(s.first[c]), second.push_back(s.second[c]);
+    const int groups = components(s.n, first, second, group), d = int(u.size()) / s.n;
+    Numbers before(groups, 0.0), gained(groups, 0.0);
+    for (std::size_t i = 0; i < u.size(); ++i) {
+        before[group[i / d]] += mass[i] * free[i] * free[i];
+        gained[group[i / d]] += mass[i] * (u[i] - free[i]) * (u[i] + free[i]);
+    }
+    Flags more(s.n);
+    for (int i = 0; i < s.n; ++i) more[i] = gained[group[i]] > ROUNDED * tolerance * before[group[i]];
+    return more;
+}
+
 // The same with Coulomb's law.
-static void solve_rough(const System& s, const Touching& at, In radius, const Rough& rough, double tolerance, Stepped& found) {
-    std::vector<std::int64_t> every(radius.size());
-    std::iota(every.begin(), every.end(), 0);
-    found.keys = keys_of(at, every);
+static Flags solve_rough(const System& s, In radius, const Rough& rough, double tolerance, Stepped& found) {
     const Rubbing p = rubbing_of(s, radius, rough.spin, rough.inertia, Numbers(s.k, rough.friction));
     const Carried lam = carried_over(rough.keys, rough.reaction, found.keys), tau = carried_over(rough.keys, rough.tangential, found.keys);
     FrictionAnswer by = step_friction(p, lam.values, tau.values, tolerance);
     const Numbers errors = measure(p, by.at);
     found.error = *std::max_element(errors.begin(), errors.end());
     found.velocity.resize(2 * std::size_t(s.n));
-    if (s.wide()) found.velocity = std::move(by.at.u);
+    if (s.wide()) found.velocity = by.at.u;
     else for (int i = 0; i < s.n; ++i) {
         std::copy_n(by.at.u.begin() + 3 * i, 2, found.velocity.begin() + 2 * i);
         found.spin[i] = by.at.u[3 * i + 2];
     }
     found.reaction = std::move(by.at.lam), found.tangential = std::move(by.at.tau);
     found.iterations = by.pairs, found.rung = choice_of(by.route);
+    Flags refused = gaining(s, found.reaction, p.mass, by.at.u, p.left, tolerance);
+    for (int i = 0; i < s.n; ++i) refused[i] = refused[i] || errors[p.island[i]] > tolerance;
+    return refused;
 }
 
 Stepped make_step(const Bodies& bodies, const Rough& rough, double step, double restitution, double gained, double tolerance) {
     double margin = 2.0 * step * std::max(fastest(bodies.free), fastest(bodies.velocity));
     for (int repeats = 0;; ++repeats) {
-        Touching at = touching(bodies.position, bodies.radius, bodies.walls, margin);
-        drop_own(bodies, at);
+        const Touching at = touching(bodies.position, bodies.radius, bodies.walls, margin, bodies.wide.body);
         Stepped found;
-        found.neighbours = named(at);
+        const Neighbours& near = found.neighbours = named(at);
         found.repeats = repeats;
         found.tangential.assign(at.size(), 0.0), found.spin.assign(rough.spin.begin(), rough.spin.end());
         if (at.size() == 0) {
@@ -196,10 +175,7 @@ Stepped make_step(const Bodies& bodies, const Rough& rough, double step, double 
             found.rung = int(Rung::NO_CONTACTS);
             return found;
         }
-        System s = system_at(at, bodies.mass, bodies.free);
-        const std::size_t n = bodies.mass.size();
-        s.x.resize(n), s.y.resize(n);
-        for (std::size_t i = 0; i < n; ++i) s.x[i] = bodies.position[2 * i], s.y[i] = bodies.position[2 * i + 1];
+        System s = system_of({bodies.position, bodies.free, bodies.radius, bodies.mass, {}}, near.first, near.second, near.normal);
         // bodies at rest are moved by the rounding of their gaps alone, which no answer has to follow
         if (!bodies.wide.body.empty()) s.least_scale = EPSILON * largest(bodies.position) / (step * tolerance);
         if (!bodies.wide.body.empty()) s = joined(s, bodies.radius, bodies.wide, bodies.unheld);
@@ -207,21 +183,26 @@ Stepped make_step(const Bodies& bodies, const Rough& rough, double step, double 
         Numbers before(s.k), closing(s.k);
         approach(s, was, before);
         approach(s, s.free, closing);
+        Places rebounds;
         for (int c = 0; c < s.k; ++c) {
             s.offset[c] = at.gap[c] / step;
             if (restitution > 0.0 && closing[c] >= s.offset[c] && before[c] > std::max(2.0 * gained, 0.0))
-                s.offset[c] = std::min(s.offset[c], -restitution * before[c]);
+                s.offset[c] = std::min(s.offset[c], -restitution * before[c]), rebounds.push_back(c);
         }
-        if (rough.friction > 0.0) solve_rough(s, at, bodies.radius, rough, tolerance, found);
-        else {
-            Carried guess;
-            if (s.wide()) {
-                std::vector<std::int64_t> every(n);
-                std::iota(every.begin(), every.end(), 0);
-                found.keys = keys_of(at, every);
-                guess = carried_over(rough.keys, rough.reaction, found.keys);
+        if (rough.friction > 0.0 || s.wide()) found.keys = keys_of(at);
+        for (bool again = true; again;) {
+            Flags refused;
+            if (rough.friction > 0.0) refused = solve_rough(s, bodies.radius, rough, tolerance, found);
+            else {
+                solve_step(s, was, s.wide() ? carried_over(rough.keys, rough.reaction, found.keys).values : Numbers(), tolerance, found);
+                refused = gaining(s, found.reaction, s.mass, found.velocity, s.free, tolerance);
             }
-            solve_step(s, was, guess.values, tolerance, found);
+            again = false;
+            for (int c : rebounds) {
+                if (!refused[s.first[c]] || s.offset[c] == at.gap[c] / step) continue;
+                s.offset[c] = at.gap[c] / step;
+                again = true;
+            }
         }
         const Numbers after = s.wide() ? of_members(bodies.wide, bodies.position, found.velocity) : Numbers();
         const In velocity = s.wide() ? In(after) : In(found.velocity);

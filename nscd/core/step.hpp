@@ -27,14 +27,6 @@ struct Rough {
 // What gave an answer, by its number in nscd.solve.CHOICES: rungs, then the ways with friction.
 inline int choice_of(Route route) { return int(Rung::ASKED_FOR) + 1 + int(route); }
 
-// Candidates for contact.
-struct Neighbours {
-    Places first, second, wall;  // (k) disk; disk, −1 for a wall; wall, −1 for a pair
-    Numbers normal, gap;         // (k·2) unit vector, first → second; (k) m
-};
-// Every pair and every wall whose gap is at most `margin` m.
-Neighbours neighbours_of(In position, In radius, const Segments& walls, double margin);
-
 struct Stepped {
     Neighbours neighbours;
     Numbers reaction, velocity;  // (k) N·s, (n·2) m/s; (b·3) of bodies
@@ -49,6 +41,7 @@ inline constexpr int GRADIENT = -1;
 
 // Make a step of `step` s; with restitution e a contact that closes within it with v⁻ > 0 has
 // C u⁺ ≤ −e v⁻ (Moreau's law), unless v⁻ is at most twice `gained` m/s, what the drive gives in a step: that contact rests.
+// Where that law has no answer, or one that gains energy, contacts do not rebound: C u⁺ ≤ gap/step.
 Stepped make_step(const Bodies& bodies, const Rough& rough, double step, double restitution, double gained, double tolerance);
 
 // Velocities after a step without contacts, (u + g + a u_d)/(1 + a), and the largest component (m/s) of what they gained.

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <atomic>
 #include <functional>
+#ifndef __wasm__
 #include <thread>
+#endif
 #include <vector>
 
 namespace nscd {
@@ -20,7 +22,9 @@ inline void rest(int looks) {
         __builtin_ia32_pause();
 #endif
     } else {
+#ifndef __wasm__
         std::this_thread::yield();
+#endif
     }
 }
 
@@ -28,6 +32,16 @@ inline void wait_for(const std::atomic<int>& value, int least) {
     for (int looks = 0; value.load(std::memory_order_acquire) < least; ++looks) rest(looks);
 }
 
+#ifdef __wasm__
+// One thread alone.
+class Team {
+public:
+    explicit Team(int) {}
+    int threads() const { return 1; }
+    void together(const std::function<void(int)>& work) { work(0); }
+    void meet(int) {}
+};
+#else
 class Team {
 public:
     explicit Team(int threads) : threads_(std::clamp(threads, 1, MOST_THREADS)) {
@@ -78,5 +92,6 @@ private:
     alignas(64) std::atomic<int> met_{0};
     std::vector<std::jthread> others_;  // last: joined before what they look at goes
 };
+#endif
 
 }  // namespace nscd

@@ -46,11 +46,12 @@ class FrictionProblem(NamedTuple):
     tangent_inverse: Any
     scale: float
 
-    def in_core(self, position: Floats) -> _core.FrictionProblem:
-        """Hand the problem of disks at position (n,2) m over to the native core."""
+    def in_core(self, snapshot: Snapshot) -> _core.FrictionProblem:
+        """Hand the problem of a snapshot over to the native core."""
+        disks = snapshot.position, snapshot.radius, snapshot.mass
         return _core.FrictionProblem(
-            self.first, self.second, self.normal, self.lever, self.friction, self.normal_weight,
-            self.tangent_weight, np.zeros(len(self.first)), self.mass, self.left, position, self.scale,
+            (self.first, self.second, self.normal, *disks), self.left[:, :2].copy(), snapshot.spin,
+            self.friction, self.normal_weight, self.tangent_weight,
         )  # fmt: skip
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from nscd.arrays import Flags, Floats
 from nscd.bodies import Snapshot
 from nscd.contacts import Contacts, of_bodies
-from nscd.indeterminacy.admissible import Admissible, edges
+from nscd.indeterminacy.equilibrium import Equilibrium, edges
 from nscd.indeterminacy.orthogonal import ZERO_ROW, factorise, self_stresses, undetermined_rows
 from nscd.percussions import Percussions
 
@@ -62,25 +62,25 @@ def determinacy(contacts: Contacts, n: int, snapshot: Snapshot | None = None) ->
 
 def admissible_determinacy(contacts: Contacts, answer: Percussions) -> Determinacy:
     """Tell what balance and λ ≥ 0 together say of the reactions of an answer without friction: see
-    `determinacy_of`. Raises ValueError as `Admissible.of` does."""
-    return determinacy_of(Admissible.of(contacts, answer))
+    `determinacy_of`. Raises ValueError as `Equilibrium.of` does."""
+    return determinacy_of(Equilibrium.of(contacts, answer))
 
 
-def determinacy_of(admissible: Admissible) -> Determinacy:
-    """Tell what an admissible set says of its percussions.
+def determinacy_of(held: Equilibrium) -> Determinacy:
+    """Tell what the balance of an answer says of its percussions.
 
     `normal` (k,) is whether the contact's interval [λ_min, λ_max] is a point. This is more than
     `determinacy` finds: contacts that open carry nothing, and some self-stresses would make a
     contact pull that carries nothing in any admissible percussion. `redundant` is the dimension
     of the set, `rank` the number of unknowns that can carry something, less that dimension.
     Raises ProgramError if a linear program has no usable answer."""
-    chosen = admissible.carrying()
-    contact = admissible.contact[chosen]
-    factor = admissible.factor_of(chosen)
+    chosen = held.carrying()
+    contact = held.contact[chosen]
+    factor = held.factor_of(chosen)
     loose = self_stresses(factor)
 
     def known(stress: Floats) -> Flags:
-        sums = np.zeros((len(admissible.contacts), stress.shape[1]))
+        sums = np.zeros((len(held.contacts), stress.shape[1]))
         np.add.at(sums, contact, stress)
         return np.asarray(np.abs(sums).max(1) <= ZERO_ROW)
 
@@ -88,5 +88,5 @@ def determinacy_of(admissible: Admissible) -> Determinacy:
         rank=factor.rank,
         redundant=len(chosen) - factor.rank,
         normal=known(loose),
-        tangential=known(admissible.along[chosen, None] * loose),
+        tangential=known(held.along[chosen, None] * loose),
     )

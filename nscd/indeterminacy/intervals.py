@@ -3,15 +3,16 @@ percussions."""
 
 import enum
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csc_array, hstack
+from scipy.sparse import csc_array, eye_array, hstack
 
-from nscd import _core
 from nscd.arrays import Flags, Floats, Indices, read_only
 from nscd.contacts import Contacts
-from nscd.indeterminacy.admissible import Admissible, ProgramError, maximise
+from nscd.indeterminacy.equilibrium import Equilibrium
+from nscd.indeterminacy.linear import Optimum, ProgramError, maximise
 from nscd.percussions import Percussions
 
 # An interval is proven if certificates and attained values agree to this share of the largest
@@ -68,9 +69,9 @@ def interval(contacts: Contacts, answer: Percussions, weights: ArrayLike) -> Int
     weights: (k,), w; `weights_of_contacts`, `weights_of_disk`, `weights_of_wall` make the usual
         ones
 
-    Raises ValueError for weights of the wrong shape and whatever `Admissible.of` does, ProgramError
+    Raises ValueError for weights of the wrong shape and whatever `Equilibrium.of` does, ProgramError
     if a linear program has no usable answer."""
-    return Intervals(Admissible.of(contacts, answer)).of(weights)
+    return Intervals(Equilibrium.of(contacts, answer)).of(weights)
 
 
 def weights_of_contacts(contacts: Contacts, *indices: int) -> Floats:
@@ -94,51 +95,77 @@ def weights_of_wall(contacts: Contacts, wall: int) -> Floats:
     return np.asarray(contacts.is_wall & (contacts.second == wall), dtype=np.float64)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class _Part:
-    """A connected part of the core. columns (p,) of the core; rows (r,) of the balance; balance
-    (r,p); impulse (r,); wedged (p,); total: a proven bound of the sum of reactions, all in units of
-    the largest reaction."""
+    """Unknowns that only rows of their own hold, in units of the largest: columns (p,) of all; rows
+    (r,) of the balance; balance (r,p); load (r,), and by how much at most it may be missed (r,)."""
 
     columns: Indices
     rows: Indices
     balance: csc_array
-    impulse: Floats
-    wedged: Flags
-    total: float
+    load: Floats
+    most: Floats
+
+    def largest(self, weights: Floats) -> Optimum:
+        """The state of the largest Σ w x, and the multipliers of the balances."""
+        p, r = len(weights), len(self.load)
+        if not self.most.any():
+            return maximise(weights, self.balance, self.load)
+        matrix = csc_array(hstack([self.balance, eye_array(r)]))
+        upper = np.append(np.full(p, np.inf), 2 * self.most)
+        found = maximise(np.append(weights, np.zeros(r)), matrix, self.load + self.most, upper)
+        return Optimum(found.point[:p], found.multiplier)
+
+    def stress(self, weights: Floats) -> Floats:
+        """The self-stress (p,) of 0 to 1 that adds most to Σ w x."""
+        return maximise(weights, self.balance, np.zeros(len(self.rows)), upper=1.0).point
+
+    @cached_property
+    def limits(self) -> tuple[Flags, float]:
+        """(p,) what some self-stress r ≥ 0 loads (max Σ min(r_c, 1), attained with 1 at each), and a
+        proven bound of Σ x over all others."""
+        p, wedged = len(self.columns), np.zeros(len(self.columns), dtype=bool)
+        try:
+            v = self.largest(np.ones(p)).multiplier
+        except ProgramError:
+            upper = np.append(np.ones(p), np.full(p, np.inf))
+            twice = csc_array(hstack([self.balance, self.balance]))
+            weights = np.append(np.ones(p), np.zeros(p))
+            wedged = maximise(weights, twice, np.zeros(len(self.rows)), upper).point[:p] > 0.5
+            v = self.largest(np.where(wedged, 0.0, 1.0)).multiplier
+        pressing = float((self.balance.T @ v)[~wedged].min(initial=1.0))  # 1 but for rounding
+        return wedged, float(v @ self.load + np.abs(v) @ self.most) / pressing
 
 
 class Intervals:
-    """Find the intervals of any number of quantities for one admissible set."""
+    """Find the intervals of any number of quantities for the percussions of an answer."""
 
-    def __init__(self, admissible: Admissible) -> None:
-        self.admissible = admissible
-        chosen = admissible.contacts.select(admissible.contact[admissible.core])
-        second = np.where(chosen.is_wall, -1, chosen.second)
-        ends = (chosen.first.astype(np.int32), second.astype(np.int32))
-        self._part_of = _core.components(admissible.disks, *ends)[chosen.first]
-        self._core_factor = admissible.factor_of(admissible.core)
+    def __init__(self, held: Equilibrium) -> None:
+        if held.point is None:
+            raise ValueError(
+                "held: no state of it is known. Its bounds are those of WithinTolerance"
+            )
+        self.held, self.scale = held, held.scale
+        chosen = held.contacts.select(held.contact[held.core])
+        self._part_of = chosen.islands(held.bodies)[chosen.first]
+        self._core_factor = held.factor_of(held.core)
         self._parts: dict[int, _Part] = {}
 
     def of(self, weights: ArrayLike, *, tangential: bool = False) -> Interval:
-        """Find the interval of Σ w_c λ_c, or of Σ w_c τ_c, for weights (k,). Raises as `interval`
-        does."""
-        held = self.admissible
-        weights = read_only(weights, (len(held.contacts),), "weights")[held.contact]
-        if tangential:
-            weights = held.along * weights
-        upper, gap_above, above = self._largest(weights)
-        lower, gap_below, below = self._largest(-weights)
-        gap, size = max(gap_above, gap_below), float(np.abs(weights).max(initial=0.0))
+        """Find the interval of Σ w_c λ_c, or of Σ w_c τ_c, for weights (k,). Raises as `interval` does,
+        and ProgramError where no state is within a tolerance."""
+        held = self.held
+        given = read_only(weights, (len(held.contacts),), "weights")[held.contact]
+        given = held.along * given if tangential else given
+        (upper, above_gap, above), (lower, below_gap, below) = map(self._largest, (given, -given))
+        gap, size = max(above_gap, below_gap), float(np.abs(given).max(initial=0.0))
         finite = np.isfinite([lower, upper]).all()
         status = IntervalStatus.PROVEN if finite else IntervalStatus.UNBOUNDED
-        if gap > PROVEN * held.scale * size:
-            status = IntervalStatus.UNPROVEN
         return Interval(
             lower=-lower,
             upper=upper,
             gap=gap,
-            status=status,
+            status=IntervalStatus.UNPROVEN if gap > PROVEN * self.scale * size else status,
             lower_velocity=-below,
             upper_velocity=above,
         )
@@ -146,7 +173,7 @@ class Intervals:
     def _largest(self, weights: Floats) -> tuple[float, float, Floats]:
         """The upper end of Σ w x for weights (u,) of the unknowns, its gap, and the velocities that
         prove it, (n,2) or with spins (n,3)."""
-        held = self.admissible
+        held = self.held
         on_core, start = weights[held.core], held.point[held.core]
         velocity = np.zeros(held.matrix.shape[1])
         attained = start.copy()
@@ -154,12 +181,13 @@ class Intervals:
         for number in np.unique(self._part_of[on_core != 0]).tolist():
             part = self._part(number)
             wanted = on_core[part.columns]
-            if wanted[part.wedged].any() and self._grows(part, wanted):
-                return float("inf"), 0.0, np.zeros_like(velocity).reshape(held.disks, -1)
-            found = maximise(wanted, part.balance, part.impulse)
+            wedged, most = part.limits
+            if wanted[wedged].any() and self._grows(part, wanted):
+                return float("inf"), 0.0, np.zeros_like(velocity).reshape(held.bodies, -1)
+            found = part.largest(wanted)
             velocity[part.rows] = found.multiplier
             attained[part.columns] = found.point * held.scale
-            total += part.total * held.scale
+            total += most * held.scale + WEDGE_MULTIPLE * float(held.point.sum()) * wedged.any()
         # on the core Σ w x ≤ velocity·E x + excess Σ x; the other unknowns are known
         pressing = held.balance.T @ velocity
         excess = float((on_core - pressing).max(initial=0.0))
@@ -173,47 +201,52 @@ class Intervals:
         missing = weights - held.matrix @ velocity
         missing[held.core] = 0.0
         velocity += held.factor.least_squares(missing)
-        return bound, gap, velocity.reshape(held.disks, -1)
+        return bound, gap, velocity.reshape(held.bodies, -1)
 
     def _part(self, number: int) -> _Part:
         if number not in self._parts:
-            held = self.admissible
+            held = self.held
             columns = np.flatnonzero(self._part_of == number)
             balance = csc_array(held.balance[:, columns])
             rows = np.unique(balance.indices).astype(np.int64)
             balance = csc_array(balance.tocsr()[rows])
             impulse = balance @ held.point[held.core[columns]] / held.scale
-            wedged = np.zeros(len(columns), dtype=bool)
-            try:
-                most = maximise(np.ones(len(columns)), balance, impulse)
-            except ProgramError:
-                wedged = _wedged(balance)
-                if not wedged.any():
-                    raise
-                most = maximise(np.where(wedged, 0.0, 1.0), balance, impulse)
-            pressing = balance.T @ most.multiplier
-            least = float(pressing[~wedged].min(initial=1.0))  # 1 but for rounding
-            total = float(most.multiplier @ impulse) / least
-            if wedged.any():
-                total += WEDGE_MULTIPLE * float(held.point.sum()) / held.scale
-            self._parts[number] = _Part(columns, rows, balance, impulse, wedged, total)
+            self._parts[number] = _Part(columns, rows, balance, impulse, 0 * impulse)
         return self._parts[number]
 
     def _grows(self, part: _Part, weights: Floats) -> bool:
         """Whether a self-stress that only pushes adds to Σ w λ."""
-        found = maximise(weights, part.balance, np.zeros(len(part.rows)), upper=1.0)
-        stress = np.zeros(len(self.admissible.core))
-        stress[part.columns] = found.point
+        stress = np.zeros(len(self.held.core))
+        stress[part.columns] = part.stress(weights)
         stress = self._core_factor.self_stress(stress)[part.columns]
         return bool(weights @ stress > PROVEN * np.abs(weights).max() and stress.min() > -PROVEN)
 
 
-def _wedged(balance: csc_array) -> Flags:
-    """(p,): contacts that some self-stress r ≥ 0, Cᵀr = 0, loads: max Σ min(r_c, 1), attained with
-    1 at each of them."""
-    p = balance.shape[1]
-    upper = np.concatenate([np.ones(p), np.full(p, np.inf)])
-    weights = np.concatenate([np.ones(p), np.zeros(p)])
-    columns = csc_array(hstack([balance, balance]))
-    found = maximise(weights, columns, np.zeros(balance.shape[0]), upper)
-    return np.asarray(found.point[:p] > 0.5)
+class WithinTolerance(Intervals):
+    """Find the intervals over all states x ≥ 0 whose balances are open by at most a tolerance:
+    |load − E x| ≤ tolerance. Their certificates are those of weak duality: for any velocity v,
+    w·x ≤ v·load + |v|·tolerance + max(w − Eᵀv, 0) Σ x.
+
+    tolerance: N (N·s of percussions), see `equilibrium`"""
+
+    def __init__(self, held: Equilibrium, tolerance: ArrayLike) -> None:
+        self.held, most = held, held.rows(tolerance, "tolerance")
+        self.scale = float(np.abs(held.load).max(initial=0.0)) or float(most.max(initial=1.0))
+        rows, every = np.flatnonzero(np.isfinite(most)), np.arange(len(held.contact))
+        balance, load = csc_array(held.matrix.T.tocsr()[rows]), held.load[rows] / self.scale
+        self._whole = _Part(every, rows, balance, load, most[rows] / self.scale)
+
+    def _largest(self, weights: Floats) -> tuple[float, float, Floats]:
+        """The upper end, how far it is from one that is attained, and the velocity that proves it."""
+        velocity, part = np.zeros(len(self.held.load)), self._whole
+        shape = (self.held.bodies, -1)
+        if weights @ part.stress(weights) > PROVEN * np.abs(weights).max(initial=0.0):
+            return float("inf"), 0.0, velocity.reshape(shape)
+        point, v = part.largest(weights)
+        bound = float(v @ part.load + np.abs(v) @ part.most)
+        if (excess := float((weights - part.balance.T @ v).max(initial=0.0))) > 0:
+            wedged, most = part.limits
+            bound += excess * (most + WEDGE_MULTIPLE * len(weights) * wedged.any())
+        velocity[part.rows] = v
+        gap = max(bound - float(weights @ point), 0.0) * self.scale
+        return bound * self.scale, gap, velocity.reshape(shape)

@@ -1,5 +1,5 @@
 """Orthogonal factorisation of the contact matrix C, sparse and rank-revealing: self-stresses and
-least norms."""
+least squares."""
 
 from collections import defaultdict
 from dataclasses import dataclass
@@ -70,18 +70,6 @@ class OrthogonalFactor:
         for front in reversed(self.fronts):
             front.turn(values, transpose=False)
         return values.reshape(reaction.shape)
-
-    def least_norm(self, momentum: Floats) -> Floats:
-        """Find μ (k,) of least norm with Cᵀ μ = momentum (w·n,), which is in the range."""
-        values = np.zeros((len(self.null), 1))
-        left = momentum.copy()
-        for front in self.fronts:
-            part = solve_triangular(front.triangle, left[front.pivots], trans=1, check_finite=False)
-            values[front.slots[: front.rank], 0] = part
-            left[front.columns] -= front.beyond.T @ part
-        for front in reversed(self.fronts):
-            front.turn(values, transpose=False)
-        return np.asarray(values[:, 0])
 
     def least_squares(self, rows: Floats) -> Floats:
         """Find u (w·n,) with |C u − rows| least, 0 in the columns that have no pivot."""

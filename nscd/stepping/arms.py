@@ -28,13 +28,18 @@ class Neighbours(NamedTuple):
 
 
 def neighbours(
-    position: Floats, radius: Floats, segments: _core.Walls, margin: float
+    position: Floats,
+    radius: Floats,
+    segments: _core.Walls,
+    margin: float,
+    body: Index32 | None = None,
 ) -> Neighbours:
-    """Find every pair and every wall whose gap is at most `margin` (m).
+    """Find every pair, but of one body, and every wall whose gap is at most `margin` (m).
 
-    position (n,2) m, radius (n,) m. A disk has one contact for each nearest point of connected
-    walls: one at a corner that points at it, two in a corner that it sits in."""
-    return Neighbours(*_core.neighbours(position, radius, segments, margin))
+    position (n,2) m, radius (n,) m, body (n,), none where each is alone. A disk has one contact for
+    each nearest point of connected walls: one at a corner that points at it, two in a corner that it
+    sits in."""
+    return Neighbours(*_core.neighbours(position, radius, segments, margin, body))
 
 
 class Arms(NamedTuple):
@@ -73,10 +78,6 @@ class Arms(NamedTuple):
 
     def forces(self, position: Floats, radius: Floats, segments: _core.Walls) -> Floats:
         """Compute the sum (n,2) N of the pushes on each disk."""
-        return sum_of(*self.reached(position, radius, segments), len(radius))
-
-
-def sum_of(near: Neighbours, push: Floats, n: int) -> Floats:
-    """Sum at each of n disks the pushes (k,) of neighbours: (n,2), in the unit of the push."""
-    given = push[:, None] * near.normal
-    return sum_at_disks(near.first, near.second, -given, given, n)
+        near, push = self.reached(position, radius, segments)
+        given = push[:, None] * near.normal
+        return sum_at_disks(near.first, near.second, -given, given, len(radius))

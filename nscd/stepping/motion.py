@@ -5,17 +5,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
 from nscd import _core
 from nscd.arrays import Flags, Floats, Indices
-from nscd.bodies import Bodies, Snapshot, Walls
-from nscd.contacts import NO_WALLS, Contacts, connected
-from nscd.projection import project
+from nscd.bodies import Snapshot, Walls
+from nscd.contacts import NO_WALLS, connected
 from nscd.solve import CHOICES
-from nscd.stepping.arms import Arms, Neighbours, neighbours, sum_of
+from nscd.stepping.arms import Arms, Neighbours, neighbours
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,7 +52,32 @@ class StepError(RuntimeError):
     """Say that a step has no answer within the tolerance, at what time, with what residual."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StepEnergy(NamedTuple):
+    """Hold the energies (J) of a step.
+
+    For any percussions p, ½ u⁺·Mu⁺ − ½ u⁻·Mu⁻ = ½(u⁺ + u⁻)·M(u⁺ − u⁻), so that each part of the
+    momentum has its work in the mean velocity, and the parts sum to what is gained.
+
+    gained: of the kinetic energy, spins included
+    drive, weight, arms: work of the drive, of a body force, of the pushes through arms
+    impact, friction: (k,) lost in each contact, along the normal and across; negative where a
+        contact gives"""
+
+    gained: float
+    drive: float
+    weight: float
+    arms: float
+    impact: Floats
+    friction: Floats
+
+    @property
+    def error(self) -> float:
+        """Compute what is gained and lost beyond the works: rounding."""
+        lost = float(self.impact.sum() + self.friction.sum())
+        return self.gained + lost - self.drive - self.weight - self.arms
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class StepReport:
     """Say what a step did.
 
@@ -64,7 +88,8 @@ class StepReport:
     iterations: of the solver
     repeats: how often contacts were missed
     solver: its name
-    arms: who reached whom, and the percussions (N·s) of that along the normal; none without"""
+    arms: who reached whom, and the percussions (N·s) of that along the normal; none without
+    energy: J, where the kinetic energy went"""
 
     neighbours: Neighbours
     reaction: Floats
@@ -73,33 +98,11 @@ class StepReport:
     iterations: int
     repeats: int
     solver: str
+    energy: StepEnergy
     arms: tuple[Neighbours, Floats] | None = None
 
 
-def both(one: StepReport, other: StepReport) -> StepReport:
-    """Two steps as one: all their contacts, the worse of their residuals."""
-
-    def joined(first: Neighbours, second: Neighbours) -> Neighbours:
-        pairs: Any = zip(first, second, strict=True)
-        return Neighbours(*(np.concatenate(pair) for pair in pairs))
-
-    arms = None
-    if one.arms and other.arms:
-        pushes = np.concatenate([one.arms[1], other.arms[1]])
-        arms = joined(one.arms[0], other.arms[0]), pushes
-    return StepReport(
-        neighbours=joined(one.neighbours, other.neighbours),
-        reaction=np.concatenate([one.reaction, other.reaction]),
-        friction=np.concatenate([one.friction, other.friction]),
-        residual=max(one.residual, other.residual),
-        iterations=one.iterations + other.iterations,
-        repeats=one.repeats + other.repeats,
-        solver=other.solver,
-        arms=arms,
-    )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class WindowImpulses:
     """Hold the impulses of one window, of all that were pressed in it; f = impulse/duration.
 
@@ -139,30 +142,9 @@ class WindowSums:
         begins."""
         first, second, normal, gap, impulse, steps = self._sums.close()
         is_wall = second >= self._n
-        window = WindowImpulses(
-            first=first,
-            second=np.where(is_wall, second - self._n, second),
-            is_wall=is_wall,
-            normal=normal,
-            gap=gap,
-            impulse=impulse,
-            steps=steps,
-            duration=end - self._start,
-            end=end,
-        )
-        self._start = end
-        return window
-
-
-# An answer whose recomputed error is this many times what was asked is not used.
-STALLED = 10.0
-# Bodies that overlap at the start are pushed apart together with all within this many radii.
-REACH = 0.3
-PUSHES = 20
-# A step with friction that has no answer is made in halves, and those again: to 1/2^HALVINGS of it.
-HALVINGS = 4
-# Overlaps below this share of the mean radius are rounding.
-TOUCHING = 1e-12
+        other = np.where(is_wall, second - self._n, second)
+        since, self._start = end - self._start, end
+        return WindowImpulses(first, other, is_wall, normal, gap, impulse, steps, since, end)
 
 
 class Motion:
@@ -213,68 +195,49 @@ class Motion:
         if not 1e-14 <= tolerance < 1:
             raise ValueError(f"tolerance: {tolerance}. Between 1e-14 and 1 is needed")
         self.position, self.velocity = np.array(snapshot.position), np.array(snapshot.velocity)
-        self.spin = np.array(snapshot.spin)
-        self.time, self.step = snapshot.time, step
-        self.radius, self.mass = np.array(snapshot.radius), np.array(snapshot.mass)
-        self._walls, self._round = segments_of(walls), walls or NO_WALLS
-        push = push or Push()
-        self._desired = push.desired
-        self._share = step / push.relaxation_time if push.desired else 0.0
-        self._restitution, self._tolerance, self._friction = restitution, tolerance, friction
-        self._gain = step * np.array(push.acceleration)
-        self._arms = push.arms
-        self._inertia = 0.5 * self.mass * self.radius**2
-        self._wide: Bodies | None = None
-        self.forget()
-        if snapshot.wide is not None:
-            self._begin(snapshot)
-        if push.arms and self._wide is not None:
-            raise ValueError("arms: bodies of several disks have none")
-        if self._round.period_x and self._wide is not None:
-            raise ValueError("period_x: bodies of several disks have none")
-        self.position = self._round.within(self.position)
+        self.spin, self.step = np.array(snapshot.spin), step
+        self.radius, self.mass = snapshot.radius, snapshot.mass
+        self._walls, push = segments_of(walls), push or Push()
+        self._desired, self._wide = push.desired, snapshot.wide
+        for name, asked in (("arms", push.arms), ("period_x", (walls or NO_WALLS).period_x)):
+            if asked and self._wide is not None:
+                raise ValueError(f"{name}: bodies of several disks have none")
+        self._law = (
+            step, push.relaxation_time, *push.acceleration, restitution, friction, tolerance,
+            *(push.arms or (0.0, 0.0)),
+        )  # fmt: skip
+        self._begin(snapshot, snapshot.time)
+        self.position = (walls or NO_WALLS).within(self.position)
 
     def __repr__(self) -> str:
         return f"<Motion: {len(self.radius)} disks at {self.time:g} s, steps of {self.step:g} s>"
 
+    @property
+    def time(self) -> float:
+        """Give the time (s) of the state."""
+        return self._core.time
+
     def forget(self) -> None:
         """Begin the next step without the percussions of this one, as a new motion from this state
         does: with friction they are where the search for the next ones begins."""
-        self._known: tuple[Any, Any] = np.empty(0, np.int64), np.empty((2, 0))
+        self._core.forget()
         if (wide := self._wide) is not None:  # they begin anew where their disks are
-            self._begin(self.snapshot().joined(wide.ids[wide.number], inertia=wide.inertia))
+            state = self.snapshot().joined(wide.ids[wide.number], inertia=wide.inertia)
+            self._begin(state, self.time)
 
-    def _begin(self, state: Snapshot) -> None:
-        """Take over the bodies of several disks of a state."""
-        assert state.bodies is not None
-        self._wide, self.velocity = state.bodies, np.array(state.velocity)
-        self._moving = self._wide.motion(state, state.velocity)
-        self._off = self.position - self._wide.centre[self._wide.number]
-
-    def _turn(self, way: Floats) -> None:
-        """Move bodies, and their disks, by the way (b,3) m, m, rad of each."""
-        assert self._wide is not None
-        number, centre = self._wide.number, self._wide.centre + way[:, :2]
-        c, s = np.cos(way[number, 2]), np.sin(way[number, 2])
-        x, y = self._off.T
-        self._off = np.column_stack([c * x - s * y, s * x + c * y])
-        self._wide = replace(self._wide, centre=centre)
-        self.position = centre[number] + self._off
-        self.velocity = self._wide.of_disks(self._moving, self.position)
-        self.spin = self._moving[number, 2]
+    def _begin(self, state: Snapshot, time: float) -> None:
+        """Make the core's motion, and take over the bodies of several disks of a state."""
+        of = self._wide = state.bodies if self._wide else None
+        told = (of.told(of.mass), of.motion(state, state.velocity)) if of else ()
+        self.velocity = np.array(state.velocity)
+        self._core = _core.Motion(self.radius, self.mass, self._walls, self._law, time, *told)
 
     @property
     def overlap(self) -> float:
         """Find the deepest overlap (m) of two disks, or of disk and wall; 0 where none overlap."""
-        return max(0.0, -float(self._near(0.0).gap.min(initial=0.0)))
-
-    def _near(self, margin: float) -> Neighbours:
-        near = neighbours(self.position, self.radius, self._walls, margin)
-        if self._wide is None:
-            return near
-        body = self._wide.number
-        apart = (near.second < 0) | (body[near.first] != body[np.maximum(near.second, 0)])
-        return Neighbours(*(part[apart] for part in near))
+        body = None if self._wide is None else self._wide.number
+        gap = neighbours(self.position, self.radius, self._walls, 0.0, body).gap
+        return max(0.0, -float(gap.min(initial=0.0)))
 
     def separate(self) -> float:
         """Push overlapping disks apart, as little as possible (in the masses); return how far the
@@ -282,133 +245,37 @@ class Motion:
 
         min ½|x|²_M subject to C x ≤ gap, again until nothing overlaps: a full gap in the first step
         would instead throw them apart. Raises StepError if that does not end."""
-        start = self.position.copy()
-        reach = REACH * float(self.radius.mean())
-        for _ in range(PUSHES):
-            near = self._near(reach)
-            if near.gap.min(initial=0.0) >= -TOUCHING * self.radius.mean():
-                way = self._round.shortest(self.position - start)
-                return float(np.hypot(*way.T).max(initial=0.0))
-            contacts = Contacts(
-                first=near.first.astype(np.int64), second=np.where(near.second < 0, near.wall, near.second),
-                is_wall=near.second < 0, normal=near.normal, gap=near.gap,
-                point=np.zeros_like(near.normal),
-            )  # fmt: skip
-            still = np.zeros_like(start if self._wide is None else self._moving)
-            moved, error = project(
-                self.snapshot(), contacts, still, near.gap,
-                scale=-float(near.gap.min()), tolerance=1e-12,
-            )  # fmt: skip
-            if not error <= 1e-8:
-                break
-            if self._wide is None:
-                self.position = self._round.within(self.position + moved)
-            else:
-                self._turn(moved)
-        raise StepError("the disks cannot be pushed apart: they do not fit between the walls")
+        self._core.take(self.position, self.velocity, self.spin)
+        if (most := self._core.separate()) < 0:
+            raise StepError("the disks cannot be pushed apart: they do not fit between the walls")
+        self.position, self.velocity, self.spin = self._core.state()
+        return most
 
     def snapshot(self) -> Snapshot:
         """Give the state as a snapshot, with ids from 1 on."""
+        of = self._wide
         return Snapshot(
             position=self.position, velocity=self.velocity, radius=self.radius, mass=self.mass,
-            spin=self.spin, bodies=self._wide,
+            spin=self.spin, bodies=of and replace(of, centre=self._core.centre),
         )  # fmt: skip
 
     def advance(self) -> StepReport:
         """Make one step; repeat it with a larger margin where a disk went faster than the margin
         allows for. With friction a step that no solver solves is made in two halves, and those
-        again, down to 1/16: another step is another problem. Raises StepError where no solver
-        reaches the tolerance; the state then stays."""
-        return self._in_halves(HALVINGS if self._friction else 0)
-
-    def _in_halves(self, halvings: int) -> StepReport:
-        """One step, or both halves of it as one."""
-        names = ("position", "velocity", "spin", "time", "_known", "_wide", "_moving", "_off")
-        state = {name: getattr(self, name, None) for name in names}
-        whole = self.step, self._share, self._gain
-        try:
-            return self._advance()
-        except StepError:
-            if not halvings:
-                raise
-        self.step, self._share = 0.5 * self.step, 0.5 * self._share
-        self._gain = 0.5 * self._gain
-        try:
-            return both(self._in_halves(halvings - 1), self._in_halves(halvings - 1))
-        except StepError:
-            for name, value in state.items():
-                setattr(self, name, value)
-            raise
-        finally:
-            self.step, self._share, self._gain = whole
-
-    def _advance(self) -> StepReport:
-        h, a = self.step, self._share
-        place = self.position if self._wide is None else self._wide.centre[self._wide.number]
-        desired = self._desired(place) if self._desired else np.empty((0, 2))
-        kicked, arms = self.velocity, None
-        if self._arms:
-            reached, force = self._arms.reached(self.position, self.radius, self._walls)
-            arms = reached, h * force
-            kicked = kicked + sum_of(*arms, len(self.mass)) / self.mass[:, None]
-        free, gained = _core.freed(kicked, desired, a, *self._gain)
-        gained += float(np.abs(kicked - self.velocity).max(initial=0.0)) if arms else 0.0
-        wide = self._of_bodies(desired) if self._wide is not None else {}
-        near, reaction, friction, velocity, spin, keys, error, iterations, rung, repeats = _core.step(
-            self.position, self.velocity, free, self.radius, (1 + a) * self.mass, self._walls, h,
-            self._restitution, gained, self._tolerance, self._friction, self.spin, self._inertia,
-            *self._known, **wide,
-        )  # fmt: skip
-        if not error <= STALLED * self._tolerance:
+        again, down to 1/16: another step is another problem. Who is wedged, as at a passage of the own
+        width, gets through with radii less 10⁻⁸ of them. Raises StepError where no solver reaches the
+        tolerance; the state then stays."""
+        self._core.take(self.position, self.velocity, self.spin)
+        found = self._core.advance(self._desired)
+        solved, time, residual, near, reaction, friction, iterations, repeats, rung = found[:9]
+        if not solved:
             raise StepError(
-                f"t = {self.time:.6g} s: the contacts are not solved: residual {error:.1e} "
-                f"where {self._tolerance:.1e} was asked"
+                f"t = {time:.6g} s: the contacts are not solved: residual {residual:.1e} "
+                f"where {self._law[6]:.1e} was asked"
             )
-        done = StepReport(
-            neighbours=Neighbours(*near),
-            reaction=reaction,
-            friction=friction,
-            residual=error,
-            iterations=iterations,
-            repeats=repeats,
-            solver="projected_gradient" if rung == _core.GRADIENT else CHOICES[rung][0],
-            arms=arms,
-        )
-        self._known = keys, np.stack([reaction, friction])[:, : len(keys)]
-        if wide:
-            self._moving = velocity
-            self._turn(h * velocity)
-            self.time += h
-            return done
-        before, self.velocity, self.spin = self.velocity, velocity, spin
-        self.position = self._round.within(self.position + h * self._drift(before, done))
-        self.time += h
-        return done
-
-    def _of_bodies(self, desired: Floats) -> dict[str, Any]:
-        """What a step is told of bodies of several disks, driven as their first disk is."""
-        wide, a = self._wide, self._share
-        assert wide is not None
-        own = np.empty((0, 2))
-        if len(desired):
-            own = np.empty((len(wide), 2))
-            own[wide.number[::-1]] = desired[::-1]
-        centre = np.ascontiguousarray(self._moving[:, :2])
-        free = _core.freed(centre, own, a, *self._gain)[0]
-        bodies = wide.number, wide.centre, (1 + a) * wide.mass, wide.inertia, self._moving
-        return {"bodies": bodies, "unheld": np.column_stack([free, self._moving[:, 2]])}
-
-    def _drift(self, before: Floats, done: StepReport) -> Floats:
-        """The velocities (n,2) m/s of the way through a step, from those before it."""
-        if self._desired or not self._gain.any():
-            return self.velocity
-        first, second, _, normal, gap = done.neighbours
-        slack = self._tolerance * max(fastest(before), fastest(self.velocity))
-        return _core.drifts(
-            before, self.velocity, first, second, normal, gap, done.reaction, self.step, slack
-        )
-
-
-def fastest(velocity: Floats) -> float:
-    """Find the largest speed (m/s) of velocities (n,2)."""
-    return float(np.hypot(*velocity.T).max(initial=0.0))
+        self.position, self.velocity, self.spin = self._core.state()
+        energy, reached, push = found[9:]
+        solver = "projected_gradient" if rung == _core.GRADIENT else CHOICES[rung][0]
+        arms, told = (Neighbours(*reached), push) if self._law[7] else None, StepEnergy(*energy)
+        sums = residual, iterations, repeats, solver, told, arms
+        return StepReport(Neighbours(*near), reaction, friction, *sums)

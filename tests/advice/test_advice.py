@@ -15,11 +15,11 @@ from analysis.advice.library import (
     Curves,
     Entry,
     Library,
-    library_of,
-    library_text,
     likeness_of,
     price_of,
+    read_library,
     stored_library,
+    write_library,
 )
 from analysis.engines.penalty import damping_ratio_for
 from analysis.scene.scene import read_scene
@@ -87,7 +87,7 @@ def scene():
 @pytest.fixture(scope="module")
 def sure(scene):
     """A library that needs no safety: one scene, known exactly."""
-    rates = {("disk", what): 0.0 for what in ("numerical", "model", "rigid")}
+    rates = {f"disk_{what}": 0.0 for what in ("numerical", "model", "rigid")}
     return Library(entries=(entry(scene),), rates=rates)
 
 
@@ -121,7 +121,8 @@ def test_likeness_has_no_units(mass, time):
     other = other.with_contact(stiffness_N_per_m=1e6 * mass / time**2).with_run(
         duration_s=0.3 * time
     )
-    assert likeness_of(other).to_json() == pytest.approx(likeness_of(base).to_json(), rel=1e-9)
+    one, same = (list(map(float, dataclasses.astuple(likeness_of(s)))) for s in (other, base))
+    assert one == pytest.approx(same, rel=1e-9)
 
 
 def test_distance():
@@ -251,14 +252,11 @@ def test_a_chart_of_the_scene_is_read_as_it_is(scene, sure):
     assert (advice.choice.stiffness_N_per_m, advice.choice.time_step_share) == (1e8, 1.0)
 
 
-def test_library_goes_through_its_text(scene, sure):
-    again = library_of(library_text(sure))
+def test_library_goes_through_its_file(tmp_path, sure):
+    write_library(sure, tmp_path / "library.json.gz")
+    again = read_library((tmp_path / "library.json.gz").read_bytes())
     assert again.rates == sure.rates
-    assert [p.key for p in again.entries[0].points] == [p.key for p in sure.entries[0].points]
-    for one, other in zip(sure.entries[0].points, again.entries[0].points, strict=True):
-        assert other.numerical_error == pytest.approx(one.numerical_error, rel=1e-2)
-    with pytest.raises(ValueError, match="format"):
-        library_of('{"format": 99}')
+    assert [*map(dataclasses.asdict, again.entries)] == [*map(dataclasses.asdict, sure.entries)]
 
 
 def test_the_stored_rates_belong_to_the_stored_scenes():
@@ -295,7 +293,7 @@ def test_what_a_scene_has_no_need_of(tmp_path):
         radius=[0.25] * 5,
         mass=[75.0] * 5,
     )
-    lines = left_out(resting, tmp_path)
+    lines = [*left_out(resting, tmp_path)]
     assert any("10 unknown velocities instead of 15" in line for line in lines)
     assert "disks that touch nothing: 1 of 5" in lines
     assert "islands that nothing presses: 1 with 2 disks" in lines
@@ -304,7 +302,7 @@ def test_what_a_scene_has_no_need_of(tmp_path):
     assert any(line.startswith("arms: who does not touch is farther than 0.2 m") for line in lines)
     assert any(line.startswith("shoulders: before a door wall load") for line in lines)
     near = changed(resting, position=[[0, 0], [0.5, 0], [1.1, 0], [5.5, 0], [9, 0]])
-    lines = left_out(near, tmp_path / "near")
+    lines = [*left_out(near, tmp_path / "near")]
     assert any(
         line.startswith("arms: 1 pairs that do not touch are within 0.2 m") for line in lines
     )
@@ -330,7 +328,7 @@ def test_an_elastic_impact_has_no_rigid_model_but_engines_of_its_own(sure):
 
 def test_restitution_is_left_out_of_a_pressed_crowd_only(tmp_path):
     pressed, impact = (
-        left_out(read_scene(name), tmp_path / name) for name in ("gate", "four_disks")
+        [*left_out(read_scene(name), tmp_path / name)] for name in ("gate", "four_disks")
     )
     assert any(line.startswith("restitution e = 0.1: ") for line in pressed)
     way = "way round walls: 0 of 55 people have a wall before the door: not needed, "

@@ -8,8 +8,15 @@ import shlex
 import pytest
 from typer.testing import CliRunner
 
-from analysis.advice.bodies import advise_bodies, body_lines, ladder_lines, soft_run
-from analysis.advice.motion import advise_motion, motion_lines, stored_whole_runs
+from analysis.advice.whole_runs import (
+    advise_bodies,
+    advise_motion,
+    body_lines,
+    ladder_lines,
+    motion_lines,
+    soft_run,
+    stored_whole_runs,
+)
 from analysis.cli.commands import app
 from analysis.engines.softness import known_bodies, softness
 from analysis.scene.shipped_scenes import make

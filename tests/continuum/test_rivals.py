@@ -351,7 +351,7 @@ def test_gradient_agrees_with_a_conic_solver(room, pressure):
     law = TurbulenceLaw(pressure=pressure, mass_per_person=1.0)
     first = turbulence_step(mesh, 7.0, field, law, time_step=0.01)
     bound = np.where(cells.open, 0.0, law.friction * 0.01 * first.pressure)
-    problem = turbulence.friction_problem(cells, first.density, first.pressed_velocity, bound)
+    problem = turbulence.Friction(cells, first.density, first.pressed_velocity, bound)
     y, area = by_cone(problem), first.density * cells.measure
     expected = problem.velocity(y).reshape(2, -1).T
     size = np.sqrt(area @ (first.pressed_velocity**2).sum(1))

@@ -11,10 +11,47 @@ from scipy.linalg import cholesky
 from scipy.sparse.csgraph import connected_components, maximum_flow
 from scipy.sparse.linalg import spsolve
 
-from benchmarks.factors import from_chunks, in_chunks
 from benchmarks.problems.families import FAMILIES
 from nscd import _core
-from nscd._core import PANEL, dissect, eliminate
+from nscd._core import PANEL, eliminate
+
+
+def _height(pivots):
+    return -(-pivots // 4) * 4 if pivots <= PANEL else -(-pivots // 8) * 8
+
+
+def in_chunks(matrix, pivots):
+    """A front as `eliminate` takes it, at an address that is a multiple of 64 bytes."""
+    rest = len(matrix) - pivots
+    wide, more, height = -(-pivots // 8), -(-rest // 8), _height(pivots)
+    panel = np.zeros((height, 8 * (wide + more)))
+    panel[:pivots, :pivots] = np.triu(matrix[:pivots, :pivots])
+    panel[:pivots, 8 * wide : 8 * wide + rest] = matrix[:pivots, pivots:]
+    others = np.zeros((8 * more, 8 * more))
+    others[:rest, :rest] = matrix[pivots:, pivots:]
+    parts = [panel.reshape(height, wide + more, 8).transpose(1, 0, 2).ravel()]
+    parts += [others[: 8 * c + 8, 8 * c : 8 * c + 8].ravel() for c in range(more)]
+    numbers = np.concatenate(parts)
+    room = np.empty(len(numbers) + 7)
+    front = room[-(room.ctypes.data // 8) % 8 :][: len(numbers)]
+    front[:] = numbers
+    return front
+
+
+def from_chunks(front, size, pivots):
+    """Lᵀ of the pivots (pivots, size), and the upper half of the Schur complement."""
+    rest = size - pivots
+    wide, more, height = -(-pivots // 8), -(-rest // 8), _height(pivots)
+    at = 8 * (wide + more) * height
+    rows = front[:at].reshape(wide + more, height, 8).transpose(1, 0, 2).reshape(height, -1)
+    upper = np.triu(rows[:pivots, :pivots])
+    np.fill_diagonal(upper, 1.0 / np.diag(upper))
+    others = np.zeros((8 * more, 8 * more))
+    for c in range(more):
+        others[: 8 * c + 8, 8 * c : 8 * c + 8] = front[at : at + 64 * (c + 1)].reshape(-1, 8)
+        at += 64 * (c + 1)
+    beside = rows[:pivots, 8 * wide : 8 * wide + rest]
+    return np.hstack([upper, beside]), np.triu(others[:rest, :rest])
 
 
 @pytest.mark.parametrize(
@@ -91,8 +128,8 @@ def test_the_factor_solves(name, d, fronts, threads):
     matrix = matrix_of(first, second, rows, [theta + along, across], mass)
     expected = spsolve(matrix, right.ravel()).reshape(right.shape)
     factor = _core.Factor(
-        first, second, normal, levers, np.array(crowd.position), mass, along, across, fronts, threads,
-        100 if threads > 1 else 10**9,
+        (first, second, normal, crowd.position, crowd.radius, crowd.mass), along, across, d == 3,
+        fronts, threads, 100 if threads > 1 else 10**9,
     )  # fmt: skip
     for _ in range(2):
         assert factor.factorise(theta)
@@ -100,11 +137,20 @@ def test_the_factor_solves(name, d, fronts, threads):
         np.testing.assert_allclose(found, expected, atol=1e-11 * np.abs(expected).max())
 
 
+def dissected(case, position, leaf):
+    """The ends of contacts, and the separator tree with parts of up to `leaf` disks."""
+    contacts, crowd = case.contacts, case.snapshot
+    first = contacts.first.astype(np.int32)
+    second = np.where(contacts.is_wall, -1, contacts.second).astype(np.int32)
+    pairs = first, second, np.array(contacts.normal), position, crowd.radius, crowd.mass
+    none = np.zeros(len(first))
+    factor = _core.Factor(pairs, none, none, False, True, leaf=leaf)
+    return first, second, factor.ordering()
+
+
 def test_separators_are_a_tree_that_holds_every_border():
     case = FAMILIES["heap"](300)
-    first = case.contacts.first.astype(np.int32)
-    second = np.where(case.contacts.is_wall, -1, case.contacts.second).astype(np.int32)
-    order, node_first, node_end, above = _core.dissect(case.snapshot.position, first, second, 8)
+    first, second, (order, node_first, node_end, above) = dissected(case, case.snapshot.position, 8)
     n, place = len(order), np.argsort(order)
     np.testing.assert_array_equal(np.sort(order), np.arange(n))
     np.testing.assert_array_equal(node_first[1:], node_end[:-1])
@@ -158,9 +204,7 @@ def test_the_first_cut_is_as_small_as_any_in_its_strip(name, n, turned):
     if turned:
         position = np.ascontiguousarray(position[:, ::-1])
     n = len(position)
-    first = case.contacts.first.astype(np.int32)
-    second = np.where(case.contacts.is_wall, -1, case.contacts.second).astype(np.int32)
-    order, node_first, node_end, _ = dissect(position, first, second, n - 1)
+    first, second, (order, node_first, node_end, _) = dissected(case, position, n - 1)
     cut = order[node_first[-1] : node_end[-1]]
 
     edges = np.stack([first, second], axis=1)[second >= 0]

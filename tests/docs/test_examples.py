@@ -89,6 +89,14 @@ def test_determined(example, form):
     assert found["ends"] == pytest.approx([0.0, 75.0])
 
 
+def test_pillar(example):
+    """The gradient foretells what 2 mm do, to second order."""
+    found = example("pillar")
+    best, alone = found["sums"][found["best"]], found["alone"]
+    assert found["foretold"] < best < alone
+    assert found["solved"] - best == pytest.approx(found["foretold"] - best, rel=0.02)
+
+
 def test_film(example):
     """Nobody touches at first; then they press."""
     found = example("film")
@@ -137,7 +145,7 @@ def test_sweep(example):
 
 def test_each_is_short_has_a_question_and_a_test():
     names = [path.stem for path in sorted(EXAMPLES.glob("*.py"))]
-    assert len(names) == 11
+    assert len(names) == 12
     text = Path(__file__).read_text(encoding="utf-8")
     page = (EXAMPLES.parent / "docs" / "examples.md").read_text(encoding="utf-8")
     for name in names:

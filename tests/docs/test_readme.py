@@ -23,7 +23,7 @@ from tests.forked import as_program, in_fork, python
 PAGES = ["README.md", *(str(p.relative_to(ROOT)) for p in sorted(ROOT.glob("docs/**/*.md")))]
 # Their Python runs after the first commands of README.
 SHOWN = ("README.md", "docs/getting_started.md")
-NAMES = {"SCENE", "FILE", "NAME"}
+NAMES = {"SCENE", "FILE", "FOLDER", "NAME"}
 # Commands that take more than a few seconds, and the exit status of one that is ended when it
 # begins.
 LONG = {"report", "film", "chart", "advise", "stability", "standards", "paper", "push"}

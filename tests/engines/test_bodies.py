@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from analysis.engines import EngineError, engine
-from analysis.exposure.loads import loads_of
 from analysis.scene.shipped_scenes import make
 from tests.crowds import disks_at, drive_to, scene_at
 
@@ -19,7 +18,7 @@ def dumbbell(centre, velocity, along=ALONG, **given):
     return crowd.joined([7, 7], inertia=[INERTIA])
 
 
-@pytest.mark.parametrize("name", ["lammps", "rigid"])
+@pytest.mark.parametrize("name", ["lammps", "yade", "rigid"])
 def test_an_off_centre_blow_turns_a_dumbbell_as_by_hand(simulate, name):
     """It falls on a floor, one end first: p = (1+e) v/(1/M + l²/I); the spring takes 1 ms."""
     crowd = dumbbell(np.array([0.0, 0.2 + ALONG[1] + 1e-4]), (0.0, -SPEED))
@@ -34,23 +33,24 @@ def test_an_off_centre_blow_turns_a_dumbbell_as_by_hand(simulate, name):
     assert energy == pytest.approx(0.5 * MASS * SPEED**2, rel=2e-3)
 
 
-def two_that_meet(friction=0.0, **run):
-    """A dumbbell that hits another off its centre."""
+def two_that_meet(friction=0.0, many=4, **run):
+    """A dumbbell, or of three disks a body of one, that hits a dumbbell off its centre."""
     disks = disks_at(
-        [[-0.54, 0.0], [-0.2, 0.0], [0.2, 0.13], [0.2, 0.47]],
-        [[1.5, 0.3]] * 2 + [[0.0, 0.0]] * 2, 0.2, 30.0, ids=[3, 4, 8, 9],
-    ).joined([2, 2, 5, 5], inertia=[1.5, 2.5])  # fmt: skip
+        [[-0.54, 0.0], [-0.2, 0.0], [0.2, 0.13], [0.2, 0.47]][-many:],
+        ([[1.5, 0.3]] * 2 + [[0.0, 0.0]] * 2)[-many:], 0.2, 30.0, ids=[3, 4, 8, 9][-many:],
+    ).joined([2, 2, 5, 5][-many:], inertia=[1.5, 2.5])  # fmt: skip
     contact = {"stiffness_N_per_m": 1e5, "restitution": 0.3, "friction": friction}
     run = {"duration_s": 0.03, "frames": 30} | run
     return scene_at(disks, name="meet", contact=contact, run=run)
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.4])
-def test_contacts_of_bodies_are_the_forces_that_lammps_applied(simulate, friction):
-    found = simulate("lammps", two_that_meet(friction))
+@pytest.mark.parametrize(("name", "many"), [("lammps", 4), ("yade", 4), ("yade", 3)])
+def test_contacts_of_bodies_are_the_forces_that_engines_applied(simulate, name, many, friction):
+    found = simulate(name, two_that_meet(friction, many))
     ids, touched = found["id"][0], 0
     for frame, contacts in enumerate(found.contacts):
-        given = np.zeros((4, 2))
+        given = np.zeros((many, 2))
         np.add.at(given, np.searchsorted(ids, contacts.second), contacts.force)
         np.add.at(given, np.searchsorted(ids, contacts.first), -contacts.force)
         applied = np.column_stack([found["fx"][frame], found["fy"][frame]])
@@ -62,12 +62,26 @@ def test_contacts_of_bodies_are_the_forces_that_lammps_applied(simulate, frictio
     mass = found["mass"][0]
     about = mass * (found["x"] * found["vy"] - found["y"] * found["vx"])
     # per disk the point mass turns; beside it stands what the inertia has more
-    more = np.array([1.5 - 60 * 0.17**2, 2.5 - 60 * 0.17**2])
-    angular = about.sum(1) + found["omegaz"][:, [0, 2]] @ more
+    more = np.array([1.5 - 60 * 0.17**2 * (many == 4), 2.5 - 60 * 0.17**2])
+    angular = about.sum(1) + found["omegaz"][:, [0, -1]] @ more
     np.testing.assert_allclose(angular, angular[0], rtol=1e-9)
 
 
-def test_a_drive_moves_a_body_as_one_disk_and_does_not_turn_it(simulate):
+def test_yade_moves_bodies_as_lammps_does(simulate):
+    """They walk and press, three disks to a person: their positions, motion and forces."""
+    crowd = make("shoulders", 12).with_run(duration_s=0.6, frames=4)
+    one, other = (simulate(name, crowd) for name in ("lammps", "yade"))
+    for name in ("x", "y", "vx", "vy", "omegaz", "mol", "body_inertia", "drive_x", "fx", "fy"):
+        close = 1e-6 * np.abs(one[name]).max()
+        np.testing.assert_allclose(one[name], other[name], rtol=0, atol=close, err_msg=name)
+    assert np.abs(one["fx"] - one["drive_x"]).max() > 1000
+    for these, those in zip(one.contacts, other.contacts, strict=True):
+        for name in ("first", "second", "is_wall"):
+            np.testing.assert_array_equal(getattr(these, name), getattr(those, name))
+
+
+@pytest.mark.parametrize("name", ["lammps", "yade"])
+def test_a_drive_moves_a_body_as_one_disk_and_does_not_turn_it(simulate, name):
     run = {"duration_s": 0.5, "frames": 1, "time_step_s": 1e-3}
     found = []
     for crowd in (
@@ -76,20 +90,15 @@ def test_a_drive_moves_a_body_as_one_disk_and_does_not_turn_it(simulate):
     ):
         drive = drive_to((4.0, 1.0), (4.0, 3.0))
         scene = scene_at(crowd, name="driven", contact=CONTACT, run=run, drive=drive, time=0.5)
-        end = simulate("lammps", scene)
-        found.append([end[name][-1].mean() for name in ("x", "y", "vx", "vy")])
+        end = simulate(name, scene)
+        found.append([end[one][-1].mean() for one in ("x", "y", "vx", "vy")])
         spin = end["omegaz"][-1]
         np.testing.assert_allclose(spin, 2.0 if len(spin) > 1 else 0.0, rtol=0, atol=1e-12)
     np.testing.assert_allclose(*found, rtol=0, atol=1e-9)
 
 
-def test_what_engines_cannot_turn_is_refused_by_name(refused):
-    scene = two_that_meet()
-    alone = scene.snapshot.joined([1, 2, 5, 5])
-    with pytest.raises(EngineError, match=r"disks\.bodies: body 1 is one disk.*: use rigid"):
-        engine("lammps").check(scene.model_copy(update={"snapshot": alone}))
-    with pytest.raises(EngineError, match=r"disks\.bodies: YADE .*: use lammps or rigid"):
-        engine("yade").check(scene)
-    with pytest.raises(ValueError, match=r"shoulders: disks\.bodies: loads of people are for"):
-        loads_of(make("shoulders", 4), None)
-    assert "shoulders: disks.bodies: loads of people need" in refused("report", "shoulders")
+def test_what_lammps_cannot_turn_is_refused_by_name():
+    with pytest.raises(
+        EngineError, match=r"disks\.bodies: body 2 is one disk.*: use yade or rigid"
+    ):
+        engine("lammps").check(two_that_meet(many=3))

@@ -6,10 +6,10 @@ import numpy as np
 from analysis.scene.scene import Wall
 from analysis.scene.shipped_scenes import make, room_with_a_door
 from nscd import find_contacts, solve
-from nscd.indeterminacy.admissible import Admissible
 from nscd.indeterminacy.determinacy import admissible_determinacy, determinacy
+from nscd.indeterminacy.equilibrium import Equilibrium
 from nscd.indeterminacy.intervals import Intervals, IntervalStatus, weights_of_disk, weights_of_wall
-from nscd.indeterminacy.least_energy import least_energy
+from nscd.indeterminacy.nearest import least_energy
 from tests.crowds import disks_at, drive_to, scene_at
 
 TAU = 0.5
@@ -121,7 +121,7 @@ def check_inside(simulation, scene):
     assert answer.status == "solved"
     seen = percussions_of(simulation, contacts)
     assert len(contacts) == len(simulation.contacts[-1])
-    admissible = Admissible.of(contacts, answer)
+    admissible = Equilibrium.of(contacts, answer)
     assert not seen[~admissible.closed].any()
     change = (contacts.normal_matrix(len(snapshot)).T @ (seen - admissible.reaction)).reshape(-1, 2)
     assert np.abs(change).max() < 1e-7

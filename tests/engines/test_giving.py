@@ -1,10 +1,10 @@
-"""Walls that give: a load that is put on, a single impact, two engines that agree, and walls that cannot
+"""Walls that give: a load that is put on, a periodic one, a single impact, two engines that agree, and walls that cannot
 be."""
 
 import numpy as np
 import pytest
 
-from analysis.engines import EngineError
+from analysis.engines import EngineError, engine
 from analysis.engines import run as engine_runs
 from analysis.percussions.setting import setting_beside
 from analysis.scene.scene import SceneError, Wall, read_scene
@@ -58,6 +58,61 @@ def test_a_load_that_is_put_on_overshoots_as_a_damped_oscillator_does(tmp_path):
         assert s.max() == pytest.approx(still * (1 + np.exp(-np.pi * zeta / root)), rel=3e-3)
         np.testing.assert_allclose(v, speed, rtol=0, atol=5e-3 * still * omega)
     np.testing.assert_allclose(found[0], found[1], rtol=0, atol=1e-10)
+
+
+# What makes the force on each wall that gives F cos(Ωt), which nobody touches: in the words of a deck.
+LOAD_N, OMEGA = 60.0, 30.0
+LOADS = {
+    "lammps": (
+        "giving.in",
+        "variable give_load_${wall_name} equal %g*cos(%g*step*v_time_step)\n"
+        "variable give_force_${wall_name} equal v_give_load_${wall_name}\n",
+    ),
+    "yade": (
+        "crowd_walls.py",
+        "alone = Giving.change\n"
+        "def change(wall, force, dt):\n"
+        "    return alone(wall, force + %g * math.cos(%g * O.iter * dt) * wall.normal, dt)\n"
+        "Giving.change = change\n",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_walls_resonate_with_a_periodic_load(tmp_path, name, monkeypatch):
+    """m s'' + c s' + k s = F cos Ωt ends in s = Re X exp(iΩt), X = F/(k − mΩ² + icΩ): walls tuned to half
+    of Ω, to Ω and to twice of it. The person walks away."""
+    require(name)
+    mass, damper, file, words = 30.0, 150.0, *LOADS[name]
+    chosen = type(engine(name))
+    write = chosen.write_input
+
+    def loaded(self, scene, decks):
+        write(self, scene, decks)
+        with (decks / file).open("a", encoding="utf-8") as deck:
+            deck.write(words % (LOAD_N, OMEGA))
+
+    monkeypatch.setattr(chosen, "write_input", loaded)
+    springs = mass * (OMEGA * np.array([0.5, 1.0, 2.0])) ** 2
+    walls = tuple(
+        Wall(name=f"wall_{n}", start_m=(n, -2.0), end_m=(n, 2.0), mass_kg=mass,
+             damping_N_s_per_m=damper, stiffness_N_per_m=spring)
+        for n, spring in enumerate(springs.tolist(), start=1)
+    )  # fmt: skip
+    scene = scene_at(
+        disks_at([[0.0, 0.0]], [[-1.0, 0.0]]), name="tuned",
+        contact={"stiffness_N_per_m": 1e5, "restitution": 0.1},
+        run={"duration_s": 4.0, "frames": 400, "time_step_s": 1e-3},
+    ).model_copy(update={"walls": walls})  # fmt: skip
+    engine_runs.simulate(scene, name, tmp_path / name)
+    for spring, wall in zip(springs, walls, strict=True):
+        _, s, v = np.loadtxt(tmp_path / name / f"wall_{wall.name}.txt").T
+        time = np.linspace(0.0, 4.0, 401)
+        answer = LOAD_N / (spring - mass * OMEGA**2 + 1j * damper * OMEGA)
+        turning, late = answer * np.exp(1j * OMEGA * time), time > 3.0
+        np.testing.assert_allclose(s[late], turning.real[late], rtol=0, atol=2e-3 * abs(answer))
+        speed = (1j * OMEGA * turning).real[late]
+        np.testing.assert_allclose(v[late], speed, rtol=0, atol=2e-3 * OMEGA * abs(answer))
 
 
 @pytest.mark.parametrize("name", ENGINES)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from analysis.percussions.snapshot import percussions_of
 from analysis.scene.scene import SceneError, read_scene
 from analysis.scene.schema import GRAVITY, BodyForce
 from tests.crowds import disks_at, scene_at
@@ -34,6 +35,34 @@ def test_at_rest_a_barrier_carries_the_weight_along_the_slope(simulate):
     slowed = mass @ (found["vx"][20] - found["vx"][40]) / 2.0
     assert np.mean(carried) == pytest.approx(weight + slowed, rel=1e-6)
     assert np.mean(carried) == pytest.approx(weight, rel=1e-3)
+
+
+def test_percussions_at_rest_carry_the_weight_of_all_above():
+    row = disks_at([[0.25, 0.0], [0.75, 0.0], [1.25, 0.0]], mass=[60.0, 75.0, 90.0])
+    scene = scene_at(
+        row, [([0, -1], [0, 1])], name="rest", contact={"stiffness_N_per_m": 1e6, "restitution": 0.1},
+        run={"duration_s": 1.0, "frames": 1},
+        body_force=BodyForce(slope_deg=10.0, downhill=(-1.0, 0.0)),
+    )  # fmt: skip
+    found = percussions_of(scene, row)
+    above = np.array([165.0, 90.0, 225.0])  # two pairs and the wall
+    assert found.unit == "N"
+    by_hand = above * GRAVITY * np.sin(np.radians(10.0))
+    np.testing.assert_allclose(np.abs(found.force[:, 0]), by_hand, rtol=1e-12)
+
+
+def test_people_at_rest_on_a_slope_with_friction_are_not_stopped_for_rounding(simulate):
+    """Three in a row against a wall overlap by 5e-11 m at the start: pushed apart, they are as much
+    higher up."""
+    places = (0.25 + 0.5 * np.arange(3)) * (1 - 1e-10)
+    scene = scene_at(
+        disks_at(np.column_stack([places, np.zeros(3)])), [([0, -1], [0, 1])], name="rest",
+        contact={"stiffness_N_per_m": 1e6, "restitution": 0.1, "friction": 0.3},
+        run={"duration_s": 0.05, "frames": 2, "rigid_step_s": 0.005},
+        body_force=BodyForce(slope_deg=10.0, downhill=(-1.0, 0.0)),
+    )  # fmt: skip
+    found = simulate("rigid", scene)
+    np.testing.assert_allclose(found["x"][-1], 0.25 + 0.5 * np.arange(3), rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import pytest
 from analysis.dumps import DumpError, index_dump
 from analysis.engines import engine
 from analysis.engines.record import EngineError
+from analysis.percussions.setting import setting_beside
 from analysis.scene.scene import SceneError, read_scene
 from analysis.scene.shipped_scenes import make
 from nscd import Walls, find_contacts
@@ -136,3 +137,7 @@ def test_who_cannot_take_a_period_says_so(tmp_path):
         index_dump(tmp_path / "bodies.dump")
     (tmp_path / "scene.toml").write_text("period_x_m = [0.0, 8.0]\n")
     assert index_dump(tmp_path / "bodies.dump").steps == (0,)
+    room = tmp_path / "room.toml"
+    room.write_text('title = "other"\n')
+    with pytest.raises(SceneError, match=r"room\.toml: period_x_m: missing"):
+        setting_beside(tmp_path / "bodies.dump", room)

@@ -88,7 +88,7 @@ def test_yade_makes_no_prompt_ready_for_a_script_after_which_it_ends(tmp_path, c
     assert "Traceback" not in done.stderr
 
 
-@pytest.mark.parametrize("name", PAPER)
+@pytest.mark.parametrize("name", [*PAPER, "shoulders"])
 def test_plain_yade_runs_each_scene(checkout, command, name):
     require("yade")
     done = command(yade(name, "duration=0.002", "frames=2"), checkout, PYTHONPATH="yade_scripts")

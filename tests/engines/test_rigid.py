@@ -9,7 +9,7 @@ import pytest
 
 from analysis.dumps import contacts_at, index_contacts, index_dump, open_bodies, snapshot_of
 from analysis.engines import RIGID, EngineError
-from analysis.engines.programs.rigid import NAMES, main
+from analysis.engines.programs.rigid import NAMES, main, motion_of
 from analysis.engines.run import simulate
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
@@ -101,12 +101,13 @@ def test_the_same_scene_gives_the_same_bytes_and_an_interrupted_run_goes_on(tmp_
     for folder in (whole, parted):
         crowd().with_contact(friction=friction).model_copy(update={"name": "scene"}).write(folder)
     assert main([str(whole / "scene.toml"), "--out", str(whole)]) == 0
-    wanted = [(whole / name).read_bytes() for name in NAMES]
+    names = (*NAMES, "energy.csv")
+    wanted = [(whole / name).read_bytes() for name in names]
     # the dumps of a run that was killed while it wrote: each broken off somewhere else
-    for name, content, share in zip(NAMES, wanted, (0.6, 0.9, 0.45), strict=True):
+    for name, content, share in zip(names, wanted, (0.6, 0.9, 0.45, 0.7, 0.8), strict=True):
         (parted / name).write_bytes(content[: int(share * len(content))])
     assert main([str(parted / "scene.toml"), "--out", str(parted)]) == 0
-    assert [(parted / name).read_bytes() for name in NAMES] == wanted
+    assert [(parted / name).read_bytes() for name in names] == wanted
 
 
 def test_a_killed_run_is_resumed_by_the_next_one(tmp_path):
@@ -141,7 +142,13 @@ def test_steps_that_cannot_be_are_refused(tmp_path, change, message):
 def test_a_step_without_an_answer_stops_the_run(tmp_path, monkeypatch):
     scene = crowd().model_copy(update={"name": "scene"})
     scene.write(tmp_path)
-    monkeypatch.setattr("nscd.stepping.motion.STALLED", 0.0)
+
+    def unsolved(*given):
+        motion = motion_of(*given)
+        motion._core.stalled = -1.0
+        return motion
+
+    monkeypatch.setattr("analysis.engines.programs.rigid.motion_of", unsolved)
     assert main([str(tmp_path / "scene.toml"), "--out", str(tmp_path)]) == 3
 
 

@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 import shapely
 
+from analysis.engines.run import finished_run
+from analysis.engines.run import simulate as made
+from analysis.scene import way as search
 from analysis.scene.scene import read_scene
 from analysis.scene.schema import Run
 from nscd import Snapshot
@@ -68,3 +71,14 @@ def test_all_engines_walk_the_same_way(simulate, spread):
         np.testing.assert_allclose(one, other, rtol=0, atol=1e-9)
     moved = np.hypot(*(runs["lammps"][c][-1] - runs["lammps"][c][0] for c in "xy"))
     assert np.median(moved) > 3 * drive.way.cell
+
+
+def test_a_run_on_a_way_that_is_found_otherwise_now_is_rerun(tmp_path, monkeypatch):
+    scene = read_scene("turns").with_run(duration_s=0.01, frames=1)
+    record = made(scene, "rigid", tmp_path / "run")
+    assert finished_run(scene, "rigid", tmp_path / "run") == record
+    monkeypatch.setattr(search, "RING", 12)
+    search._found.cache_clear()
+    other = scene.rerouted()
+    search._found.cache_clear()
+    assert finished_run(other, "rigid", tmp_path / "run") is None

@@ -195,6 +195,16 @@ def test_what_is_known_of_the_reactions(written):
         assert file["crowd/dt"].attrs["unit"] == "s"
         assert file["crowd/dt"][0] == found.window
         assert file["crowd"].attrs["source"] == "a room"
+        bounds = truth["lower"][()], np.nan_to_num(truth["upper"][()], nan=np.inf)
+    write_problem(path.with_name("mean.hdf5"), found, {}, openness="ensemble")
+    with h5py.File(path.with_name("mean.hdf5")) as file:
+        truth = file["truth"]
+        mean, sd = truth["mean"][()], truth["sd"][()]
+        assert truth.attrs["sampling"] == "converged"
+        assert (bounds[0] - 1e-6 <= mean).all()
+        assert (mean <= bounds[1] + 1e-6).all()
+        assert ((sd < 1e-6) >= (known == 1)).all()
+        assert "lower" not in truth
 
 
 def test_a_run_a_dump_and_a_scene_by_command(percussions, tmp_path):

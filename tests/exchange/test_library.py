@@ -10,13 +10,14 @@ import time
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.optimize import linprog
 
 from analysis.exchange.fclib import read_answer, read_problem, write_answer
 from analysis.exchange.problem import ExchangeError
-from benchmarks.problems.judge import Verdict, judge
-from benchmarks.problems.score import SHIFT, Scores
+from benchmarks.problems.judge import judge
+from benchmarks.problems.score import SHIFT, means, profiles, times, with_friction
 from benchmarks.problems.writing import PROBLEMS, Problem, read_manifest, write_library, write_one
 from nscd.friction.planar import solve_planar
 
@@ -143,25 +144,22 @@ def test_with_friction_the_residual_alone_is_judged(library, judged):
 
 
 def test_means_and_profiles_of_made_up_times():
-    def took(seconds, why=""):
-        return Verdict(residual=0, velocity=0, determined=0, outside=0, seconds=seconds, why=why)
-
-    scores = Scores(
-        solvers=("fast", "slow", "liar"),
-        problems=({"friction": 0.0},) * 2 + ({"friction": 0.3},),
-        verdicts=(
-            (took(1.0), took(4.0), None),
-            (took(2.0), None, took(1.0)),
-            (took(0.1, "residual 1"), took(0.1, "residual 1"), None),
-        ),
-    )
-    smooth = scores.of(False)
+    told = [
+        *(("fast", "a", 0.0, 1.0), ("fast", "b", 0.0, 4.0), ("slow", "a", 0.0, 2.0)),
+        *(("slow", "c", 0.3, 1.0), ("liar", "a", 0.0, 0.1), ("liar", "b", 0.0, 0.1)),
+    ]
+    scores = pd.DataFrame(told, columns=["solver", "problem", "mu", "cpu_s"])
+    scores["verdict"] = np.where(scores.solver == "liar", "wrong", "right")
+    missing = [("slow", "b", 0.0), ("fast", "c", 0.3), ("liar", "c", 0.3)]
+    rest = pd.DataFrame(missing, columns=["solver", "problem", "mu"]).assign(verdict="missing")
+    scores = pd.concat([scores, rest])
+    seconds = times(with_friction(scores, False)).loc[["fast", "slow", "liar"]]
     fast = math.sqrt((1 + SHIFT) * (4 + SHIFT)) - SHIFT
     slow = math.sqrt((2 + SHIFT) * (10 + SHIFT)) - SHIFT
-    assert smooth.means(10.0) == pytest.approx([fast, slow, 10.0])
-    shares = smooth.profiles(np.array([1.0, 1.9, 2.0, 100.0]))
+    assert means(seconds, 10.0).tolist() == pytest.approx([fast, slow, 10.0])
+    shares = profiles(seconds, np.array([1.0, 1.9, 2.0, 100.0])).to_numpy()
     assert shares.tolist() == [[1, 1, 1, 1], [0, 0, 0.5, 0.5], [0, 0, 0, 0]]
-    assert scores.of(True).solvers == ("slow",)
+    assert list(with_friction(scores, True).solver) == ["slow"]
 
 
 @pytest.fixture

@@ -15,6 +15,7 @@ from analysis.exposure.loads import (
     exposure_rows,
     loads_of,
     read_exposure,
+    values_of,
     write_exposure,
 )
 from analysis.film.page import force_notes
@@ -113,6 +114,30 @@ def test_the_line_load_is_that_of_the_worst_metre():
     assert not loads["density"].size
 
 
+def test_a_person_of_two_disks_bears_what_both_do():
+    """Two dumbbells, each before the other's disks and one at a wall, by hand."""
+    places = [[0.0, 0.0], [0.4, 0.0], [0.4, 0.3], [0.0, 0.3]]
+    now = disks_at(places, (1.0, 0.0), 0.2, 30.0).joined([9, 5, 5, 9])
+    keys = np.array([[1, 1, 1], [1, 2, 0], [3, 4, 0]])
+    impulse = np.array([[-70.0, 0.0], [30.0, 0.0], [-40.0, 5.0]])
+    window = Window(start=0.0, end=0.1, now=now, keys=keys, impulse=impulse)
+    scene = row().model_copy(update={"snapshot": now})
+    loads = loads_of(scene, window)
+    assert loads["contact_largest"] == pytest.approx([700.0, np.hypot(400, 50)])
+    assert loads["contact_sum"] == pytest.approx(
+        [1000 + np.hypot(400, 50), 300 + np.hypot(400, 50)]
+    )
+    assert loads["resultant"] == pytest.approx([50.0, np.hypot(700, 50)])
+    outline = 4 * 0.2 * (np.pi - np.arccos(0.3 / 0.4))
+    assert loads["pressure"] == pytest.approx(loads["contact_sum"] / outline, rel=1e-3)
+    people = window.of_people()
+    assert people.now.ids.tolist() == [1, 2]
+    np.testing.assert_allclose(people.now.position, [[0.0, 0.15], [0.4, 0.15]], atol=1e-15)
+    np.testing.assert_allclose(people.summed().impulse, [[-70.0, 0.0], [70.0, -5.0]])
+    assert people.of_people() is people
+    assert values_of(scene, window, loads)["walls"] == pytest.approx(700.0)
+
+
 def test_density_is_that_of_pedpy():
     """Where heads stand in the half disk before the door, PedPy counts the same density."""
     import pandas as pd
@@ -176,7 +201,7 @@ def test_users_add_and_replace_limits(tmp_path):
     assert len(known) == len(known_limits()) + 1
     # of a limit that the first screen of a report names
     path.write_text(OWN_LIMIT.replace("mine", "asphyxia_minutes"))
-    (said,) = force_notes({}, "run", 1.0, (path,))
+    (said,) = force_notes({}, 1.0, (path,))
     assert "500 N may kill, 6\u202f227 N in 15 s (estimates)" in said
     with pytest.raises(LimitError, match="no such file"):
         known_limits([tmp_path / "none.toml"])

@@ -6,7 +6,7 @@ import csv
 import numpy as np
 import pytest
 
-from analysis.cli.exposure import exposure
+from analysis.cli.compare import exposure
 from analysis.cli.options import OfFile
 from analysis.engines.run import simulate
 from analysis.exposure.limits import LimitError

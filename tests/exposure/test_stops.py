@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.exposure.limits import LimitError, known_limits
-from analysis.exposure.loads import RunLoads
-from analysis.exposure.stops import stops_of, write_stops
+from analysis.exposure.loads import RunLoads, stops_of, write_stops
 from analysis.scene.scene import read_scene
 
 HIGH, LOW = 7000.0, 10.0

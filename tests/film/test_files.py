@@ -240,7 +240,12 @@ def test_a_trajectory_with_its_geometry_needs_no_room(tmp_path, kind):
     assert last.found.largest == pytest.approx(0.0, abs=1e-6)  # they push away from the wall
     if kind == "h5":
         reels = film_heads(Recording.read(path), None, [0.2], Frames.parse("10"))
-        assert headline_rows(reels)[1][2][0] == "load on all walls (N·s)"
+        titles = [row[0] for row in headline_rows(reels)[1][:3]]
+        sums = [
+            f"sum of percussions on {where} (N·s)"
+            for where in ("the most loaded person", "all walls")
+        ]
+        assert titles == ["largest percussion (N·s)", *sums]
         assert "what stops the measured" in _what(words_of(reels), reels, "t.h5")[-1]
 
 
@@ -267,3 +272,42 @@ def test_a_trajectory_that_jupedsim_wrote(percussions, tmp_path):
     assert column(tmp_path / "sqlite/film.csv", "walls_Ns") == column(
         tmp_path / "h5/film.csv", "walls_Ns"
     )
+
+
+def test_a_film_of_a_room_without_doors_says_nothing_of_a_door(percussions, row):
+    room = "".join(line for line in (WALL + ROOM).splitlines(True) if "door" not in line)
+    (row / "room.toml").write_text(room.replace('aim = "centre"\n', ""))
+    made = percussions("film", "row.dump", *TIMED)
+    assert made.returncode == 0, made.stderr
+    assert "of the door" not in made.stdout
+    assert "pressure_door_N_per_m" not in (row / "film/film.csv").read_text()
+
+
+def test_a_film_shows_the_mean_and_nine_tenths_of_all_admissible_states(percussions, tmp_path):
+    """A flower of seven: spokes s are even on [0, m U], and the rim has m U − s. So the largest is
+    max(s, m U − s), and who bears most max(6 s, 2 m U − s)."""
+    angle, load = np.pi / 3 * np.arange(6), 150.0
+    rim = np.column_stack([np.cos(angle), np.sin(angle)])
+    rows = [[2 + i, *(0.5 * at), 0.25, 75, *(-2.0 * at)] for i, at in enumerate(rim)]
+    made = "".join(frame(step, [[1, 0, 0, 0.25, 75, 0, 0], *rows]) for step in range(3))
+    (tmp_path / "flower.dump").write_text(made)
+    (tmp_path / "wall.toml").write_text(WALL.replace("0.0, ", "-9.0, "))
+    how = ("flower.dump", "--room", "wall.toml", "--time-step", 1, "--frames", "0", "--openness")
+    done = percussions("film", *how, "ensemble")
+    assert done.returncode == 0, done.stderr
+    (row,) = table(tmp_path / "film" / "film.csv")
+    share = np.linspace(0, 1, 100001)
+    laws = {
+        "contact_largest": np.maximum(share, 1 - share),
+        "person_largest": np.maximum(6 * share, 2 - share),
+        "walls": 0 * share,
+    }
+    for name, law in laws.items():
+        found = [float(row[f"{name}{end}_Ns"]) / load for end in ("", "_low", "_high")]
+        expected = [law.mean(), *np.quantile(law, [0.05, 0.95])]
+        assert found == pytest.approx(expected, abs=0.1 * np.ptp(law) + 1e-9), name
+    page = (tmp_path / "film" / "film.html").read_text()
+    assert "and 90 % of admissible percussions" in " ".join(page.split())
+    assert percussions("film", *how, "ranges").returncode == 0
+    (row,) = table(tmp_path / "film" / "film.csv")
+    assert float(row["contact_largest_high_Ns"]) == pytest.approx(load)

@@ -13,7 +13,7 @@ import pytest
 from analysis.engines import engine
 from analysis.engines.run import simulate
 from analysis.film.export import export, film_heads, film_runs
-from analysis.film.frame import RIGID, Frames
+from analysis.film.frame import ENGINE, RIGID, Frames
 from analysis.film.page import _headlines, _what, draw_still, packed, words_of, write_film
 from analysis.film.summary import headline, headline_rows, left_open, table, write_table
 from analysis.pages.numbers import significant
@@ -107,7 +107,7 @@ def test_the_picture_and_the_viewer_have_the_limits_of_the_user(reels, tmp_path)
     assert not legend.get_window_extent().overlaps(label)
     coded = json.loads(gzip.decompress(base64.b64decode(packed(reels, (own,)))))
     named = [text.get_text() for text in legend.get_texts()]
-    assert named == [f"above {significant(one['number'], 4)} N" for one in coded["limits"]]
+    assert named == [f"above {significant(one, 4)} N" for one in coded["limits"]]
     assert "above 500 N" in named
 
 
@@ -161,7 +161,7 @@ def test_what_equilibrium_fixes_is_said_of_this_film_alone(reels):
     said = _headlines(words_of(wide), wide).caption
     assert "does not fix all of these numbers in 3 of 4 frames: the bounds" in said
     assert "up to 150 % of its mean apart" in said
-    assert "In up to 1 frame the bounds" in said
+    assert "In up to 1 frame bounds are" in said
 
 
 @pytest.mark.skipif(engine("lammps").find() is None, reason="no LAMMPS")
@@ -209,6 +209,25 @@ def test_runs_of_one_engine_are_kept_apart(tmp_path):
     assert "different crowds, of 2, 2, 4 people" in said
     with pytest.raises(ValueError, match=r"\.\./soft/run: is given twice"):
         film_runs([soft, few / ".." / ".." / "soft" / "run"])
+
+
+def test_people_of_three_disks_are_drawn_and_counted_as_they_are(tmp_path):
+    """Forces on a person are those on its disks; of open ones the bounds hold the value."""
+    simulate(make("shoulders", 8).with_run(duration_s=1.4, frames=4), "yade", tmp_path / "run")
+    (reel,) = reels = film_runs([tmp_path / "run"])
+    (viewed,) = unpacked(reels)["reels"]
+    assert viewed["person"] == np.repeat(np.arange(0, 24, 3), 3).tolist()
+    end = reel.frames[-1]
+    borne = np.zeros(8)
+    for force, ids, wall in zip(end.size(ENGINE), end.match.ids, end.match.is_wall, strict=True):
+        for one in ids[: 1 if wall else 2]:
+            borne[(one - 1) // 3] += force
+    assert end.values[ENGINE]["person_largest"][0] == pytest.approx(borne.max())
+    assert borne.max() > end.size(ENGINE).max()
+    value, low, high = end.values[RIGID]["person_largest"]
+    assert low - 1e-6 <= value <= high + 1e-6
+    names, rows = table(reels)
+    assert {row[names.index("people")] for row in rows} == {8}
 
 
 def in_centimetres(line):

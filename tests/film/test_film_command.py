@@ -108,7 +108,7 @@ def check_page(address, largest):
         said = page.locator(".now").inner_text()
         assert said.startswith("0.02 s, frame 40: largest force")
         number = float(said.split("force")[1].split("N")[0].replace("\u202f", ""))
-        assert number == float(f"{largest['lammps', '40']:.3g}")
+        assert number == float(f"{largest['lammps', '40']:.2g}")
         titles = page.locator(".view option").all_inner_texts()
         assert [title.split(",")[0] for title in titles] == [
             "stiff (LAMMPS)", "rigid (percussions)", "stiff − rigid", "rigid",
@@ -144,7 +144,7 @@ def check_page(address, largest):
     with opened(address, 390) as page:
         page.wait_for_function("document.querySelector('.now').textContent.includes('frame')")
         assert page.locator(".canvas").bounding_box()["width"] <= 390
-        assert "computed, not measured" in page.title()
+        assert "gate: forces computed, not measured" in page.title()
         seen = page.locator(".canvas, .ranges").evaluate_all(
             "all => all.map(one => one.getBoundingClientRect().bottom)"
         )
@@ -203,6 +203,7 @@ def test_a_film_of_your_own_table_as_in_the_docs(percussions, refused, tmp_path)
     said = refused("import", *words, "--frame", 0, "--name", "mine")
     assert "title, source, contact, run, analysis: Field required" in said
     assert percussions("film", *words).returncode == 0
+    assert "positions filmed, " in (tmp_path / "film/film.html").read_text()
     assert max(float(row["contact_largest_N"]) for row in rows_of(tmp_path / "film/film.csv")) > 0
 
 

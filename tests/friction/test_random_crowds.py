@@ -71,7 +71,7 @@ def test_friction_dissipates_and_stays_in_its_cone(snapshot, mu):
 
 def in_core(snapshot, contacts, mu):
     problem = friction_problem(snapshot, contacts, snapshot.velocity, ContactLaw(friction=mu))
-    return problem.in_core(snapshot.position)
+    return problem.in_core(snapshot)
 
 
 # As the core numbers them.

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from nscd import ContactLaw, Contacts, Walls, find_contacts, solve
-from nscd.indeterminacy.admissible import Admissible
 from nscd.indeterminacy.determinacy import determinacy_of
+from nscd.indeterminacy.equilibrium import Equilibrium
 from nscd.indeterminacy.intervals import Intervals, weights_of_contacts
 from tests.crowds import disks_at
 from tests.friction.coulomb import Dense, all_answers
@@ -96,7 +96,7 @@ def test_the_walls_of_a_wedge_press_harder_where_friction_holds_against_them(deg
     alpha = np.radians(degrees)
     snapshot, contacts = disk_in_a_wedge(alpha)
     answer = solve(snapshot, contacts, law=ContactLaw(friction=mu), tolerance=1e-12)
-    held = Admissible.with_friction(contacts, answer)
+    held = Equilibrium.with_friction(contacts, answer)
     # λ cos α − T sin α = ½ m u with |T| ≤ μλ
     ends = [37.5 / (np.cos(alpha) + way * mu * np.sin(alpha)) for way in (1.0, -1.0)]
     locked = mu >= 1 / np.tan(alpha)
@@ -118,7 +118,7 @@ def test_a_disk_that_slides_is_determined():
     snapshot, contacts = disk_in_a_wedge(np.radians(40.0))
     one = contacts.select([0])
     answer = solve(snapshot, one, law=ContactLaw(friction=0.05), tolerance=1e-12)
-    held = Admissible.with_friction(one, answer)
+    held = Equilibrium.with_friction(one, answer)
     found = determinacy_of(held)
     assert (found.rank, found.redundant) == (1, 0)
     assert found.normal.all()
@@ -136,7 +136,7 @@ def test_the_dimension_is_that_of_the_dense_null_space_of_a_pile_that_sticks():
     assert np.abs(answer.right_velocity).max() < 1e-12  # all stick
     dense = Dense(snapshot, contacts, snapshot.velocity)
     rank = np.linalg.matrix_rank(np.vstack([dense.N, dense.T]))
-    held = Admissible.with_friction(contacts, answer)
+    held = Equilibrium.with_friction(contacts, answer)
     found = determinacy_of(held)
     assert found.rank == rank
     assert found.redundant == 2 * len(contacts) - rank > 0
@@ -152,6 +152,6 @@ def test_what_the_intervals_are_not_for_is_refused():
     soft = solve(snapshot, contacts, law=ContactLaw(friction=0.1, restitution=0.5))
     for answer in (smooth, soft):
         with pytest.raises(ValueError, match=r"^answer:"):
-            Admissible.with_friction(contacts, answer)
+            Equilibrium.with_friction(contacts, answer)
     with pytest.raises(ValueError, match=r"^answer: it has friction"):
-        Admissible.of(contacts, rough)
+        Equilibrium.of(contacts, rough)

@@ -7,8 +7,7 @@ import pytest
 from analysis.dumps import DumpError
 from analysis.dumps.windows import RunWindows, Window
 from analysis.engines.run import simulate
-from analysis.exposure.arches import arch_in, arches_of, share_of
-from analysis.exposure.loads import MEASURES, RunLoads, read_exposure
+from analysis.exposure.loads import MEASURES, RunLoads, arch_in, arches_of, read_exposure, share_of
 from analysis.motion.study import (
     Model,
     difference_words,

@@ -11,7 +11,7 @@ from scipy.sparse import csr_array
 from analysis.exchange.problem import GlobalProblem
 from nscd import ContactLaw, Walls, find_contacts, solve
 from nscd.friction.planar import natural_map
-from nscd.indeterminacy import admissible, determinacy, intervals, least_energy
+from nscd.indeterminacy import determinacy, equilibrium, intervals, nearest
 from nscd.rivals import first_order
 from nscd.stress import Kernel, smear, stress_field
 from tests.crowds import disks_at, lattice
@@ -161,7 +161,7 @@ def test_crowds_of_bodies_against_a_quadratic_program(seed):
     reaction = nnls((normal / root).T, root * left)[0]
     exact = left - normal.T @ reaction / mass
     asked = ("auto", 1e-10), ("interior_point", 1e-3), ("active_set", 1e-8)
-    for solver, tolerance in (*asked, ("projected_gradient", 1e-9)):
+    for solver, tolerance in asked:
         found = solve(crowd, contacts, tolerance=tolerance, solver=solver, canonical=False)
         error = np.sqrt(mass @ (after(crowd, found) - exact) ** 2 / crowd.bodies.mass.sum())
         assert found.status == "solved"
@@ -169,6 +169,14 @@ def test_crowds_of_bodies_against_a_quadratic_program(seed):
         assert found.velocity_error <= 1e3 * (tolerance + 1e-11)
     change = 0.5 * mass @ (exact**2 - left**2)
     assert percussions_of(crowd, contacts).energy_change == pytest.approx(change, rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_few_factorisations_tell_the_closed_contacts(seed):
+    crowd, contacts = some_bodies(seed, side=10)
+    found = percussions_of(crowd, contacts)
+    assert "firmer" in found.choice
+    assert found.iterations <= 20
 
 
 def percussions_of(crowd, contacts, **law):
@@ -202,7 +210,7 @@ def test_intervals_of_bodies_against_linear_programs(seed):
     normal, _, mass, left = rows_of(crowd, contacts)
     closed = normal @ after(crowd, found) >= -1e-6
     balance, right = normal[closed].T, mass * (left - after(crowd, found))
-    held = intervals.Intervals(admissible.Admissible.of(contacts, found))
+    held = intervals.Intervals(equilibrium.Equilibrium.of(contacts, found))
     widths = []
     for c in np.flatnonzero(closed)[:8]:
         mine = held.of(intervals.weights_of_contacts(contacts, c))
@@ -215,7 +223,7 @@ def test_intervals_of_bodies_against_linear_programs(seed):
         widths.append(mine.width)
     assert max(widths) > 1.0
     assert determinacy(contacts, len(crowd), crowd).rank == np.linalg.matrix_rank(normal)
-    least = least_energy.least_energy(contacts, found)
+    least = nearest.least_energy(contacts, found)
     np.testing.assert_allclose(found.reaction, least, atol=1e-6)
 
 
@@ -254,9 +262,10 @@ def test_models_of_disks_refuse_bodies():
     crowd, contacts = some_bodies(2)
     for model in (
         lambda: first_order(crowd, contacts),
+        lambda: solve(crowd, contacts, solver="projected_gradient"),
         lambda: GlobalProblem.of(crowd, contacts, crowd.velocity, np.zeros(len(contacts))),
     ):
-        with pytest.raises(ValueError, match="bodies of several disks, and it is for disks"):
+        with pytest.raises(ValueError, match="bodies of several"):
             model()
 
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nscd import ContactLaw, Walls, _core, find_contacts, solve
-from nscd.indeterminacy.least_energy import least_energy
+from nscd.indeterminacy.nearest import least_energy
 from nscd.solve import SOLVERS
 from tests.crowds import WALLS, disks_at, lattice, line
 
@@ -139,7 +139,7 @@ def test_first_order_solvers_refuse_dissipation():
 @given(st.integers(0, 10**6))
 def test_reactions_are_those_of_least_energy(seed):
     """The default λ is the least-norm one of all admissible percussions (an independent method:
-    orthogonal factors)."""
+    the interior point)."""
     snapshot = lattice(seed, decades=1.0)
     contacts, found = answer(snapshot)
     assert found.canonical

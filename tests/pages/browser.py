@@ -132,6 +132,11 @@ def has_its_verdicts(page, claims):
         mine = [claim for claim in claims if claim["verdict"] == verdict]
         assert shown.get_attribute("data-verdict") == verdict
         assert shown.locator("a").count() == len(mine)
+        raised = any("^" in claim["statement"][:50] for claim in mine)
+        assert (shown.locator("a sup").count() > 0, set("^~*`") & set(shown.inner_text())) == (
+            raised,
+            set(),
+        )
         for claim in mine:
             beside = page.locator(f"[data-figure='{claim['figure']}'] .claims").inner_text()
             assert verdict in beside.lower()

@@ -10,9 +10,8 @@ import pytest
 from analysis.engines.softness import softness
 from analysis.motion.study import MEASURES, study_motion
 from analysis.pages.numbers import between
-from analysis.pages.ranges import Bar, Chart
-from analysis.report.first import four, lead, marks_of, notes, range_of, verdicts
-from analysis.report.page import limits_table
+from analysis.pages.ranges import Chart
+from analysis.report.page import four, lead, limits_table, marks_of, notes, range_of, verdicts
 from analysis.report.runs import motion_of
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
@@ -33,6 +32,23 @@ def reported(tmp_path_factory):
     status, said, printed = in_fork(lambda: as_program(words, folder), 600)
     assert status == 0, said
     return printed, folder
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium (apt-get install chromium)")
+def test_the_film_goes_on_live(reported):
+    """From the frame that is shown, with the people where they are, at rest."""
+    with opened(reported[0].strip().splitlines()[-1], 1300) as page:
+        page.wait_for_function("document.querySelector('.now').textContent.includes('frame')")
+        first = page.locator(".film").first
+        first.locator("summary").click()
+        first.locator("button.live").click()
+        page.locator("#live canvas.canvas").wait_for()
+        while page.evaluate("explore.run.step") < 5:
+            page.wait_for_timeout(20)
+        assert page.evaluate("[explore.scene.name, explore.scene.disks.id.length]") == ["arch", 20]
+        x = page.evaluate("explore.scene.disks.x")
+        start = page.evaluate("explore.run.began.disks.u")
+        assert (set(start), len(set(x)) > 20) == ({0}, True)
 
 
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium (apt-get install chromium)")
@@ -57,8 +73,11 @@ def test_the_first_screen_has_the_film_and_four_ranges_without_scrolling(reporte
         said = " ".join(first.locator("h2, .lead, .glance").all_inner_texts())
         assert words(said) <= 120
         assert ("Red: limits" in said) == (page.locator(".glance .mark").count() > 0)
-        assert "20 disks push towards the door with 300 N each." in said
-        assert "kill in 4–6 minutes, 6\u202f227 N in 15 s (estimates). This run: 0.4 s" in said
+        assert "20 people push towards the door with 300 N each." in said
+        assert (
+            "kill in 4–6 minutes, 6\u202f227 N in 15 s (estimates). Here: peaks within 0.4 s"
+            in said
+        )
         values = page.locator(".glance .value").all_inner_texts()
         for text, found in zip(values, motion["four"].values(), strict=True):
             ends = [float(end) for end in text.split(" ")[0].replace("\u202f", "").split("–")]
@@ -67,7 +86,7 @@ def test_the_first_screen_has_the_film_and_four_ranges_without_scrolling(reporte
             assert [ends[0], ends[-1]] == pytest.approx(found["range"], rel=0.06, abs=near)
             assert not counts or "." not in text
         models = next(iter(motion["models"].values()))
-        for row in rows_of(page, "arch-numbers", "Beside those drawn above"):
+        for row in rows_of(page, "arch-numbers", "Mean, and in brackets 90"):
             (found,) = (
                 models[key]
                 for key, one in MEASURES.items()
@@ -87,6 +106,16 @@ def test_the_first_screen_has_the_film_and_four_ranges_without_scrolling(reporte
         for picture in page.locator("figure a[title]").all():
             file = folder / "report" / picture.get_attribute("href")
             assert min(file.with_suffix(e).stat().st_size for e in (".png", ".pdf")) > 1000
+
+
+def test_the_energy_of_the_first_run_is_drawn_and_sums_up(reported):
+    _, folder = reported
+    rows = np.genfromtxt(folder / "report/arch-energy.csv", delimiter=",", names=True)
+    lost, drive = rows["impact_J"].sum(), rows["drive_J"].sum()
+    assert drive > 100
+    assert rows["kinetic_J"][-1] == pytest.approx(drive - lost, rel=1e-10)
+    assert "Energy, error " in (folder / "report/index.html").read_text()
+    assert (folder / "report/figures/arch-energy.png").stat().st_size > 1000
 
 
 def test_the_sheet_is_one_page_for_a_safety_file(reported):
@@ -138,7 +167,7 @@ def test_what_nobody_knows_is_varied_one_thing_at_a_time(reported):
         "Pale: stiffness, friction varied." in notes(replace(study, models=study.models[:4]), [])[0]
     )
     widest = next(iter(range_of(study, "contact_largest").factors.values()))
-    assert f"** ({between(*widest)} N), " in matters
+    assert matters.partition(f"** matters most ({between(*widest)} N), ")[2].endswith(" N).")
     table = limits_table([study], (own,))
     assert [row[-1] for row in table.rows if "my own" in row[2]] == ["my report, 2026"]
     forces = [row for row in table.rows if row[1] == "largest contact force"]
@@ -155,19 +184,28 @@ def test_what_nobody_knows_is_varied_one_thing_at_a_time(reported):
 
 
 def test_labels_of_limits_lie_beside_each_other():
-    bar = Bar(mean=1.0, low=0.0, high=1.0)
-    chart = Chart(title="", unit="N", text="", bars=[bar], marks=(623.0, 1112.0, 6227.0))
+    chart = Chart("", "N", {"": (1.0, 0.0, 1.0)}, marks=(623.0, 1112.0, 6227.0))
     tops = (8e3, 4e4, 6.3e3)
     far, near, late = ([one[1:] for one in replace(chart, most=top).labelled] for top in tops)
-    assert far == [("623, 1\u202f112", False), ("6\u202f227", False)]
-    assert near == [("623, 1\u202f112, 6\u202f227", False)]
-    assert late[-1] == ("6\u202f227", True)  # it would leave the page
+    assert far == [("623, 1\u202f112\u202fN", False), ("6\u202f227\u202fN", False)]
+    assert near == [("623, 1\u202f112, 6\u202f227\u202fN", False)]
+    assert late[-1] == ("6\u202f227\u202fN", True)  # it would leave the page
+    # beside names the axis is shorter, and beyond its end is room
+    many = replace(chart, found={"a": (1.0, 0.0, 8e3), "b": (1.0, 0.0, 1.0)})
+    assert [one[1:] for one in many.labelled] == far
+    wider = replace(many, found=many.found | {"a": (1.0, 0.0, 1e4)})
+    assert [one[1:] for one in wider.labelled] == near
 
 
 def test_a_real_crowd_says_what_was_done_to_it(percussions, tmp_path):
-    made = percussions("report", "gate", "--engine", "lammps", "--stiffness", 1e6, "--seeds", 0)
+    read_scene("terrace").with_run(duration_s=0.4, frames=4).write(tmp_path)
+    some = ("--engine", "lammps", "--stiffness", 1e6, "--seeds", 0)
+    made = percussions("report", "gate", "terrace.toml", *some)
     assert made.returncode == 0, made.stderr
-    page = (tmp_path / "report/index.html").read_text()
+    page, _, slope = (tmp_path / "report/index.html").read_text().partition('id="terrace-at-a-')
+    # without a door nothing but the frames of a crowd varies, and the bars are theirs
+    assert slope.count('class="ranges many"') == 3
+    assert "median of 5 frames" in slope
     assert "Heads are not bodies" in page
     # without replicates there is a first screen, which claims no interval
     assert "has no replicates" in page

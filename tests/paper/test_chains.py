@@ -15,7 +15,7 @@ from analysis.paper.discrete import rival_forces as forces
 from analysis.paper.discrete.fig1_four_disks import influence, line_restitution, opening_threshold
 from analysis.paper.discrete.fig2_corridor import gaps_of, local_contacts, long_wave_speed
 from analysis.paper.discrete.fig3_chains import Chain, Trial, chain_of
-from analysis.paper.discrete.line_of_disks import aligned, newton_impact
+from analysis.paper.discrete.line_of_disks import newton_impact
 from analysis.scene.scene import read_scene
 from nscd import Walls, find_contacts, solve
 from nscd.rivals import SocialForceLaw, social_force
@@ -52,7 +52,7 @@ def test_a_chain_that_opens_is_seen_to_miss_the_closed_form():
     """The comparison can fail: (5) pulls where the left velocities grow along the chain in one
     place."""
     closing, opening = (
-        Trial.of(Chain(mass=np.full(4, 75.0), left=np.array(left), wall=False)).reaction_error
+        Trial(Chain(mass=np.full(4, 75.0), left=np.array(left), wall=False)).reaction_error
         for left in ([2.0, 0.5, 1.5, 0.0], [2.0, 0, 3, 0])
     )
     assert closing <= 1e-10 < 0.1 < opening
@@ -71,8 +71,7 @@ def test_the_section_on_chains_says_what_held(section):
 @pytest.mark.parametrize("e", [0.0, 0.4, 1.0])
 def test_newtons_law_for_a_line(disks, e):
     """u⁺ = (1+e)U/n, and for the first −eU more: −1/3, 2/3, 2/3 for three disks with e = 1."""
-    line = aligned(np.full(disks, 75.0), [1.0] + [0.0] * (disks - 1))
-    right = newton_impact(line, find_contacts(line, tolerance=1e-9), e)[:, 0]
+    right = newton_impact(np.full(disks, 75.0), [1.0] + [0.0] * (disks - 1), e)
     expected = np.full(disks, (1 + e) / disks)
     expected[0] -= e
     np.testing.assert_allclose(right, expected, atol=1e-12)

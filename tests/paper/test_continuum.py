@@ -18,7 +18,7 @@ from analysis.paper.continuum import fig7_border, fig10_density, fig11_left_velo
 from analysis.paper.continuum import fig8_turbulence as turbulence
 from analysis.paper.continuum import fig9_exit_pressure as exit_pressure
 from analysis.paper.continuum.exit_room import map_of
-from analysis.paper.continuum.fig8_turbulence import CHECKED, Case, Forces, Setting, Tried, readings
+from analysis.paper.continuum.fig8_turbulence import CHECKED, Case, Pair, Setting, Tried, readings
 from analysis.paper.page import CONTINUUM, Built, build, edition, keep, kept, label, write_pages
 from nscd.continuum.closed_forms import point_sink
 from tests.pages.browser import (
@@ -174,9 +174,13 @@ def test_readings_of_the_forces():
         ("people", replace(plain, person=1.0)),
         ("fine", replace(plain, mesh=0.5 * COARSE)),
     ):
-        pair = Forces(Case.UNIFORM, setting).pair(9.0)
-        assert pair.answer.status == pair.forces.turbulence.status == "solved"
-        found[name] = (pair.of_moduli(), pair.of_largest_cell(), pair.on_bodies())
+        pair = Pair(Case.UNIFORM, setting, 9.0)
+        assert pair.answer.status == pair.turbulence.status == "solved"
+        found[name] = (
+            turbulence.in_l2(pair),
+            turbulence.in_any_triangle(pair),
+            pair.bodies().in_l2(),
+        )
     assert found["people"] == pytest.approx(found["plain"], rel=1e-4)
     assert found["fine"][0] == pytest.approx(found["plain"][0], rel=0.1)
     assert found["fine"][1] < 0.6 * found["plain"][1]

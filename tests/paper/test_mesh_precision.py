@@ -11,12 +11,12 @@ from analysis.paper.continuum.mesh_precision import (
     ROOM,
     TABLE,
     Plan,
+    Study,
     build,
     evaluated,
     seconds_to,
-    study,
 )
-from analysis.paper.continuum.solid_chain import FROM_WALL_M, LENGTH, SPEED, varied
+from analysis.paper.continuum.solid_chain import FROM_WALL_M, LENGTH, SPEED, Varied
 from nscd.continuum.collision import collide
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.space import Space
@@ -28,7 +28,7 @@ SMALL = Plan(room=((2.0, 1.0), (2.0, 1.0)), references=(0.9, 0.6), annulus=((8, 
 
 @pytest.fixture(scope="module")
 def small():
-    return study(SMALL)
+    return Study(SMALL)
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -99,14 +99,14 @@ def test_section_says_what_its_table_holds(tmp_path):
 
 @pytest.fixture(scope="module")
 def found():
-    return solid_chain.chains(0.2)
+    return solid_chain.Chains(0.2)
 
 
 @pytest.mark.parametrize("ends", [(10.5, 3.5), (7.0, 7.0), (3.5, 10.5)])
 def test_a_chain_of_varying_density_against_a_boundary_value_problem(ends):
     """ρ(w − 2U) = k_v w″, w′(0) = 0, w(l) = U where it sticks; the percussion is −k_v w′, and that
     at the wall less k_s U is what the wall gives."""
-    rod, volume = varied(*ends, 0.2), 9.0
+    rod, volume = Varied(*ends, 0.2), 9.0
 
     def slopes(x, y):
         rho = ends[0] + (ends[1] - ends[0]) * x / LENGTH

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from analysis.cli.options import with_options
-from analysis.cli.solve import solve
+from analysis.cli.runs import solve
 from analysis.percussions.setting import Setting
 from analysis.percussions.solving import JOB, DumpToSolve, solve_dump, solve_in_chunks
 from analysis.support.frames import write_frame

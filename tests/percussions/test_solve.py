@@ -2,14 +2,17 @@
 
 import math
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import pytest
 
+from analysis.cli import options
 from analysis.dumps import DumpError, open_bodies, snapshot_of
 from analysis.percussions import PercussionAnalysis, Setting, percussions_of
 from analysis.percussions.setting import setting_beside
 from analysis.percussions.solving import DumpToSolve, solve_dump
+from analysis.percussions.table import Openness
 from analysis.scene.scene import SceneError, read_scene
 from analysis.scene.shipped_scenes import make
 from nscd import ContactLaw, Walls
@@ -296,3 +299,32 @@ def test_overlaps_that_no_crowd_has(tmp_path):
     with pytest.raises(DumpError, match=r"step 3: disk 1 and disk 2 overlap by 1.2 .*--largest-ov"):
         solved(path, tmp_path)
     assert len(solved(path, tmp_path, largest_overlap=2.0)) == 1
+
+
+def test_the_ensemble_has_mean_spread_and_a_status(tmp_path, monkeypatch):
+    """A flower of seven: each spoke has an even law on [0, m U], and so has each side of the rim."""
+    angle, load = np.pi / 3 * np.arange(6), 150.0
+    rim = np.column_stack([np.cos(angle), np.sin(angle)])
+    rows = [[2 + i, *(0.5 * at), 0.25, 75, *(-2.0 * at)] for i, at in enumerate(rim)]
+    path = dump_of(tmp_path, frame(0, [[1, 0, 0, 0.25, 75, 0, 0], *rows]))
+    found = solved(path, tmp_path, openness="ensemble")
+    assert len(found) == 12
+    for row in found:
+        assert (row["sampling"], row["determined"]) == ("converged", "0")
+        error = 4 * load / math.sqrt(12 * 100)  # of as few draws as are enough
+        assert float(row["mean_Ns"]) == pytest.approx(load / 2, abs=error)
+        assert float(row["sd_Ns"]) == pytest.approx(load / math.sqrt(12), abs=error)
+        assert 0 < float(row["q05_Ns"]) < 0.2 * load < 0.8 * load < float(row["q95_Ns"]) < load
+    monkeypatch.setattr("nscd.indeterminacy.ensemble.ENOUGH", 10**9)
+    job = DumpToSolve(path=path, setting=setting_beside(path, None), openness="ensemble")
+    said = solve_dump(job, tmp_path / "again.parquet")
+    assert said.unsolved == [f"{path}, step 0: sampling of 12 contacts not converged"]
+    oblique = [[1, 0, 0, 0.25, 75, 2, 1], [2, 0.5, 0, 0.25, 75, 0, 0]]
+    (row,) = solved(
+        dump_of(tmp_path, frame(0, oblique)), tmp_path, friction=0.5, openness="ensemble"
+    )
+    assert row["sampling"] == "determined"
+    assert (float(row["least_energy_Ns"]), float(row["mean_Ns"])) == pytest.approx((75, 75))
+    both = float(row["friction_least_energy_Ns"]), float(row["friction_mean_Ns"])
+    assert both == pytest.approx((12.5, 12.5))
+    assert get_args(options.Openness) == get_args(Openness)

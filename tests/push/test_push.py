@@ -387,19 +387,11 @@ def test_posture_and_room_at_the_wall_are_two_inputs(tmp_path):
 
 def test_baselines_know_no_mechanics():
     row = going()
-    base = {name: ways(row, scored_) for name, scored_ in _as_moved(row, [GAP]).items()}
+    base = {name: ways(row, one) for name, one in baselines(row, case_of([GAP], 0.5)).items()}
     assert np.ptp(base["nobody"]) == 0
     np.testing.assert_allclose(base["geometry"][:, 0], np.maximum(row.pushed - GAP, 0), atol=1e-9)
     late = np.interp(row.time - GAP / SPEED, row.time, row.pushed)
     np.testing.assert_allclose(base["copy"][:, 0], late, atol=1e-9)
-
-
-def _as_moved(row, gap):
-    still = rigid(row, case_of(gap, 0.5))
-    return {
-        name: still._replace(along=along)
-        for name, along in baselines(row, case_of(gap, 0.5)).items()
-    }
 
 
 def test_odds_are_given_only_where_all_draws_agree():

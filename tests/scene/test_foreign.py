@@ -63,9 +63,8 @@ def test_few_steps_of_vadere_that_are_many_frames_are_refused(tmp_path):
 
 
 def test_a_file_whose_library_finds_no_end_is_left(tmp_path, monkeypatch):
-    """The process is ended in the middle of its work, and the next file gets another."""
+    """The process is ended in the middle of its work."""
     file = archive(tmp_path / "walkers.h5")
-    monkeypatch.setattr(foreign, "_READER", foreign._Reader())
     monkeypatch.setattr(foreign, "LEAST_CPU_S", 0.01)  # too little to import h5py
     began = time.monotonic()
     with pytest.raises(UnreadableError, match=r"walkers\.h5: .* found no end within 0 s"):

@@ -12,6 +12,7 @@ from analysis.percussions.setting import Setting
 from analysis.percussions.solving import DumpToSolve, solve_dump
 from analysis.scene.drive import Goal
 from analysis.scene.scene import SceneError, read_scene
+from analysis.scene.shipped_scenes import variant
 from nscd import Walls
 from tests.crowds import disks_at
 
@@ -87,9 +88,27 @@ def test_people_are_bodies_in_their_push_and_goals(scene):
     cut = scene.model_copy(update={"drive": drive.model_copy(update={"goals": goals})})
     with pytest.raises(SceneError, match=r"drive\.goals: number 1: .* some disks of body 9"):
         cut.check("two.toml")
+    arms = scene.contact.model_copy(update={"arm_reach_m": 0.1, "arm_force_N": 100.0})
+    with pytest.raises(SceneError, match=r"contact.arm_reach_m: only for people of one disk"):
+        scene.model_copy(update={"contact": arms}).check("two.toml")
     vest = Sensor(name="vest", person=1, arc_deg=(0.0, 90.0), rate_Hz=10.0)
     with pytest.raises(ValueError, match="vests are for people of one disk"):
         vest.placed(scene)
+
+
+def test_another_crowd_of_a_scene_has_the_same_bodies(scene):
+    """All at other places, and each larger or smaller in all."""
+    other = variant(scene, 1).snapshot
+    for some in ([0, 1], [2, 3]):
+        was, now = (
+            one.position[some[1]] - one.position[some[0]] for one in (scene.snapshot, other)
+        )
+        size = other.radius[some[0]] / 0.2
+        np.testing.assert_allclose(now, size * was, atol=1e-12)
+        assert 0 < abs(size - 1) < 0.02
+    far = np.hypot(*(other.position - scene.snapshot.position).T)
+    assert (far > 1e-3).all()
+    np.testing.assert_allclose(other.bodies.inertia, [3.0, 5.0], rtol=0.04)
 
 
 BAD = {

@@ -3,23 +3,25 @@ file may say in place of radii and speeds."""
 
 import bz2
 import gzip
+import importlib
 import lzma
 
 import numpy as np
 import pytest
 
-from analysis.scene.anthropometry import Varied, bodies_of
+from analysis.scene.anthropometry import Varied, apart, bodies_of
 from analysis.scene.drive import Goal
 from analysis.scene.placement import check_room
 from analysis.scene.real.import_crowd import import_crowd
 from analysis.scene.real.trajectory import read_heads
 from analysis.scene.scene import Scene, SceneError, read_scene, scene_names
-from analysis.scene.shipped_scenes import MAKERS, make
+from analysis.scene.shipped_scenes import MAKERS, OF_FIXED_SIZE, make
 from analysis.support.files import shipped
 from nscd import Snapshot, Walls, find_contacts
+from tests.crowds import disks_at
 
 
-@pytest.mark.parametrize("name", MAKERS)
+@pytest.mark.parametrize("name", [*OF_FIXED_SIZE, *MAKERS])
 def test_committed_files_are_what_the_maker_writes(name, tmp_path):
     make(name).write(tmp_path)
     for suffix in (".toml", ".data"):
@@ -273,11 +275,19 @@ def test_a_scene_of_people_is_the_same_when_written_and_read_again(tmp_path):
         ("push_N = 150.0\nrelaxation_time_s = 1.0", 2.0, 1.0),
     ],
 )
-def test_a_push_gives_speed_and_relaxation_time(tmp_path, lines, speed, time):
+def test_a_push_gives_speed_and_relaxation_time_to_yade_s_script_too(
+    tmp_path, monkeypatch, lines, speed, time
+):
     old = "speed_m_per_s = 2.0\nrelaxation_time_s = 0.5"
-    drive = read_scene(written(tmp_path, old, lines)).drive
-    assert drive.speed_m_per_s == pytest.approx(speed)
-    assert drive.relaxation_time_s == pytest.approx(time)
+    scene = read_scene(path := written(tmp_path, old, lines))
+    assert scene.drive.speed_m_per_s == pytest.approx(speed)
+    assert scene.drive.relaxation_time_s == pytest.approx(time)
+    monkeypatch.syspath_prepend(str(shipped("yade_scripts")))
+    scripts = importlib.import_module("scene_file")
+    plain = scripts.read_scene(path, {})["drive"]
+    scripts.complete_drive(plain, scene.snapshot.mass)
+    assert plain["speed_m_per_s"] == scene.drive.speed_m_per_s
+    assert plain["relaxation_time_s"] == scene.drive.relaxation_time_s
 
 
 @pytest.mark.parametrize(
@@ -326,3 +336,14 @@ def test_half_are_men():
     assert mixed.mean() == pytest.approx(0.5 * (0.180 + 0.167), abs=1e-3)
     with pytest.raises(ValueError, match=r"'NHANES'\. There are: ANSUR II"):
         bodies_of("NHANES", 10, seed=1)
+
+
+@pytest.mark.parametrize("seed", [4, 8, 14])
+def test_nobody_is_pushed_apart_through_a_wall(seed):
+    """30 people of whom many overlap by half: at once, one would leave the room."""
+    place = np.random.default_rng(seed).uniform([-2.9, -0.9], [2.9, 0.9], (30, 2))
+    corners = np.array([[-3.0, -1.0], [3.0, -1.0], [3.0, 1.0], [-3.0, 1.0]])
+    walls = Walls(start=corners, end=np.roll(corners, -1, axis=0))
+    moved = apart(disks_at(place), walls)
+    assert (np.abs(moved.position) < [3.0, 1.0]).all()
+    assert find_contacts(moved, walls, tolerance=0.0).gap.min(initial=0.0) > -1e-9

@@ -15,7 +15,7 @@ from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from analysis.support.parallel import workers
 from analysis.work_precision import soft
-from analysis.work_precision.chart import Chart, measure
+from analysis.work_precision.chart import measure
 from analysis.work_precision.page import write_chart
 from analysis.work_precision.point import PointStatus, points_of_text, read_points
 from analysis.work_precision.soft import SoftSetting, run_soft, settings_of
@@ -126,7 +126,7 @@ def test_page_and_tables(tmp_path, monkeypatch):
 def test_seeds_put_whole_runs_on_the_page(measured, tmp_path, monkeypatch):
     """One crowd by LAMMPS at the scene's stiffness; the chart of one instant is at hand."""
     scene = make("four_disks").with_run(duration_s=0.02, frames=20, time_step_s=None)
-    at_hand = Chart(scene=scene, measured=measured, scaling=(), warnings=())
+    at_hand = dataclasses.replace(measured, scene=scene)
     monkeypatch.setattr("analysis.work_precision.chart.build_chart", lambda *_, **__: at_hand)
     monkeypatch.setattr("analysis.work_precision.whole_runs.ENGINES", (LAMMPS,))
     monkeypatch.setattr("analysis.work_precision.whole_runs.STIFFER", (1.0,))
@@ -165,9 +165,10 @@ def test_a_driven_crowd_has_the_continuum_on_its_page(tmp_path):
     )
     unsure = dataclasses.replace(first, status=PointStatus.INACCURATE, reason="residual 2 above 1")
     walls = tuple(q for q in measured.quantities if q.name == "wall_force")
-    shown = dataclasses.replace(measured, points=(unsure, *rest), quantities=walls)
-    made = Chart(scene=scene, measured=shown, scaling=(), warnings=())
-    written = write_chart(made, tmp_path / "chart", "a command")
+    shown = dataclasses.replace(
+        measured, scene=scene, points=(unsure, *rest), quantities=walls, warnings=()
+    )
+    written = write_chart(shown, tmp_path / "chart", "a command")
     answers_first(written.absolute().as_uri())
     page = written.read_text()
     assert read_points(tmp_path / "chart/points.json") == [unsure, *rest]

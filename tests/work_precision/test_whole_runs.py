@@ -87,7 +87,7 @@ def test_whole_runs_of_a_small_crowd(tmp_path):
     assert [(p.setting, p.crowds) for p in of_one] == [(RIGID, 2), (SOFT, 1)]
     assert 0 < points[-1].cpu_seconds < points[-1].with_impulses_s
     section = whole_runs_section(found)
-    assert "the reference, rigid model, 5 ms, crowd with crowd" in section.introduction[0]
+    assert "Errors are from rigid model, 5 ms, replicate by replicate" in section.introduction[0]
     assert [row[0] for row in section.tables[0].rows] == ["rigid model, 5 ms", "LAMMPS, 10⁶ N/m"]
     assert len(section.tables[0].head) == len(section.tables[0].rows[0])
     write_points(tmp_path, points, "whole_runs", WholeRunPoint)

@@ -9,6 +9,7 @@ whole frame, to the same digits."""
 
 import argparse
 import contextlib
+import itertools
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,6 +20,7 @@ import numpy as np
 from analysis.dumps import DumpError, index_dump, open_bodies, snapshot_of
 from analysis.dumps.bodies import JOINED
 from analysis.dumps.contacts import CONTACT_COLUMNS
+from analysis.engines.energy import CSV, DUMP, Account, kinetic, of_step
 from analysis.engines.guard import STOPPED_STATUS
 from analysis.engines.rigid import timing, tolerance_of
 from analysis.scene.scene import Scene, read_scene
@@ -26,8 +28,9 @@ from analysis.support.frames import IMPULSE_COLUMNS, write_frame
 from nscd import Snapshot
 from nscd.arrays import Floats
 from nscd.stepping import Motion, Push, StepError, WindowImpulses, WindowSums
+from nscd.stepping.motion import segments_of
 
-BODIES, CONTACTS, IMPULSES = NAMES = ("bodies.dump", "contacts.dump", "impulses.dump")
+BODIES, CONTACTS, IMPULSES, _ = NAMES = ("bodies.dump", "contacts.dump", "impulses.dump", DUMP)
 BODY_COLUMNS = (
     "id", "type", "x", "y", "z", "radius", "mass", "vx", "vy", "vz", "omegaz", "fx", "fy",
 )  # fmt: skip
@@ -49,7 +52,7 @@ def main(words: Sequence[str] | None = None) -> int:
     step, state = _last_frame(given.out, scene)
     mode = "a" if step else "w"
     with contextlib.ExitStack() as stack:
-        opened = [(given.out / name).open(mode, encoding="utf-8") for name in NAMES]
+        opened = [(given.out / name).open(mode, encoding="utf-8") for name in (*NAMES, CSV)]
         return _Run(scene, state, step, *map(stack.enter_context, opened)).to_the_end()
 
 
@@ -82,9 +85,9 @@ def _last_frame(out: Path, scene: Scene) -> tuple[int, Snapshot]:
     """The step and the state after which to go on: of the last frame that all dumps have whole,
     which then end with it; else of the start."""
     whole = []
-    for name, kind in zip(NAMES, ("ATOMS", "ENTRIES", "ENTRIES"), strict=True):
+    for name in NAMES:
         try:
-            whole.append(_cut(out / name, kind))
+            whole.append(_cut(out / name, "ATOMS" if name == BODIES else "ENTRIES"))
         except (DumpError, OSError):
             return 0, scene.snapshot
     last = min(ends[-1][0] for ends in whole if ends) if all(whole) else 0
@@ -93,6 +96,10 @@ def _last_frame(out: Path, scene: Scene) -> tuple[int, Snapshot]:
     for name, ends in zip(NAMES, whole, strict=True):
         with (out / name).open("r+b") as file:
             file.truncate(dict(ends)[last])
+    # a row is written before the frames of its step
+    with (out / CSV).open("r+b") as table:
+        rows = itertools.islice(table, 2 + last // timing(scene).frame_interval)
+        table.truncate(sum(map(len, list(rows))))
     trajectory = open_bodies(out / BODIES, timing(scene).time_step).trajectory
     return last, snapshot_of(trajectory[len(trajectory) - 1])
 
@@ -116,8 +123,10 @@ class _Run:
 
     def __init__(self, scene: Scene, state: Snapshot, step: int, *files: IO[str]) -> None:
         self.scene, self.timing, self.step = scene, timing(scene), step
-        self.bodies, self.contacts, self.impulses = files
+        self.bodies, self.contacts, self.impulses, losses, table = files
         self.motion = motion_of(scene, state)
+        held = kinetic(self.motion.snapshot()) + self._stored() if step else None
+        self.account = Account(table, losses, held)
 
     def to_the_end(self) -> int:
         """Step to the end of the scene; return the exit status."""
@@ -137,6 +146,8 @@ class _Run:
                 windows.add(done.neighbours, done.reaction, done.friction)
                 if done.arms:
                     windows.add(*done.arms)
+                lost = of_step(self.scene.snapshot, done.neighbours, done.energy)
+                self.account.add(done.energy.drive, done.energy.weight, lost)
                 self.step += 1
                 if self.step % every == 0:
                     self._write(windows.close(self.step * h), before)
@@ -149,11 +160,21 @@ class _Run:
             return STOPPED_STATUS
         return 0
 
+    def _stored(self) -> float:
+        """The energy of arms (J)."""
+        motion, arms = self.motion, self.scene.contact.arms
+        if arms is None:
+            return 0.0
+        walls = segments_of(self.scene.wall_segments())
+        return float(arms.energy(arms.reached(motion.position, motion.radius, walls)[0].gap).sum())
+
     def _write(self, window: WindowImpulses, before: Floats) -> None:
         """A frame of each dump: the window that ends now, and the velocity (n,2) m/s at its
         start."""
         disks, motion, step = self.scene.snapshot, self.motion, self.step
         duration = window.duration or np.inf
+        time, moving = step * self.timing.time_step, kinetic(motion.snapshot())
+        self.account.write(step, time, moving, self._stored())
         none = np.zeros(len(disks))
         mean_force = disks.mass[:, None] * (motion.velocity - before) / duration
         columns = [disks.ids, np.ones(len(disks), int), *motion.position.T, none, disks.radius]
@@ -180,8 +201,7 @@ class _Run:
         overlap = -window.gap if self.scene.contact.arms else np.maximum(0.0, -window.gap)
         table = [*pairs, *(sign * window.normal).T, overlap, *(impulse / duration).T]
         write_frame(self.contacts, "ENTRIES", step, CONTACT_COLUMNS, table)
-        kinetic = 0.5 * float(disks.mass @ (motion.velocity**2).sum(1))
-        _say(f"{step:10d} {step * self.timing.time_step:.6g} {len(disks)} {kinetic:.8g}")
+        _say(f"{step:10d} {time:.6g} {len(disks)} {moving:.8g}")
 
 
 def _say(line: str) -> None:

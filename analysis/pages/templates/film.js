@@ -1,17 +1,16 @@
-"use strict";
 // The viewers of a page: each unpacks the numbers that film/page.py packed, and draws them. Nothing is loaded.
 document.querySelectorAll(".film").forEach(async (root) => {
   const $ = (name) => root.querySelector(`.${name}`);
   const [play, slider, views, colours, person, now, canvas, table] =
     ["play", "frame", "view", "colour", "person", "now", "canvas", "contacts"].map($);
-  const NOBODY = "#f2f2f2", key = $("key"), still = matchMedia("(prefers-reduced-motion: reduce)");
+  const key = $("key");
   if (!("DecompressionStream" in window)) {
     root.hidden = false;
     now.textContent = "This browser cannot unpack the film. Its pictures and tables are below.";
     return;
   }
   const scales = {};
-  const film = await unpacked($("packed").innerHTML.trim());
+  const film = await unpacked($("packed").innerHTML).json();
   root.previousElementSibling.remove();
   root.hidden = false;
   // what can be shown: each model of each reel and, where their units are the same, the difference
@@ -37,17 +36,13 @@ document.querySelectorAll(".film").forEach(async (root) => {
   const view = () => shown[views.value];
   slider.value = peaks(view()).indexOf(Math.max(...peaks(view())));
 
-  let chosen = -1;  // a person's place among the ids of the reel
+  let chosen = -1;  // the place of a person's first disk among the ids of the reel
   let timer = 0, box;
 
-  async function unpacked(text) {
-    const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
-    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
-    return new Response(stream).json();
-  }
-
   function decode(reel) {
-    const last = new Map();
+    const last = new Map(), members = new Map(reel.person.map((who) => [who, []]));
+    reel.person.forEach((who, one) => members.get(who).push(one));
+    reel.members = [...members];
     const summed = (steps) => { let sum = 0; return steps.map((step) => (sum += step)); };
     for (const frame of reel.frames) {
       if (!frame.p) continue;
@@ -82,18 +77,6 @@ document.querySelectorAll(".film").forEach(async (root) => {
     return `rgb(${from.map((value, k) => Math.round(value + (place - low) * (to[k] - value)))})`;
   }
 
-  // of a person: forces by the limits that they exceed, percussions in shades
-  function tint(most, unit) {
-    return unit === "N" ? film.above[film.limits.filter((limit) => most > limit.number).length] : shade(most / scales[unit]);
-  }
-
-  function number(value, unit) {
-    if (value === null) return "–";
-    const digits = value && Math.abs(value) < 10 ? 1 : 0;
-    const text = value.toFixed(digits).replace(/\B(?=(\d{3})+(?!\d))/g, "\u202f").replace("-", "−");
-    return unit ? `${text} ${unit}` : text;
-  }
-
   function fit() {
     const { reel } = view();
     // where people are in any frame, and the door; the whole room where it is not far larger
@@ -101,62 +84,40 @@ document.querySelectorAll(".film").forEach(async (root) => {
     const door = reel.doors.flatMap(one => [one.slice(0, 2), one.slice(2)]);
     const near = places.concat(door, places.length ? [] : [[0, 0], [1, 1]]);
     const margin = 1.5 * film.place * Math.max(...reel.radius, 1);
-    const about = (all) => [0, 1].flatMap((k) => [Math.min, Math.max].map((pick) => all.reduce((best, one) => pick(best, one[k]), all[0][k])));
-    const whole = about(near.concat(reel.walls.flatMap((one) => [one.slice(0, 2), one.slice(2)])));
-    const size = ([x0, x1, y0, y1]) => Math.max(x1 - x0, y1 - y0);
-    const [x0, x1, y0, y1] = size(whole) <= 1.5 * size(about(near)) ? whole : about(near);
-    const width = canvas.clientWidth, across = x1 - x0 + 2 * margin, up = y1 - y0 + 2 * margin;
-    const tall = (width < 480 ? 0.24 : 0.58) * Math.max(innerHeight, 560);
-    const scale = Math.min(width / across, tall / up), sharp = devicePixelRatio || 1;
-    canvas.style.height = `${scale * up}px`;
-    canvas.width = width * sharp;
-    canvas.height = scale * up * sharp;
-    const left = (width - scale * across) / 2;
-    box = { scale, sharp, to: ([x, y]) => [left + scale * (x - x0 + margin), scale * (y1 + margin - y)] };
+    const walls = reel.walls.flatMap((one) => [one.slice(0, 2), one.slice(2)]);
+    box = fitted(canvas, boxOf(near, walls, 1.5, margin), [0.24, 0.58]);
   }
 
   function end(reel, frame, i) {  // of the line of a contact: the other person, or the nearest of the wall
-    const b = frame.b[i];
-    if (b >= 0) {
-      // across the end of a period, out of it
-      const [x, y] = frame.at.get(b), far = x - frame.at.get(frame.a[i])[0];
-      return [reel.period && Math.abs(far) > reel.period / 2 ? x - Math.sign(far) * reel.period : x, y];
-    }
-    const [x, y] = frame.at.get(frame.a[i]), [x0, y0, x1, y1] = reel.walls[-b - 1];
-    const [dx, dy] = [x1 - x0, y1 - y0];
-    const along = Math.min(1, Math.max(0, ((x - x0) * dx + (y - y0) * dy) / (dx * dx + dy * dy)));
-    return [x0 + along * dx, y0 + along * dy];
+    const b = frame.b[i], from = frame.at.get(frame.a[i]);
+    if (b >= 0) return across(frame.at.get(b), from, reel.period);
+    const wall = reel.walls[-b - 1];
+    return nearest(from, wall.slice(0, 2), wall.slice(2));
   }
 
   function largestOf(frame) {
-    const most = new Map();
+    const most = new Map(), { person } = view().reel;
     frame.a.forEach((a, i) => {
       const size = Math.abs(carried(frame, i) || 0);
-      for (const one of frame.b[i] < 0 ? [a] : [a, frame.b[i]]) most.set(one, Math.max(most.get(one) || 0, size));
+      for (const one of frame.b[i] < 0 ? [a] : [a, frame.b[i]]) most.set(person[one], Math.max(most.get(person[one]) || 0, size));
     });
     return most;
   }
 
   function draw() {
-    const { reel, kind, unit } = view(), frame = frameOf(), pen = canvas.getContext("2d");
-    const { scale, sharp, to } = box, by = kind === "difference" ? "difference" : colours.value;
-    pen.setTransform(sharp, 0, 0, sharp, 0, 0);
-    pen.clearRect(0, 0, canvas.width, canvas.height);
+    const { reel, kind, unit } = view(), frame = frameOf(), pen = cleared(canvas, box);
+    const { scale, to } = box, by = kind === "difference" ? "difference" : colours.value;
     canvas.classList.toggle("alarm", frame.s !== "solved" && (kind === "difference" || isRigid()));
     stroke(pen, "#000", 3, reel.walls.map(([a, b, c, d]) => [to([a, b]), to([c, d])]));
     for (const one of reel.doors) stroke(pen, "#666", 1, [[to(one.slice(0, 2)), to(one.slice(2))]], [4, 4]);
     if (frame.at) {
       const most = largestOf(frame);
-      frame.p.forEach((one, i) => {
-        const [x, y] = to(frame.at.get(one));
-        pen.beginPath();
-        pen.arc(x, y, scale * film.place * reel.radius[one], 0, 2 * Math.PI);
-        pen.fillStyle = by === "force" && most.get(one) ? tint(most.get(one), unit) : NOBODY;
-        pen.fill();
-        pen.lineWidth = one === chosen ? 4 : Math.min(0.8, 0.1 * scale * film.place * reel.radius[one]);
-        pen.strokeStyle = one === chosen ? "#000" : "#666";
-        pen.stroke();
-      });
+      // of a person with several disks what they cover together: all outlines before all areas
+      for (const [who, members] of reel.members) for (const paint of ["stroke", "fill"]) for (const one of members) {
+        if (!frame.at.has(one)) continue;
+        const force = by === "force" && most.get(who) || 0, fill = unit === "N" || !force ? tint(force, film) : shade(force / scales[unit]);
+        disk(pen, paint, to(frame.at.get(one)), scale * film.place * reel.radius[one], fill, who === chosen);
+      }
       frame.a.forEach((a, i) => {
         const size = carried(frame, i);
         if (!size) return;
@@ -185,26 +146,16 @@ document.querySelectorAll(".film").forEach(async (root) => {
     return [{ colour: "#666", dash: [2, 3] }, { colour: film.colours.open, dash: [5, 3] }, { colour: film.colours.known }][frame.d[i] + 1];
   }
 
-  function stroke(pen, colour, width, lines, dash = []) {
-    pen.strokeStyle = colour;
-    pen.lineWidth = width;
-    pen.setLineDash(dash);
-    pen.beginPath();
-    for (const [from, to] of lines) { pen.moveTo(...from); pen.lineTo(...to); }
-    pen.stroke();
-    pen.setLineDash([]);
-  }
-
   function say(frame) {
     const { reel, unit } = view();
     let most = 0;
     if (frame.a) frame.a.forEach((_, i) => { most = Math.max(most, Math.abs(carried(frame, i) || 0)); });
     const rigid = reel.units.percussions && (view().kind === "difference" || isRigid());
     const solved = frame.s !== "solved" ? `, percussions ${frame.s}: ${frame.why}` : rigid ? ", solved" : "";
-    const jump = reel.jumps.includes(frame.n) ? ", a number jumps since the frame before" : "";
+    const jump = reel.jumps.includes(frame.n) ? ", far from the frame before: doubtful" : "";
     const what = view().kind === "difference" ? "largest difference" : unit === "N" ? "largest force" : "largest percussion";
     now.textContent = `${frame.t.toFixed(2)} s, frame ${frame.n}: `
-      + `${what} ${number(+most.toPrecision(3), unit)}${reel.units.percussions ? solved : ""}${jump}.`;
+      + `${what} ${number(rounded(most), unit)}${reel.units.percussions ? solved : ""}${jump}.`;
     now.classList.toggle("alarm", frame.s !== "solved" && "percussions" in reel.units);
     slider.setAttribute("aria-valuetext", now.textContent);
   }
@@ -223,8 +174,8 @@ document.querySelectorAll(".film").forEach(async (root) => {
     if (unit !== "N") head[head.indexOf("force")] = "percussion";
     let sum = 0;
     const rows = [];
-    frame.a.forEach((a, i) => {
-      const b = frame.b[i], size = carried(frame, i);
+    frame.a.forEach((_, i) => {
+      const [a, b] = [frame.a[i], frame.b[i]].map((one) => reel.person[one] ?? one), size = carried(frame, i);
       if ((a !== chosen && b !== chosen) || size === null) return;
       sum += size;
       const other = b < 0 ? `wall ${reel.names[-b - 1]}` : `${reel.ids[a === chosen ? b : a]}`;
@@ -234,31 +185,19 @@ document.querySelectorAll(".film").forEach(async (root) => {
       rows.push(kind === "difference" ? [other, part(0), part(1), number(size, unit)]
         : isRigid() ? [other, number(size, unit), `${ends.join(" – ")} ${unit}`, known] : [other, number(size, unit)]);
     });
-    const made = document.createElement("table");
-    made.createCaption().textContent = `Person ${reel.ids[chosen]}: contacts ${rows.length}, sum ${number(sum, unit)}`;
-    const top = made.createTHead().insertRow();
-    head.forEach((text) => { const cell = document.createElement("th"); cell.textContent = text; top.append(cell); });
-    const body = made.createTBody();
-    rows.forEach((row) => {
-      const line = body.insertRow();
-      row.forEach((text, k) => { const cell = line.insertCell(); cell.textContent = text; cell.dataset.head = head[k]; });
-    });
-    table.append(made);
+    table.append(tableOf(`Person ${reel.ids[chosen]}: contacts ${rows.length}, sum ${number(sum, unit)}`, head, rows));
   }
 
   function explain() {
     const { reel, unit, kind } = view(), by = kind === "difference" ? kind : colours.value;
     const of = film.colours;
     const line = (colour, dash, text) => `<span><b class="line" style="border-color:${colour};border-top-style:${dash ? "dashed" : "solid"}"></b> ${text}</span>`;
-    const dot = (colour, text, size = "") => `<span><i style="background:${colour};${size}"></i> ${text}</span>`;
     const parts = {
       difference: () => [line(of.more, false, "more in soft bodies"), line(of.less, true, "more in rigid bodies")],
       open: () => [line(of.known, false, "fixed by equilibrium"), line(of.open, true, "not unique: within the range of the table"), line("#666", true, "not known")],
-      force: () => unit === "N" ? [dot(NOBODY, "0"), ...film.limits.map((limit, k) => dot(film.above[k], `&lt; ${number(limit.number)}`)),
-        dot(film.above[film.limits.length], `&gt; ${number(film.limits.at(-1).number)}`)]
-        : [dot(NOBODY, "0"), `<i style="background:linear-gradient(to right, ${film.shades.join(",")});width:6rem"></i>`],
+      force: () => unit === "N" ? keyOf(film) : [dot(NOBODY, "0"), `<i style="background:linear-gradient(to right, ${film.shades.join(",")});width:6rem"></i>`],
     }[by]();
-    if (by !== "open") parts.push(`<span><b class="wedge"></b> ${number(+scales[unit].toPrecision(2), unit)}</span>`);
+    if (by !== "open") parts.push(`<span><b class="wedge"></b> ${number(rounded(scales[unit]), unit)}</span>`);
     if (reel.frames.some((frame) => frame.h)) parts.push(dot(of.head, "head, as filmed", "width:.4rem;height:.4rem"));
     key.innerHTML = parts.join(" ");
   }
@@ -275,11 +214,18 @@ document.querySelectorAll(".film").forEach(async (root) => {
     timer = setInterval(() => go(1), still.matches ? 1000 : Math.min(500, Math.max(100, apart)));
     play.textContent = "Pause";
   }
+  // The page explore.html goes on with these people from where they are, at rest.
+  async function goOn() {
+    const { reel } = view(), frame = frameOf(), x = frame.p.flatMap((one) => frame.at.get(one));
+    location.href = `explore.html${await hashOf({ base: film.live, from: { id: frame.p.map((one) => reel.ids[one]), x } })}`;
+  }
+  $("live").hidden = !film.live;
+  $("live").onclick = goOn;
   function renew() { fit(); explain(); draw(); }
   function choose(event) {
-    const { left, top } = canvas.getBoundingClientRect(), { reel } = view(), frame = frameOf();
-    const near = (one) => { const [x, y] = box.to(frame.at.get(one)); return Math.hypot(x - event.clientX + left, y - event.clientY + top); };
-    const found = frame.at ? frame.p.find((one) => near(one) <= box.scale * film.place * reel.radius[one]) : undefined;
+    const { reel } = view(), frame = frameOf(), [x, y] = box.from(event);
+    const far = (one) => Math.hypot(frame.at.get(one)[0] - x, frame.at.get(one)[1] - y);
+    const found = frame.at ? reel.person[frame.p.find((one) => far(one) <= film.place * reel.radius[one])] : undefined;
     if (found === undefined || found === chosen) return;
     chosen = found;
     person.value = reel.ids[found];
@@ -287,9 +233,10 @@ document.querySelectorAll(".film").forEach(async (root) => {
   }
   play.onclick = toggle;
   slider.oninput = () => { pause(); draw(); };
-  views.onchange = () => { chosen = view().reel.ids.indexOf(+person.value || NaN); renew(); };
+  const asked = () => view().reel.person[view().reel.ids.indexOf(+person.value || NaN)] ?? -1;
+  views.onchange = () => { chosen = asked(); renew(); };
   colours.onchange = renew;
-  person.oninput = () => { chosen = person.value === "" ? -1 : view().reel.ids.indexOf(+person.value); draw(); };
+  person.oninput = () => { chosen = asked(); draw(); };
   canvas.onpointermove = canvas.onpointerdown = choose;
   window.onresize = renew;
   canvas.onkeydown = (event) => {

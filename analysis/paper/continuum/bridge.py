@@ -1,10 +1,13 @@
 """The bridge from contacts to stress: percussions of ever more disks in the same room before a 1 m
 exit that opens, and the continuum models that they approach, under the same kernel."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,17 +18,18 @@ from analysis.pages import drawing
 from analysis.pages.numbers import NONE, decimals
 from analysis.pages.section import Cell, Section
 from analysis.pages.words import Words
-from analysis.paper.answers import Answer, unsolved
+from analysis.paper.answers import Answer, grouped, unsolved
 from analysis.paper.continuum.exit_room import EXIT, ROOM, to_exit
 from analysis.scene.packing import heap, press
 from analysis.support.parallel import Progress
-from nscd import Percussions, Snapshot, Walls, find_contacts, solve
+from nscd import Snapshot, Walls, find_contacts, solve
 from nscd.arrays import Floats
 from nscd.continuum import left_velocity
 from nscd.continuum.collision import collide
 from nscd.continuum.medium import PERSON, TABLE_1, Medium
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.pressure import pressure
+from nscd.continuum.rivals.cells import Cells
 from nscd.continuum.rivals.first_order import first_order_flow, frictional_flow
 from nscd.continuum.room import Border, Room
 from nscd.continuum.space import Space
@@ -93,99 +97,76 @@ def crowd_size(position: Floats) -> float:
     return float((np.sqrt((2 * HALF_DOOR) ** 2 + 2 * np.pi * whole) - 2 * HALF_DOOR) / np.pi)
 
 
-class Sample(NamedTuple):
+class Sample:
     """One crowd: its answer, and its fields at `points` by KERNEL.
 
+    n disks of mean radius 0.215 m·√(600/n) and 45 t in all, masses ∝ r², packed before the shut
+    door, which is open when they walk; their percussions with k = 0. touching: a heap just as it
+    was grown, contacts where disks touch; near: the same heap, gaps up to 0.2 mean radii count as
+    contacts; pressed: soft disks at rest against the shut door, contacts where they overlap.
+
+    size: m, R: the crowd fills x < 0 within R of the exit
+    coordination: contacts per disk, 2k/n on average
+    pressure: (m,) N·s/m, of the percussions' stress Σ; velocity: (m,2) m/s, u⁺
     deviator: ‖Σ + p1‖/‖Σ‖, what is not pressure
     dissipative: R² of Σ = k D(w), w = u⁺ + u⁻, through the origin: 1 − ‖Σ − kD(w)‖²/‖Σ‖² with the
         best k ≥ 0
     compression: how much of the compression that people want is left, ∫(div u⁺)₋/∫(div u⁻)₋
-    kept: Σm|u⁺|²/Σm|u⁻|², which for k = 0 is also Σmu⁺·u⁻/Σm|u⁻|²"""
+    kept: Σm|u⁺|²/Σm|u⁻|², which for k = 0 is also Σmu⁺·u⁻/Σm|u⁻|²
+    wall_load: kN·s, Σ of the walls' percussions along x"""
 
-    seed: int
-    size: float  # m, R: the crowd fills x < 0 within R of the exit
-    coordination: float  # contacts per disk, 2k/n on average
-    answer: Percussions
-    pressure: Floats  # (m,) N·s/m, of the percussions' stress Σ
-    velocity: Floats  # (m,2) m/s, u⁺
-    deviator: float
-    dissipative: float
-    compression: float
-    kept: float
-    wall_load: float  # kN·s, Σ of the walls' percussions along x
-
-
-def sample(packing: Packing, n: int, seed: int) -> Sample:
-    """Pack n disks of mean radius 0.215 m·√(600/n) and 45 t in all, masses ∝ r², and solve their
-    percussions with k = 0.
-
-    The door is shut while the crowd packs, and open when it walks. touching: a heap just as it was
-    grown, contacts where disks touch; near: the same heap, gaps up to 0.2 mean radii count as
-    contacts; pressed: soft disks at rest against the shut door, contacts where they overlap."""
-    mean = RADIUS * np.sqrt(PEOPLE / n)
-    position, radius = heap(n, seed, mean, HALF_DOOR)
-    if packing is Packing.PRESSED:
-        position, rested = press(position, radius, HALF_DOOR, SOFTNESS)
-        if not rested:
-            raise RuntimeError(f"{n} pressed disks did not come to rest (seed {seed})")
-    tolerance = {Packing.TOUCHING: 1e-9, Packing.NEAR: NEAR * mean, Packing.PRESSED: 0.0}[packing]
-    mass = MASS * radius**2 / (radius**2).sum()
-    left = toward_exit(position)
-    snapshot = Snapshot(position=position, velocity=left, radius=radius, mass=mass)
-    far = 2.0 * float(np.abs(position).max())
-    ends = np.array([[[0, -far], [0, HALF_DOOR]], [[0, -HALF_DOOR], [0, far]]])
-    walls = Walls(start=ends[0], end=ends[1])
-    contacts = find_contacts(snapshot, walls, tolerance=tolerance)
-    # where λ is not unique its choice moves the pressure by less than a thousandth: the cheapest
-    # will do
-    answer = solve(snapshot, contacts, canonical=False)
-    at, right = points(), answer.right_velocity
-    before, after = (float((snapshot.mass[:, None] * u**2).sum()) for u in (left, right))
-    stress = stress_field(snapshot, contacts, answer.impulse, KERNEL, at)
-    flow, wanted = (flow_field(snapshot, u, KERNEL, at) for u in (right, left))
-    sigma, total = stress.stress, flow.gradient + wanted.gradient
-    rest = sigma + stress.pressure[:, None, None] * np.eye(2)
-    rate = 0.5 * (total + total.transpose(0, 2, 1))
-    along = max(float((sigma * rate).sum()), 0.0)
-    closing, wish = (
-        float(np.maximum(-np.trace(u.gradient, axis1=1, axis2=2), 0.0).sum())
-        for u in (flow, wanted)
-    )
-    return Sample(
-        seed=seed,
-        size=crowd_size(position),
-        coordination=2 * len(contacts) / n,
-        answer=answer,
-        pressure=stress.pressure,
-        velocity=flow.velocity,
-        deviator=float(np.linalg.norm(rest) / np.linalg.norm(sigma)),
-        dissipative=along**2 / float((sigma**2).sum() * (rate**2).sum()),
-        compression=closing / wish,
-        kept=after / before,
-        wall_load=float(answer.impulse[contacts.is_wall, 0].sum()) / 1e3,
-    )
+    def __init__(self, packing: Packing, n: int, seed: int) -> None:
+        mean, self.seed = RADIUS * np.sqrt(PEOPLE / n), seed
+        position, radius = heap(n, seed, mean, HALF_DOOR)
+        if packing is Packing.PRESSED:
+            position, rested = press(position, radius, HALF_DOOR, SOFTNESS)
+            if not rested:
+                raise RuntimeError(f"{n} pressed disks did not come to rest (seed {seed})")
+        within = {Packing.TOUCHING: 1e-9, Packing.NEAR: NEAR * mean, Packing.PRESSED: 0.0}
+        mass, left = MASS * radius**2 / (radius**2).sum(), toward_exit(position)
+        snapshot = Snapshot(position=position, velocity=left, radius=radius, mass=mass)
+        far = 2.0 * float(np.abs(position).max())
+        ends = np.array([[[0, -far], [0, HALF_DOOR]], [[0, -HALF_DOOR], [0, far]]])
+        walls = Walls(start=ends[0], end=ends[1])
+        contacts = find_contacts(snapshot, walls, tolerance=within[packing])
+        # where λ is not unique its choice moves the pressure by less than a thousandth: the
+        # cheapest will do
+        answer = self.answer = solve(snapshot, contacts, canonical=False)
+        self.size, self.coordination = crowd_size(position), 2 * len(contacts) / n
+        at, right = points(), answer.right_velocity
+        before, after = (float((mass[:, None] * u**2).sum()) for u in (left, right))
+        self.kept = after / before
+        self.wall_load = float(answer.impulse[contacts.is_wall, 0].sum()) / 1e3
+        stress = stress_field(snapshot, contacts, answer.impulse, KERNEL, at)
+        flow, wanted = (flow_field(snapshot, u, KERNEL, at) for u in (right, left))
+        self.pressure, self.velocity = stress.pressure, flow.velocity
+        sigma, total = stress.stress, flow.gradient + wanted.gradient
+        rest = sigma + stress.pressure[:, None, None] * np.eye(2)
+        self.deviator = float(np.linalg.norm(rest) / np.linalg.norm(sigma))
+        rate = 0.5 * (total + total.transpose(0, 2, 1))
+        along = max(float((sigma * rate).sum()), 0.0)
+        self.dissipative = along**2 / float((sigma**2).sum() * (rate**2).sum())
+        closing, wish = (
+            float(np.maximum(-np.trace(u.gradient, axis1=1, axis2=2), 0.0).sum())
+            for u in (flow, wanted)
+        )
+        self.compression = closing / wish
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Model:
-    """A continuum answer.
-
-    friction, volume: the parameter s or k_v (kg), of a law that has one.
-    pressure, velocity: (m,) N·s/m and u⁺ (m,2) m/s at `points()` under KERNEL."""
+class Model(NamedTuple):
+    """A continuum answer: pressure (m,) N·s/m and u⁺ (m,2) m/s at `points()` under KERNEL."""
 
     name: str  # the law and its parameter
-    friction: float | None = None
-    volume: float | None = None
     pressure: Floats
     velocity: Floats
     kept: float  # share of the kinetic energy
     wall_load: float  # N·s
-    answer: Answer | None  # of the solver; None for what is known without one
+    answer: Answer | None = None  # of the solver; None for what is known without one
+    parameter: float = 0.0  # the friction s or k_v (kg) of a law that has one
 
 
 class Crowd:
-    """The continuum that a crowd of disks stands for: x < 0 within `size` (m, R) of the exit, 45
-    t, and its models.
+    """The continuum that a crowd of disks stands for: x < 0 within `size` (m, R) of the exit, 45 t.
 
     density: kg/m²; mesh: walls on x = 0, the exit in their middle, a free border at R; space: its
     P1 vector elements."""
@@ -202,62 +183,17 @@ class Crowd:
         # ∫φ over the crowd at `points()`, (m,)
         self._spread = smear(self.space.points, self.space.weights[:, None], KERNEL, points())[0]
 
-    def _model(self, name: str, pressure: Floats, right: Floats, load: float, **more: Any) -> Model:
+    def model(self, name: str, pressure: Floats, right: Floats, load: float, *more: Any) -> Model:
         """A model of pressure (q,) N·s/m and right velocity (q,2) m/s at the quadrature points."""
         weight = self.space.weights
         columns = weight[:, None] * np.column_stack([pressure, right])
         values, _ = smear(self.space.points, columns, KERNEL, points())
-        return Model(
-            name=name,
-            pressure=values[:, 0],
-            velocity=values[:, 1:] / self._spread,
-            kept=float((weight * (right**2).sum(1)).sum() / (weight.sum() * SPEED**2)),
-            wall_load=load,
-            **{"answer": None} | more,
-        )
+        kept = float((weight * (right**2).sum(1)).sum() / (weight.sum() * SPEED**2))
+        return Model(name, values[:, 0], values[:, 1:] / self._spread, kept, load, *more)
 
-    @cached_property
-    def blocked(self) -> Model:
-        """Nobody moves: p = ρU(R − d) with the distance d from the exit, the solution of (20) for a
-        shut door: u_d = −U∇d."""
-        where, push = self.space.points, self.density * SPEED
-        p = push * (self.size - to_exit(where))
-        return self._model("nobody moves", p, np.zeros_like(where), push * self.size**2)
-
-    @cached_property
-    def unhindered(self) -> Model:
-        """Everybody walks as they want: u⁺ = u⁻, no pressure."""
-        where = self.space.points
-        return self._model("u⁺ = u⁻", np.zeros(len(where)), toward_exit(where), 0.0)
-
-    @cached_property
-    def first_order(self) -> Model:
-        """(20) in its complementarity form, for a given mass: ρu⁺ = ρu_d − ∇p, div u⁺ ≥ 0 ⟂ p ≥
-        0."""
-        flow = first_order_flow(self.mesh, toward_exit)
-        p = self.density * flow.pressure
-        return self._of_cells("(20)", p, p, flow.right_velocity, answer=flow)
-
-    @cached_property
-    def frictional(self) -> list[Model]:
-        """(20) with each internal friction s of FRICTIONS."""
-        where, weight = self.space.points, self.space.weights
-        share = weight.reshape(self.mesh.nelements, -1, 1)
-        desired = (share * toward_exit(where).reshape(*share.shape[:2], 2)).sum(1) / share.sum(1)
-        found = []
-        for s in FRICTIONS:
-            flow = frictional_flow(self.mesh, self.density, desired, s)
-            p, a, _ = flow.stress.T
-            own = {"answer": flow, "friction": s}
-            name = f"(20), friction {s:g}"
-            found.append(self._of_cells(name, p, p - a, flow.right_velocity, **own))
-        return found
-
-    def _of_cells(
-        self, name: str, pressure: Floats, across: Floats, right: Floats, **more: Any
-    ) -> Model:
-        """A model of P1 pressure and stress −Σ_xx across the walls (n,) N·s/m, and a right velocity
-        (m,2) in the cells."""
+    def of_cells(self, name: str, pressure: Floats, across: Floats, flow: Any, *more: Any) -> Model:
+        """A model of P1 pressure and stress −Σ_xx across the walls (n,) N·s/m, and of a flow with a
+        right velocity in the cells."""
         basis = self.space.scalar
         values = np.zeros(basis.N)
         values[basis.nodal_dofs[0]] = pressure
@@ -265,34 +201,60 @@ class Crowd:
         length = np.hypot(*(self.mesh.p[:, ends[1]] - self.mesh.p[:, ends[0]]))
         load = float((length * across[ends].mean(0)).sum())
         p = np.asarray(basis.interpolate(values)).ravel()
-        return self._model(name, p, np.repeat(right, basis.dx.shape[1], axis=0), load, **more)
+        right = np.repeat(flow.right_velocity, basis.dx.shape[1], axis=0)
+        return self.model(name, p, right, load, flow, *more)
 
-    def _collided(self, volume: float, surface: float = 0.0) -> Model:
+    def collided(self, volume: float, surface: float = 0.0) -> Model:
         """(11) with k_v (kg) and k_s (kg/m)."""
         given = {"volume_dissipation": volume, "surface_dissipation": surface}
         answer = collide(self.space, Medium(density=self.density, **given), toward_exit)
         # along +x: what the crowd gives to the walls
         load = float(answer.wall_force @ self.space.wall.normal[:, 0])
         right, p = answer.right_field.reshape(2, -1).T, pressure(answer).ravel()
-        name = f"(11), k~v~ = {volume:,.0f} kg"
-        return self._model(name, p, right, load, answer=answer, volume=volume)
+        return self.model(f"(11), k~v~ = {volume:,.0f} kg", p, right, load, answer, volume)
 
-    @cached_property
-    def table(self) -> Model:
-        """(11) with the paper's Table 1, per person of 75 kg."""
-        table = TABLE_1.volume_dissipation, TABLE_1.surface_dissipation
-        return self._collided(*(PERSON * value for value in table))
+    def rubbing(self, friction: float) -> Model:
+        """(20) with an internal friction s."""
+        desired = Cells(self.mesh).mean_velocity(toward_exit, "toward_exit")
+        flow = frictional_flow(self.mesh, self.density, desired, friction)
+        p, a, _ = flow.stress.T
+        return self.of_cells(f"(20), friction {friction:g}", p, p - a, flow, friction)
 
-    @cached_property
-    def deformable(self) -> list[Model]:
-        """(11) with each k_v of VOLUMES."""
-        return [self._collided(float(volume)) for volume in VOLUMES]
+
+class Models(NamedTuple):
+    """The models of one crowd.
+
+    first_order: (20) in its complementarity form, for a given mass: ρu⁺ = ρu_d − ∇p, div u⁺ ≥ 0 ⟂ p
+    ≥ 0; blocked: p = ρU(R − d) with the distance d from the exit, the solution of (20) for a shut
+    door, u_d = −U∇d; table: (11) with the paper's Table 1, per person of 75 kg"""
+
+    first_order: Model
+    blocked: Model  # nobody moves
+    unhindered: Model  # everybody walks as they want: u⁺ = u⁻, no pressure
+    table: Model
+    deformable: list[Model]  # (11) with each k_v of VOLUMES
+    frictional: list[Model]  # (20) with each internal friction s of FRICTIONS
 
     @property
-    def answers(self) -> list[tuple[str, Answer]]:
-        """All answers, named."""
-        every = (self.first_order, self.table, *self.deformable, *self.frictional)
-        return [(m.name, m.answer) for m in every if m.answer is not None]
+    def every(self) -> list[Model]:
+        """All of them."""
+        return [*self[:4], *self.deformable, *self.frictional]
+
+    @classmethod
+    def of(cls, crowd: Crowd) -> Models:
+        """Solve all models of a crowd."""
+        where, push, size = crowd.space.points, crowd.density * SPEED, crowd.size
+        rest, flow = np.zeros_like(where), first_order_flow(crowd.mesh, toward_exit)
+        shut, p = push * (size - to_exit(where)), crowd.density * flow.pressure
+        table = TABLE_1.volume_dissipation, TABLE_1.surface_dissipation
+        return cls(
+            first_order=crowd.of_cells("(20)", p, p, flow),
+            blocked=crowd.model("nobody moves", shut, rest, push * size**2),
+            unhindered=crowd.model("u⁺ = u⁻", rest[:, 0], toward_exit(where), 0.0),
+            table=crowd.collided(*(PERSON * value for value in table)),
+            deformable=[crowd.collided(float(volume)) for volume in VOLUMES],
+            frictional=[crowd.rubbing(s) for s in FRICTIONS],
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -303,24 +265,23 @@ class Size:
     packing: Packing
     n: int
     samples: Sequence[Sample]
-    models: Crowd
+    models: Models
 
     def pressure_distance(self, model: Model) -> Floats:
         """‖p − p_model‖/‖p_(20)‖ of each crowd, L² over the points."""
-        scale = np.linalg.norm(self.models.first_order.pressure)
-        away = [np.linalg.norm(s.pressure - model.pressure) for s in self.samples]
-        return np.asarray(np.array(away) / scale)
+        return np.array([self.pressure_gap(model, s) for s in self.samples])
+
+    def pressure_gap(self, model: Model, other: Sample | Model | None = None) -> float:
+        """‖p_model − p‖/‖p_(20)‖ of one crowd or model; of (20) by default."""
+        reference = self.models.first_order
+        away = np.linalg.norm(model.pressure - (other or reference).pressure)
+        return float(away / np.linalg.norm(reference.pressure))
 
     def velocity_distance(self, model: Model) -> Floats:
         """‖u⁺ − u⁺_model‖/‖u⁻‖ of each crowd, L² over the points."""
         scale = np.linalg.norm(self.models.unhindered.velocity)
         away = [np.linalg.norm(s.velocity - model.velocity) for s in self.samples]
         return np.asarray(np.array(away) / scale)
-
-    def pressure_gap(self, model: Model) -> float:
-        """‖p_model − p_(20)‖/‖p_(20)‖: how far a model is from (20)."""
-        reference = self.models.first_order.pressure
-        return float(np.linalg.norm(model.pressure - reference) / np.linalg.norm(reference))
 
     def _nearest_pressure(self, models: Sequence[Model]) -> Model:
         return min(models, key=lambda model: float(self.pressure_distance(model).mean()))
@@ -339,8 +300,7 @@ class Size:
     @property
     def shown(self) -> list[Model]:
         """The models of the table, with what is fitted among them."""
-        m = self.models
-        return [m.first_order, m.blocked, m.unhindered, m.table, self.best, self.rough]
+        return [*self.models[:4], self.best, self.rough]
 
     @property
     def nearest(self) -> Model:
@@ -353,13 +313,12 @@ class Size:
         return np.array([getattr(s, name) for s in self.samples])
 
     @property
-    def spread(self) -> float | None:
-        """Root mean square distance of a crowd's pressure from their mean, over ‖p_(20)‖; None for
-        a single crowd."""
+    def spread(self) -> float:
+        """Root mean square distance of a crowd's pressure from their mean, over ‖p_(20)‖; NaN for a
+        single crowd."""
         if len(self.samples) < 2:
-            return None
-        every = self.each("pressure")
-        variance = every.var(axis=0, ddof=1).sum()
+            return np.nan
+        variance = self.each("pressure").var(axis=0, ddof=1).sum()
         return float(np.sqrt(variance) / np.linalg.norm(self.models.first_order.pressure))
 
     @property
@@ -373,29 +332,25 @@ def study(plan: Plan = PLAN, progress: Progress | None = None) -> list[Size]:
     """Solve all crowds of the plan, by packing and N, and the continuum of each packing's mean
     size R."""
     total = sum(n * count for sizes in plan.values() for n, count in sizes.items())
-    done, crowds = 0, dict[tuple[Packing, int], list[Sample]]()
-    for packing, n in ((packing, n) for packing, sizes in plan.items() for n in sizes):
-        crowds[packing, n] = []
-        for seed in range(1, plan[packing][n] + 1):
-            crowds[packing, n].append(sample(packing, n, seed))
+    done, models, found = 0, dict[float, Models](), list[Size]()
+    for packing, counts in plan.items():
+        crowds: dict[int, list[Sample]] = {n: [] for n in counts}
+        for n in (n for n, count in counts.items() for _ in range(count)):
+            crowds[n].append(Sample(packing, n, 1 + len(crowds[n])))
             done += n
             if progress:
                 progress("crowds", done / total)
-    models: dict[float, Crowd] = {}
-    found = []
-    for packing, n in crowds:
-        same = [s for (kind, _), some in crowds.items() if kind is packing for s in some]
         # to the centimetre: `touching` and `near` are the same heaps
-        size = round(float(np.mean([s.size for s in same])), 2)
-        crowd = models.setdefault(size, Crowd(size))
-        found.append(Size(packing, n, crowds[packing, n], crowd))
+        size = round(float(np.mean([s.size for same in crowds.values() for s in same])), 2)
+        if size not in models:
+            models[size] = Models.of(Crowd(size))
+        found += [Size(packing, n, same, models[size]) for n, same in crowds.items()]
     return found
 
 
 def by_packing(sizes: Sequence[Size]) -> dict[Packing, list[Size]]:
     """The sizes of each packing."""
-    kinds = dict.fromkeys(size.packing for size in sizes)
-    return {kind: [size for size in sizes if size.packing == kind] for kind in kinds}
+    return grouped(sizes, attrgetter("packing"))
 
 
 def trends(sizes: Sequence[Size]) -> Figure:
@@ -431,11 +386,10 @@ def _across(axes: Axes, levels: Sequence[tuple[str, float]]) -> None:
 def _trend(axes: Axes, sizes: Sequence[Size], number: Callable[[Size], Floats]) -> None:
     for place, (packing, same) in enumerate(by_packing(sizes).items()):
         values = [number(size) for size in same]
-        bars = [v.std(ddof=1) / np.sqrt(len(v)) if len(v) > 1 else 0.0 for v in values]
+        bars, means = map(standard_error, values), [v.mean() for v in values]
         style: dict[str, Any] = {"marker": drawing.MARKERS[place], "ls": drawing.LINES[place]}
-        style["color"] = COLOURS[packing]
-        means, counts = [v.mean() for v in values], [size.n for size in same]
-        axes.errorbar(counts, means, yerr=bars, capsize=3, label=str(packing), **style)
+        style |= {"color": COLOURS[packing], "capsize": 3, "label": str(packing)}
+        axes.errorbar([size.n for size in same], means, yerr=list(bars), **style)
     axes.set(xscale="log", xlabel="disks N in the same room")
     axes.margins(x=0.08)
 
@@ -449,21 +403,21 @@ def profiles(sizes: Sequence[Size]) -> Figure:
         shades = np.linspace(0.65, 0.0, len(same))
         for number, size in enumerate(same):
             mean = size.each("pressure").mean(0)
-            look = {"marker": drawing.MARKERS[number % len(drawing.MARKERS)], "ms": 4, "lw": 1}
-            label = f"{size.n:,} disks"
-            axes.plot(*_banded(mean), **look, color=str(shades[number]), label=label)
-        models, last = same[-1].models, same[-1]
+            look = {
+                "marker": drawing.MARKERS[number],
+                "ms": 4,
+                "lw": 1,
+                "color": str(shades[number]),
+            }
+            axes.plot(*_banded(mean), **look, label=f"{size.n:,} disks")
+        models, last, dashes = same[-1].models, same[-1], (0, (4, 1, 1, 1, 1, 1))
+        fitted = "fitted to the largest N"
         for model, style, colour, words in (
             (models.first_order, "--", drawing.BLUE, "(20)"),
             (models.blocked, "-.", drawing.BLACK, "nobody moves"),
-            (last.rough, (0, (8, 2)), drawing.PINK, "(20), friction fitted to the largest N"),
+            (last.rough, (0, (8, 2)), drawing.PINK, f"(20), friction {fitted}"),
             (models.table, ":", drawing.ORANGE, "(11), Table 1"),
-            (
-                last.best,
-                (0, (4, 1, 1, 1, 1, 1)),
-                drawing.GREEN,
-                "(11), $k_v$ fitted to the largest N",
-            ),
+            (last.best, dashes, drawing.GREEN, f"(11), $k_v$ {fitted}"),
         ):
             axes.plot(*_banded(model.pressure), ls=style, lw=2, color=colour, label=words)
         axes.set(xlabel="distance from the exit (m)", title=str(packing), xlim=(0, WITHIN))
@@ -499,10 +453,8 @@ def pressure_maps(sizes: Sequence[Size]) -> Figure:
         grid[rows, columns] = np.maximum(values, 0.0)
         drawn = axes.contourf(x, y, grid, levels=levels, cmap=drawing.SHADES, extend="max")
         axes.contour(x, y, grid, levels=levels[::2], colors="white", linewidths=0.4)
-        for side in (-1, 1):
-            axes.plot(
-                [0, 0], [side * HALF_DOOR, side * (WITHIN + HALF_DOOR)], color=drawing.BLACK, lw=2
-            )
+        for side in (-HALF_DOOR, HALF_DOOR):
+            axes.plot([0, 0], [side, side + np.copysign(WITHIN, side)], color=drawing.BLACK, lw=2)
         axes.set_title(words.replace("k~v~", "$k_v$"), fontsize=9)
         axes.set(aspect="equal", xlim=(-WITHIN, 3 * SPACING), facecolor=drawing.GREY)
     drawing.label_outer(every)
@@ -513,14 +465,14 @@ def pressure_maps(sizes: Sequence[Size]) -> Figure:
 def build(progress: Progress | None = None, plan: Plan = PLAN) -> Section:
     """Build the study: crowds of every packing and size, and the continuum models."""
     sizes = study(plan, progress)
-    last = sizes[-1]
-    every = {id(size.models): size.models for size in sizes}.values()
     ordered = [sorted(same, key=lambda size: size.n) for same in by_packing(sizes).values()]
     words = Words(
         __name__,
         **{"kernel": KERNEL, "both": both, "near": NEAR, "within": WITHIN},
         ends=[(same[0], same[-1]) for same in ordered],
     )
+    models = [model for size in sizes for model in size.models.every]
+    inexact = {*unsolved((m.name, m.answer) for m in models if m.answer is not None)}
     return words.section(
         "bridge",
         pictures={
@@ -529,37 +481,32 @@ def build(progress: Progress | None = None, plan: Plan = PLAN) -> Section:
             "bridge_maps": pressure_maps(sizes),
         },
         tables={
-            "fields": [*map(_crowds, sizes), *map(_model, last.shown)],
+            "fields": [*map(_crowds, sizes), *map(_model, sizes[-1].shown)],
             "distances": [_distances(size) for size in sizes],
         },
-        warnings=[warning for size in sizes for warning in size.warnings]
-        + sorted({warning for models in every for warning in unsolved(models.answers)}),
+        warnings=[*(line for size in sizes for line in size.warnings), *sorted(inexact)],
     )
 
 
 def both(values: Floats, places: int = 2) -> str:
     """Write mean ± standard error; the value alone of a single crowd."""
     mean = decimals(float(values.mean()), places)
-    if len(values) < 2:
-        return mean
-    return f"{mean} ± {decimals(float(values.std(ddof=1) / np.sqrt(len(values))), places)}"
+    return f"{mean} ± {decimals(standard_error(values), places)}" if len(values) > 1 else mean
+
+
+def standard_error(values: Floats) -> float:
+    """Of the mean of values (s,); 0 of a single one."""
+    return float(values.std(ddof=1) / np.sqrt(len(values))) if len(values) > 1 else 0.0
 
 
 def _crowds(size: Size) -> list[Cell]:
-    names = "deviator", "dissipative", "compression"
-    shares = [both(size.each(name), 3) for name in names]
     coordination = float(size.each("coordination").mean())
-    crowd: list[Cell] = [str(size.packing), size.n, len(size.samples), coordination]
-    spread = NONE if size.spread is None else size.spread
+    wanted = {"kept": 3, "wall_load": 1, "deviator": 3, "dissipative": 3, "compression": 3}
+    kept, load, *shares = (both(size.each(name), places) for name, places in wanted.items())
+    spread = size.spread if len(size.samples) > 1 else NONE
     status = "not all solved" if size.warnings else "solved"
-    return [
-        *crowd,
-        both(size.each("kept"), 3),
-        both(size.each("wall_load"), 1),
-        spread,
-        *shares,
-        status,
-    ]
+    crowd = str(size.packing), size.n, len(size.samples), coordination
+    return [*crowd, kept, load, spread, *shares, status]
 
 
 def _model(model: Model) -> list[Cell]:
@@ -575,5 +522,5 @@ def _distances(size: Size) -> list[Cell]:
     moving = [m.first_order, size.rough, m.blocked, m.unhindered, m.table, size.best]
     pressures = [both(size.pressure_distance(model)) for model in pressing]
     velocities = [both(size.velocity_distance(model)) for model in moving]
-    fitted = [size.rough.friction or 0.0, size.best.volume or 0.0]
+    fitted = [size.rough.parameter, size.best.parameter]
     return [str(size.packing), size.n, *pressures, *fitted, *velocities]

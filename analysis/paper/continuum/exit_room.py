@@ -50,12 +50,17 @@ def body_pressure(answer: CollisionAnswer, room: Room = ROOM) -> Floats:
 
 def body_mean(space: Space, values: Floats, room: Room = ROOM) -> Floats:
     """Average values (elements,q,…) at the quadrature points over a body: (n,…) at the map's."""
-    weight = space.weights[:, None]
-    columns = values.reshape(len(weight), -1)
-    weighted = weight * np.hstack([np.ones_like(weight), columns])
-    sums, _ = smear(space.points, weighted, BODY, map_of(room).points)
-    mean: Floats = sums[:, 1:] / sums[:, :1]
+    columns = values.reshape(len(space.weights), -1)
+    mean = mean_over(BODY, space.points, space.weights, columns, map_of(room).points)
     return mean[:, 0] if values.ndim == 2 else mean
+
+
+def mean_over(kernel: Kernel, where: Floats, weight: Floats, values: Floats, at: Floats) -> Floats:
+    """Average values (n,c) at points (n,2) m that stand for weights (n,), over a kernel at points
+    (m,2) m: (m,c)."""
+    weighted = weight[:, None] * np.column_stack([np.ones_like(weight), values])
+    sums, _ = smear(where, weighted, kernel, at)
+    return np.asarray(sums[:, 1:] / sums[:, :1])
 
 
 def slopes(field: Field, points: Floats, step: float) -> list[Floats]:

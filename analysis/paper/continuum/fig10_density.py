@@ -75,7 +75,7 @@ def solved(density: float, answer: CollisionAnswer) -> Solved:
 
 def curves(free: list[Solved], adapted: dict[float, float]) -> Figure:
     """Draw pressures in one unit, as plain numbers, and speeds, against the density."""
-    figure, (forces, numbers, speeds) = panels(13.0, 4.8, 1, 3)
+    figure, (forces, numbers, speeds) = panels(13.0, 4.8, 1, 3, grid="major")
     density, largest, mean, measured, printed = map(np.array, list(zip(*free, strict=True))[:5])
     fine = np.linspace(density[0], density[-1], 200)
     hollow = {"mfc": "none", "color": BLUE}
@@ -98,7 +98,6 @@ def curves(free: list[Solved], adapted: dict[float, float]) -> Figure:
     speeds.set(ylabel="speed (m/s)", title="(b) mean speed", ylim=(-0.05, None))
     for axes in (forces, numbers, speeds):
         axes.set_xlabel("density (people/m²)")
-        axes.grid(alpha=0.3)
         axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
     return figure
 
@@ -123,11 +122,7 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
     factors = [here.largest / STEP / other for other in (here.measured, here.power)]
     stopped, slow = adapted.get(GREATEST, 0.0), CONGESTED * FREE_SPEED
     walks = Verdict.of(last.mean_speed > slow, stopped > slow)
-    words = Words(
-        __name__,
-        **{"first": first, "last": last, "here": here, "adapted": stopped},
-        **{"free_speed": FREE_SPEED, "step": STEP},
-    )
+    words = Words(__name__, first=first, last=last, here=here, adapted=stopped)
     return words.section(
         "10",
         pictures={"fig_10_density": curves(free, adapted)},
@@ -144,8 +139,7 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
 
 
 def _row(s: Solved, adapted: dict[float, float]) -> list[Cell]:
-    pressures = [s.largest / STEP, s.mean / STEP, s.measured, PERSON * s.printed]
-    speeds = [s.mean_speed, adapted.get(s.density, 0.0), *s.laws]
-    laws = [s.power, s.turbulence]
-    a = s.answer
-    return [s.density, *pressures, *laws, *speeds, a.residual, str(a.status)]
+    pressures = s.largest / STEP, s.mean / STEP, s.measured, PERSON * s.printed
+    speeds = s.mean_speed, adapted.get(s.density, 0.0), *s.laws
+    ended = s.answer.residual, str(s.answer.status)
+    return [s.density, *pressures, s.power, s.turbulence, *speeds, *ended]

@@ -135,32 +135,27 @@ def maps(named: Sequence[tuple[str, Fields]]) -> Figure:
     most = rounded(max(float(np.quantile(f.pressure, 0.995)) for _, f in named))
     rows = zip(every[::2], every[1::2], ("ab", "cd"), named, strict=True)
     for speed, press, letters, (name, fields) in rows:
-        title = f"({letters[0]}) right velocity, {name} left velocity"
-        drawn = draw_map(speed, exit_room.ROOM, mesh, np.hypot(*fields.right.T), fastest, title)
-        figure.colorbar(drawn, ax=speed, label="|u⁺| (m/s)", shrink=0.9)
-        draw_arrows(speed, mesh, fields.right, ARROWS, LENGTH)
-        title = f"({letters[1]}) pressure, {name} left velocity"
-        drawn = draw_map(press, exit_room.ROOM, mesh, fields.pressure, most, title)
-        figure.colorbar(drawn, ax=press, label="pressure (N·s/m)", shrink=0.9)
-        for axes in (speed, press):
+        for axes, letter, what, unit, values, top in (
+            (speed, letters[0], "right velocity", "|u⁺| (m/s)", np.hypot(*fields.right.T), fastest),
+            (press, letters[1], "pressure", "pressure (N·s/m)", fields.pressure, most),
+        ):
+            title = f"({letter}) {what}, {name} left velocity"
+            drawn = draw_map(axes, exit_room.ROOM, mesh, values, top, title)
+            figure.colorbar(drawn, ax=axes, label=unit, shrink=0.9)
             axes.set(xlim=(-10.3, 0.6), ylim=(-5.3, 5.3))
+        draw_arrows(speed, mesh, fields.right, ARROWS, LENGTH)
     label_outer(every)
     return figure
 
 
 def build(progress: Progress | None = None, mesh: float = exit_room.MESH) -> Section:
     """Build Fig. 11: right velocity and pressure for uniform and random left velocities."""
-    space, way, toward = (
-        Space(mesh_of(exit_room.ROOM, mesh)),
-        toward_exit(exit_room.ROOM, 1.0),
-        toward_exit(exit_room.ROOM, MEAN),
-    )
-    lefts: dict[str, Field] = {"uniform": toward} | {
-        f"random, draw {seed}": random_speeds(
-            exit_room.ROOM, way, mean=MEAN, deviation=DEVIATION, seed=seed, cell=DENSITY**-0.5
-        )
-        for seed in SEEDS
-    }
+    space = Space(mesh_of(exit_room.ROOM, mesh))
+    way, toward = (toward_exit(exit_room.ROOM, speed) for speed in (1.0, MEAN))
+    drawn: dict[str, float] = {"mean": MEAN, "deviation": DEVIATION, "cell": DENSITY**-0.5}
+    lefts: dict[str, Field] = {"uniform": toward}
+    for seed in SEEDS:
+        lefts[f"random, draw {seed}"] = random_speeds(exit_room.ROOM, way, seed=seed, **drawn)
     crowd = table_1_medium()
     answers = {name: collide(space, crowd, left) for name, left in lefts.items()}
     flows = {k: collide(space, table_1_medium(volume=k), toward) for k in OUTFLOWS}
@@ -169,11 +164,7 @@ def build(progress: Progress | None = None, mesh: float = exit_room.MESH) -> Sec
     even, slow = runs[0], STOPPED * MEAN
     echoes = [echo(answers["uniform"], answers[run.name]) for run in runs[1:]]
     share, correlation = np.mean(echoes, axis=0).tolist()
-    words = Words(
-        __name__,
-        **{"runs": runs, "even": even, "share": share, "correlation": correlation},
-        **{"mean": MEAN, "deviation": DEVIATION, "near": NEAR},
-    )
+    words = Words(__name__, runs=runs, even=even, share=share, correlation=correlation)
     named = {f"uniform, k_v = {k:g}": answer for k, answer in flows.items()}
     shown = (("uniform", found["uniform"][1]), ("random", found[runs[1].name][1]))
     return words.section(

@@ -62,36 +62,22 @@ def inward(room: Room) -> Field:
     return push
 
 
-class Run(NamedTuple):
+class Run:
     """The corner's crowd by (11).
 
+    enters: m/s, the largest u⁺·n on walls (n out of the room), 0 where nobody enters one
     apart: largest |μ (u⁺·n)| over the largest μ times the speed: 0 where the wall pushes only those
-        who stay."""
+        who stay
+    load: N·s, what the walls give in all
+    pressure: (n,) N·s/m over a body at the points shown (n,2) m"""
 
-    name: str
-    answer: CollisionAnswer
-    enters: float  # m/s, the largest u⁺·n on walls (n out of the room), 0 where nobody enters one
-    apart: float
-    pressure: Floats  # (n,) N·s/m over a body at the points shown
-
-    @property
-    def load(self) -> float:
-        """N·s, what the walls give in all."""
-        return float(self.answer.wall_force.sum())
-
-    @property
-    def peak(self) -> float:
-        """N·s/m, the largest pressure."""
-        return float(self.pressure.max())
-
-
-def run(name: str, answer: CollisionAnswer, shown: Floats) -> Run:
-    """Measure what an answer does at walls, and its pressure at the points shown (n,2) m."""
-    wall, force = answer.space.wall, answer.wall_force
-    normal = (answer.right_velocity[wall.node] * wall.normal).sum(1)
-    apart = float(np.abs(force * normal).max() / (force.max() * SPEED))
-    pressure = body_fields(answer, BODY, shown).pressure
-    return Run(name, answer, max(float(normal.max()), 0.0), apart, pressure)
+    def __init__(self, name: str, answer: CollisionAnswer, shown: Floats) -> None:
+        self.name, self.answer = name, answer
+        wall, force = answer.space.wall, answer.wall_force
+        normal = (answer.right_velocity[wall.node] * wall.normal).sum(1)
+        self.enters, self.load = max(float(normal.max()), 0.0), float(force.sum())
+        self.apart = float(np.abs(force * normal).max() / (force.max() * SPEED))
+        self.pressure = body_fields(answer, BODY, shown).pressure
 
 
 class Norms(NamedTuple):
@@ -128,7 +114,7 @@ def border(room: Room, run: Run, shown: MeshTri1) -> Figure:
         left.annotate(words, place, color=colour, fontsize=10)
     behind = {"fc": "white", "ec": "none", "pad": 1}
     left.annotate("Ω, the crowd", (-4.6, 1.0), fontsize=10, bbox=behind)
-    drawn = draw_field(right, shown, run.pressure, rounded(run.peak))
+    drawn = draw_field(right, shown, run.pressure, rounded(float(run.pressure.max())))
     figure.colorbar(drawn, ax=right, label="pressure over a body (N·s/m)", shrink=0.9)
     mu = body_wall_percussion(run.answer, 0.1)
     ends = wall.point + BAR * mu[:, None] * wall.normal
@@ -156,8 +142,8 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
     at = np.ascontiguousarray(shown.p.T)
     push = f"push of {PUSH:g} N·s/m"
     alone, pushed = both = [
-        run("no push", collide(space, CROWD, left), at),
-        run(push, collide(space, CROWD, left, external=inward(room)), at),
+        Run("no push", collide(space, CROWD, left), at),
+        Run(push, collide(space, CROWD, left, external=inward(room)), at),
     ]
     if progress:
         progress("Fig. 7", 0.5)
@@ -171,7 +157,6 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
     words = Words(
         __name__,
         **{"alone": alone, "pushed": pushed, "growth": growth, "change": change, "side": SIDE},
-        **{"speed": SPEED, "push": PUSH, "forever": FOREVER},
         **{"enters": enters / SPEED, "pulls": pulls, "apart": apart},
     )
     names = [f"square room, side {one.side:g} m" for one in meshes]
@@ -183,12 +168,14 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
             "impenetrable": Verdict.of(impenetrable),
             "unique": unique if growth[-1] > GROWS * FOREVER else Verdict.HOLDS,
         },
-        warnings=unsolved([*(one[:2] for one in both), *zip(names, answers, strict=True)]),
+        warnings=unsolved(
+            [*((one.name, one.answer) for one in both), *zip(names, answers, strict=True)]
+        ),
     )
 
 
 def _row(run: Run) -> list[Cell]:
     a, e = run.answer, run.answer.energy
     energies = [e.before, e.change, e.volume, e.surface, e.wall, e.external, e.error]
-    pressing = [run.enters, run.load, run.peak]
+    pressing = [run.enters, run.load, float(run.pressure.max())]
     return [run.name, int(a.space.basis.N), *pressing, *energies, a.residual, str(a.status)]

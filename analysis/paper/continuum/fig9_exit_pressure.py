@@ -1,7 +1,7 @@
 """Fig. 9: pressure before the exit by the collision (11) and by the first-order model (20), and the
 largest pressure on ever finer meshes."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +15,7 @@ from analysis.pages.words import Words
 from analysis.paper.answers import unsolved
 from analysis.paper.continuum import exit_room
 from analysis.support.parallel import Progress
-from nscd.arrays import Flags, Floats
+from nscd.arrays import Floats
 from nscd.continuum.closed_forms import point_sink
 from nscd.continuum.collision import CollisionAnswer, collide
 from nscd.continuum.left_velocity import toward_exit
@@ -100,12 +100,12 @@ def gaussian(pressure: Floats, within: float = np.inf) -> Fit:
     weight, start = exit_room.map_of().area[chosen] ** -0.5, (pressure.max(), 1.0)
     best, _ = curve_fit(shape, r[chosen], pressure[chosen], p0=start, sigma=weight)
     values = shape(r, *best)
-    return Fit(float(best[0]), float(best[1]), values, explained(pressure, values, chosen))
+    return Fit(float(best[0]), float(best[1]), values, explained(pressure, values, within))
 
 
-def explained(pressure: Floats, values: Floats, chosen: Flags | None = None) -> float:
-    """R² = 1 − Σ(p − values)²/Σ(p − mean)², weighted by area, at the chosen points (n,)."""
-    inside = np.ones(len(values), dtype=bool) if chosen is None else chosen
+def explained(pressure: Floats, values: Floats, within: float = np.inf) -> float:
+    """R² = 1 − Σ(p − values)²/Σ(p − mean)², weighted by area, at the points with r ≤ `within`."""
+    inside = radius() <= within
     p, area = pressure[inside], exit_room.map_of().area[inside]
     mean = area @ p / area.sum()
     return float(1 - area @ (p - values[inside]) ** 2 / (area @ (p - mean) ** 2))
@@ -125,15 +125,8 @@ def solve_room(mesh: float) -> tuple[Field, dict[PlaceEquation, Field]]:
     return Field("(11)", exit_room.body_pressure(answer), answer), first_order
 
 
-class RawMaxima(NamedTuple):
-    """Largest pressures, in any triangle and over a body, on ever finer meshes, of one side and
-    graded to the jambs.
-
-    unsettled: relative change of the mean over a body at the last halving of graded meshes"""
-
-    uniform: Sequence[LargestPressure]
-    graded: Sequence[LargestPressure]
-    unsettled: float
+RawMaxima = Mapping[str, Sequence[LargestPressure]]
+"""Largest pressures, in any triangle and over a body, on ever finer meshes, by their kind."""
 
 
 def raw_maxima(size: float) -> RawMaxima:
@@ -142,7 +135,7 @@ def raw_maxima(size: float) -> RawMaxima:
     given = exit_room.ROOM, CROWD, toward_exit(exit_room.ROOM, SPEED), exit_room.BODY
     uniform = largest_pressures(*given, sizes, grading=1.0)
     graded = largest_pressures(*given, sizes[:-1], grading=0.4)
-    return RawMaxima(uniform, graded, graded[-1].body / graded[-2].body - 1)
+    return {"uniform": uniform, "graded to the jambs": graded}
 
 
 def maps(proposed: Floats, other: Floats, printed: Floats) -> Figure:
@@ -166,24 +159,22 @@ def maps(proposed: Floats, other: Floats, printed: Floats) -> Figure:
 
 def profiles(proposed: Floats, first_order: Floats, fitted: Floats, sink: Floats) -> Figure:
     """Draw pressures against the distance from the middle of the exit, plain and logarithmic."""
-    figure, (plain, logarithmic) = drawing.panels(10.5, 4.6, 1, 2)
+    figure, (plain, logarithmic) = drawing.panels(10.5, 4.6, 1, 2, grid="major")
     r = radius()
     order = np.argsort(r)
     for axes in (plain, logarithmic):
-        axes.plot(
-            r, first_order, ".", ms=2.5, color=drawing.GREY, label="(20), complementarity, times ρ"
-        )
-        axes.plot(r, proposed, "x", ms=3, mew=0.6, color=drawing.BLUE, label="(11)")
-        best = "best Gaussian of (11)"
-        axes.plot(r[order], fitted[order], "--", lw=2, color=drawing.ORANGE, label=best)
-        exact = "(11), point exit, closed form"
-        axes.plot(r[order], sink[order], "-", lw=1.4, color=drawing.BLACK, label=exact)
+        for values, style, width, colour, label in (
+            (first_order, ".", 0.0, drawing.GREY, "(20), complementarity, times ρ"),
+            (proposed, "x", 0.0, drawing.BLUE, "(11)"),
+            (fitted, "--", 2.0, drawing.ORANGE, "best Gaussian of (11)"),
+            (sink, "-", 1.4, drawing.BLACK, "(11), point exit, closed form"),
+        ):
+            look = {"lw": width, "ms": 2.5, "mew": 0.6, "color": colour, "label": label}
+            axes.plot(r[order], values[order], style, **look)
         axes.set(xlabel="distance from the middle of the exit (m)", ylabel="pressure (N·s/m)")
-        axes.grid(alpha=0.3)
     far = r[order][r[order] > 2]
-    logarithmic.plot(
-        far, sink[order][-1] * far[-1] / far, ":", lw=1.8, color=drawing.GREEN, label="∝ 1/r"
-    )
+    falling = sink[order][-1] * far[-1] / far
+    logarithmic.plot(far, falling, ":", lw=1.8, color=drawing.GREEN, label="∝ 1/r")
     logarithmic.set(xscale="log", yscale="log", xlim=(0.05, None), ylim=(30, None))
     drawing.legend_below(figure, logarithmic, 3)
     return figure
@@ -191,23 +182,22 @@ def profiles(proposed: Floats, first_order: Floats, fitted: Floats, sink: Floats
 
 def raw_maximum(raw: RawMaxima) -> Figure:
     """Draw the largest pressure, in any triangle and over a body, against the side."""
-    figure, (axes,) = drawing.panels(8.0, 4.4)
-    for rows, kind, marker in ((raw.uniform, "uniform", "o"), (raw.graded, "graded", "s")):
+    figure, (axes,) = drawing.panels(8.0, 4.4, grid="major")
+    uniform, _ = raw.values()
+    for (kind, rows), marker in zip(raw.items(), "os", strict=True):
         side, _, largest, body = map(np.array, zip(*rows, strict=True))
-        axes.plot(
-            side, largest, marker, ls=":", color=drawing.ORANGE, label=f"in any triangle, {kind}"
-        )
-        label = f"over a body, {kind}"
-        axes.plot(side, body, marker, ls="-", color=drawing.BLUE, mfc="none", label=label)
-    side = np.array([row.size for row in raw.uniform])
-    slope = raw.uniform[0].raw * (side / side[0]) ** -0.5
+        name = kind.split()[0]
+        any_triangle, over_body = f"in any triangle, {name}", f"over a body, {name}"
+        axes.plot(side, largest, f"{marker}:", color=drawing.ORANGE, label=any_triangle)
+        axes.plot(side, body, f"{marker}-", color=drawing.BLUE, mfc="none", label=over_body)
+    side = np.array([row.size for row in uniform])
+    slope = uniform[0].raw * (side / side[0]) ** -0.5
     axes.plot(side, slope, "--", color=drawing.BLACK, lw=1, label="∝ side$^{-1/2}$")
     axes.set(xscale="log", yscale="log")
     axes.set(xlabel="side of the triangles (m)", ylabel="largest pressure (N·s/m)")
     axes.set_xticks(side, [f"{value:g}" for value in side], minor=False)
     axes.set_xticks([], minor=True)
     axes.invert_xaxis()
-    axes.grid(alpha=0.3)
     figure.legend(loc="outside right center", fontsize=8)
     return figure
 
@@ -220,20 +210,21 @@ def build(progress: Progress | None = None, mesh: float = exit_room.MESH) -> Sec
     if progress:
         progress("Fig. 9", 0.4)
     raw, fit, r = raw_maxima(1.25 * mesh), gaussian(p), radius()
+    *_, before, last = raw["graded to the jambs"]
+    # relative change of the mean over a body at the last halving
+    unsettled = last.body / before.body - 1
     exact = point_sink(np.append(r, 0.0), SPEED, float(CROWD.rho), CROWD.k_v)
     words = Words(
         __name__,
         **{"proposed": proposed, "complementarity": complementarity, "printed": printed},
-        **{"fit": fit, "close": gaussian(p, FAR), "raw": raw, "speed": SPEED},
-        **{"near": NEAR, "far": FAR, "at_exit": AT_EXIT, "density": CROWD.density},
+        **{"fit": fit, "close": gaussian(p, FAR), "unsettled": unsettled},
         explained=explained(p, exact[:-1]),
     )
     warnings = unsolved(
         [("(11)", proposed.answer), *((f"(20), {e}", f.answer) for e, f in first_order.items())]
     )
-    if abs(raw.unsettled) > SETTLED:
+    if abs(unsettled) > SETTLED:
         warnings.append(words.text("unsettled"))
-    kinds = (("uniform", raw.uniform), ("graded to the jambs", raw.graded))
     return words.section(
         "9",
         pictures={
@@ -243,7 +234,7 @@ def build(progress: Progress | None = None, mesh: float = exit_room.MESH) -> Sec
         },
         tables={
             "pressures": [_row(field) for field in (proposed, *first_order.values())],
-            "maxima": [[kind, *row] for kind, rows in kinds for row in rows],
+            "maxima": [[kind, *row] for kind, rows in raw.items() for row in rows],
         },
         claims=verdicts(proposed, complementarity, printed),
         warnings=warnings,

@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,10 +15,12 @@ from matplotlib.ticker import NullFormatter
 from matplotlib.tri import Triangulation
 from skfem import Mesh
 
-from analysis.pages.drawing import BLUE, GREEN, GREY, ORANGE, PINK, panels
+from analysis.pages.drawing import BLUE, GREEN, GREY, ORANGE, PINK, legend_below, panels
 from analysis.pages.numbers import decimals, percent
 from analysis.pages.section import Cell, Section
 from analysis.pages.words import Words
+from analysis.paper.answers import grouped, told
+from analysis.paper.continuum.exit_room import mean_over
 from analysis.support.machine import machine
 from analysis.support.parallel import Progress
 from nscd.arrays import Floats
@@ -30,7 +33,7 @@ from nscd.continuum.pressure import pressure
 from nscd.continuum.room import square_room
 from nscd.continuum.space import Space
 from nscd.percussions import Status
-from nscd.stress import Kernel, smear
+from nscd.stress import Kernel
 
 SIDE, SPEED = 18.0, 1.7  # m, m/s
 TABLE = table_1_medium()
@@ -101,54 +104,39 @@ class Point(NamedTuple):
         return self.mesh_s + self.solve_s
 
 
-class Study(NamedTuple):
+class Study:
     """The points of the room and of the half-annulus; the reference's unknowns, how far the next
-    coarser reference is from it, and whether both are solved."""
+    coarser reference is from it, and whether both are solved. CPU seconds are those of this
+    process, all its threads."""
 
-    room: list[Point]
-    annulus: list[Point]
-    reference_unknowns: int
-    uncertainty: Errors
-    reference_solved: bool
+    def __init__(self, plan: Plan, progress: Progress | None = None) -> None:
+        def in_room(mesh: Mesh, order: int) -> CollisionAnswer:
+            return collide(Space(mesh, order), TABLE, TOWARD)
 
+        def in_annulus(mesh: Mesh, order: int) -> CollisionAnswer:
+            return collide(Space(mesh, order), ANNULUS.medium, ANNULUS.left_velocity)
 
-def study(plan: Plan, progress: Progress | None = None) -> Study:
-    """Solve all meshes of the plan. CPU seconds are those of this process, all its threads."""
-    tell: Progress = progress or (lambda label, share: None)
-
-    def in_room(mesh: Mesh, order: int) -> CollisionAnswer:
-        return collide(Space(mesh, order), TABLE, TOWARD)
-
-    def in_annulus(mesh: Mesh, order: int) -> CollisionAnswer:
-        return collide(Space(mesh, order), ANNULUS.medium, ANNULUS.left_velocity)
-
-    in_room(mesh_of(ROOM, 4.0), 1)  # what the first call loads and compiles is not counted
-    coarse, fine = (
-        in_room(mesh_of(ROOM, size, grading=REFERENCE_GRADING), 2) for size in plan.references
-    )
-    errors = compared_with(fine)
-    tell("meshes", 0.2)
-    room, annulus = list[Point](), list[Point]()
-    for order, sizes in zip((1, 2), plan.room, strict=True):
-        for name, grading in (("uniform", 1.0), ("graded", GRADING[order])):
-            for size in sizes:
-                make = partial(mesh_of, ROOM, size, grading=grading)
-                solve = partial(in_room, order=order)
-                room.append(point(f"P{order} {name}", size, make, solve, errors))
-            tell("meshes", 0.2 + 0.6 * len(room) / (2 * sum(map(len, plan.room))))
-    for order, counts in zip((1, 2), plan.annulus, strict=True):
-        for cells in counts:
-            make = partial(ANNULUS.mesh, cells, curved=order == 2)
+        in_room(mesh_of(ROOM, 4.0), 1)  # what the first call loads and compiles is not counted
+        coarse, fine = (
+            in_room(mesh_of(ROOM, size, grading=REFERENCE_GRADING), 2) for size in plan.references
+        )
+        errors, wanted = compared_with(fine), list[Callable[[], Point]]()
+        for order, sizes in zip((1, 2), plan.room, strict=True):
+            solve = partial(in_room, order=order)
+            for name, grading in (("uniform", 1.0), ("graded", GRADING[order])):
+                for size in sizes:
+                    make = partial(mesh_of, ROOM, size, grading=grading)
+                    wanted.append(partial(point, f"P{order} {name}", size, make, solve, errors))
+        in_the_room = len(wanted)
+        for order, counts in zip((1, 2), plan.annulus, strict=True):
             solve = partial(in_annulus, order=order)
-            annulus.append(point(f"P{order}", cells, make, solve, annulus_errors))
-    tell("meshes", 1.0)
-    return Study(
-        room=room,
-        annulus=annulus,
-        reference_unknowns=int(fine.space.basis.N),
-        uncertainty=errors(coarse),
-        reference_solved=all(one.status is Status.SOLVED for one in (coarse, fine)),
-    )
+            for cells in counts:
+                make = partial(ANNULUS.mesh, cells, curved=order == 2)
+                wanted.append(partial(point, f"P{order}", cells, make, solve, annulus_errors))
+        found = [one() for one in told(wanted, "meshes", progress)]
+        self.room, self.annulus = found[:in_the_room], found[in_the_room:]
+        self.reference_unknowns, self.uncertainty = int(fine.space.basis.N), errors(coarse)
+        self.reference_solved = all(one.status is Status.SOLVED for one in (coarse, fine))
 
 
 def point(
@@ -185,9 +173,7 @@ def compared_with(reference: CollisionAnswer) -> Callable[[CollisionAnswer], Err
     def over_bodies(strain: Floats) -> Floats:
         """−½k_v tr D averaged with BODY."""
         p = -0.5 * TABLE.k_v * (strain[0, 0] + strain[1, 1])
-        columns = np.column_stack([area, area * p])
-        sums, _ = smear(np.ascontiguousarray(points.T), columns, BODY, at)
-        return np.asarray(sums[:, 1] / sums[:, 0])
+        return mean_over(BODY, np.ascontiguousarray(points.T), area, p, at)[:, 0]
 
     exact_p = over_bodies(exact_strain)
 
@@ -254,7 +240,7 @@ def evaluated(answer: CollisionAnswer, points: Floats) -> tuple[Floats, Floats]:
 def picture(study: Study) -> Figure:
     """Three errors in the room and that of the energy in the half-annulus, each against CPU
     seconds."""
-    figure, every = panels(9, 7, 2, 2)
+    figure, every = panels(9, 7, 2, 2, grid="major")
     for axes, (name, title) in zip(every, QUANTITIES.items(), strict=False):
         _curves(axes, study.room, name)
         limit = getattr(study.uncertainty, name)
@@ -262,15 +248,12 @@ def picture(study: Study) -> Figure:
         axes.set_title(f"Room: {title}", fontsize=10)
     _curves(every[3], study.annulus, "energy")
     every[3].set_title("Half-annulus: velocity sum, energy norm", fontsize=10)
-    handles = {
-        label: h for p in every for h, label in zip(*p.get_legend_handles_labels(), strict=True)
-    }
-    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=6, fontsize=8)
+    legend_below(figure, every, 6)
     return figure
 
 
 def _curves(axes: Axes, points: Sequence[Point], name: str) -> None:
-    for family, of in families(points).items():
+    for family, of in grouped(points, attrgetter("family")).items():
         colour, marker, line, face = STYLES[family]
         label = family if " " in family else f"{family}, half-annulus"
         seconds, errors = zip(*((p.cpu_s, getattr(p.errors, name)) for p in of), strict=True)
@@ -278,17 +261,15 @@ def _curves(axes: Axes, points: Sequence[Point], name: str) -> None:
     axes.set(xscale="log", yscale="log")
     axes.set(xlabel="CPU seconds, mesh and collision", ylabel="relative error")
     axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.grid(alpha=0.3, which="major")
     axes.set_ylim(*axes.get_ylim())
 
 
 def build(progress: Progress | None = None, plan: Plan | None = None) -> Section:
     """Build the chart of errors against CPU seconds in the room and in the half-annulus."""
-    found = study(plan or Plan(), progress)
+    found = Study(plan or Plan(), progress)
     words = Words(
         __name__,
         **{"found": found, "far": found.uncertainty, "machine": machine()},
-        **{"goal": GOAL, "side": SIDE, "speed": SPEED},
         reached={title: _reached(found.room, name) for name, title in QUANTITIES.items()},
     )
     unsolved = [p for p in (*found.room, *found.annulus) if p.status is not Status.SOLVED]
@@ -309,7 +290,7 @@ def _reached(points: Sequence[Point], name: str) -> dict[str, Any]:
 
     seconds: s, CPU time, of the families that get there; best: the least error of each family;
     cheapest: the family that needs least, None where none gets there."""
-    of = families(points)
+    of = grouped(points, attrgetter("family"))
     needed = {family: seconds_to(some, name, GOAL) for family, some in of.items()}
     seconds = {family: s for family, s in needed.items() if s is not None}
     best = {family: min(getattr(p.errors, name) for p in some) for family, some in of.items()}
@@ -321,22 +302,13 @@ def seconds_to(points: Sequence[Point], name: str, goal: float) -> float | None:
     """Read the CPU seconds at which the error falls to the goal, a power law between points.
 
     None where it does not."""
-    for i, point in enumerate(points):
-        error = getattr(point.errors, name)
-        if error <= goal:
-            if i == 0:
-                return point.cpu_s
-            before = points[i - 1]
-            start = getattr(before.errors, name)
-            share = np.log(start / goal) / np.log(start / error)
-            return float(before.cpu_s * (point.cpu_s / before.cpu_s) ** share)
-    return None
-
-
-def families(points: Sequence[Point]) -> dict[str, list[Point]]:
-    """The points of each family."""
-    names = dict.fromkeys(p.family for p in points)
-    return {name: [p for p in points if p.family == name] for name in names}
+    errors = [getattr(point.errors, name) for point in points]
+    i = next((i for i, error in enumerate(errors) if error <= goal), None)
+    if not i:
+        return None if i is None else points[0].cpu_s
+    before, after = points[i - 1].cpu_s, points[i].cpu_s
+    share = np.log(errors[i - 1] / goal) / np.log(errors[i - 1] / errors[i])
+    return float(before * (after / before) ** share)
 
 
 def _row(where: str, size: str, p: Point) -> list[Cell]:

@@ -1,7 +1,6 @@
 """Section 3.2.1: chains as deformable rods against a wall, by P2 elements and in closed form
 ((12)–(14), corrected). Percussions are in N·s per kg of a person."""
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -60,15 +59,16 @@ class Rod:
 
 
 class Trial(Rod):
-    """A chain of uniform density, also in closed form.
+    """A chain of uniform density (people/m) with k_s, also in closed form.
 
     error: largest |u⁺ − closed form| over U
     printed_length: m, the h that is printed beside the solution, √((k_s/k_v)/ρ)
     printed: (13) as it stands: k_s/k_v ≥ (e^(−2l/h) − 1)/(e^(−2l/h) + 1)"""
 
-    def __init__(self, name: str, answer: CollisionAnswer, chain: Chain) -> None:
-        super().__init__(name, answer)
-        self.chain, medium = chain, chain.medium
+    def __init__(self, name: str, surface: float, density: float, mesh: float) -> None:
+        medium = table_1_medium(density, surface=surface, person=1.0)
+        super().__init__(name, collide(space_of(mesh), medium, [SPEED]))
+        chain = self.chain = Chain(medium=medium, length=LENGTH, left_velocity=SPEED)
         exact = chain.right_velocity(self.x)
         self.error = float(np.abs(self.right - exact).max() / SPEED)
         share = medium.k_s / medium.k_v
@@ -83,12 +83,16 @@ class Trial(Rod):
 
 
 class Varied(Rod):
-    """A chain whose density changes linearly between its ends (people/m): free end, wall.
+    """A chain with k_s of Table 1 whose density changes linearly between its ends (people/m): free
+    end, wall.
 
     rigid: at FROM_WALL_M from the wall for rigid disks of the same masses: the momentum of all who
         stand behind"""
 
-    def __init__(self, answer: CollisionAnswer, first: float, last: float) -> None:
+    def __init__(self, first: float, last: float, mesh: float) -> None:
+        space = space_of(mesh)
+        density = first + (last - first) * space.mesh.p[0] / LENGTH
+        answer = collide(space, table_1_medium(density, person=1.0), [SPEED])
         super().__init__(f"{first:g}" if first == last else f"{first:g} to {last:g}", answer)
         self.ends, behind = (first, last), [LENGTH - at for at in FROM_WALL_M]
         rise = 0.5 * (last - first) / LENGTH
@@ -111,20 +115,6 @@ def space_of(mesh: float) -> Space:
     return Space(chain_mesh(LENGTH, round(LENGTH * PER_METRE * 0.2 / mesh)), 2)
 
 
-def trial(name: str, surface: float, density: float, mesh: float) -> Trial:
-    """Solve a chain with k_s and ρ (people/m)."""
-    medium = table_1_medium(density, surface=surface, person=1.0)
-    chain = Chain(medium=medium, length=LENGTH, left_velocity=SPEED)
-    return Trial(name, collide(space_of(mesh), medium, [SPEED]), chain)
-
-
-def varied(first: float, last: float, mesh: float) -> Varied:
-    """Solve a chain with k_s of Table 1 whose density goes from `first` to `last` (people/m)."""
-    space = space_of(mesh)
-    density = first + (last - first) * space.mesh.p[0] / LENGTH
-    return Varied(collide(space, table_1_medium(density, person=1.0), [SPEED]), first, last)
-
-
 def free_chain(name: str, ends: tuple[float, float], volume: float, mesh: float) -> FreeChain:
     """Solve a free chain whose left velocity goes from one end of `ends` (m/s) to the other."""
     space = space_of(mesh)
@@ -137,49 +127,33 @@ def free_chain(name: str, ends: tuple[float, float], volume: float, mesh: float)
     return FreeChain(name, answer, rigid, float(np.abs(pressure(answer)).max()))
 
 
-class Chains(NamedTuple):
+class Chains:
     """All chains of the section.
 
+    trials, dense: one per name of SURFACES; one per density of DENSITIES, with k_s of Table 1
     varied: one per profile of PROFILES: falling, uniform and rising toward the wall
     free, constant: free chains, of falling left velocity with STIFF k_v, and of a constant one
     factor: the internal percussion by elements 0.5 m from the wall, over (14) as printed
     rigid_factor: how many times as large the percussion of rigid disks is there, at most
     growing: m, the distances of FROM_WALL_M from the wall at which it grows with every density"""
 
-    trials: Sequence[Trial]  # one per name of SURFACES
-    dense: Sequence[Trial]  # one per density of DENSITIES, with k_s of Table 1
-    varied: Sequence[Varied]
-    free: FreeChain
-    constant: FreeChain
-    table_1: Trial  # the chain with k_s of Table 1
-    factor: float
-    rigid_factor: float
-    growing: list[float]
-
-
-def chains(mesh: float) -> Chains:
-    """Solve all chains."""
-    trials = [trial(name, surface, DENSITY, mesh) for name, surface in SURFACES.items()]
-    dense = [trial(f"ρ = {rho:g}", TABLE_1.surface_dissipation, rho, mesh) for rho in DENSITIES]
-    rods, table_1 = [varied(*ends, mesh) for ends in PROFILES], trials[1]
-    corrected = float(table_1.chain.internal_percussion(LENGTH - 0.5))
-    least = np.diff([trial.inner for trial in dense], axis=0).min(0)
-    return Chains(
-        trials=trials,
-        dense=dense,
-        varied=rods,
-        free=free_chain("free, falling", (0.0, -SPEED), STIFF * VOLUME, mesh),
-        constant=free_chain("free, constant", (-SPEED, -SPEED), VOLUME, mesh),
-        table_1=table_1,
-        factor=table_1.inner[1] / (corrected / VOLUME),
-        rigid_factor=max(rod.rigid[1] / rod.inner[1] for rod in rods),
-        growing=[at for at, rise in zip(FROM_WALL_M, least, strict=True) if rise > 0],
-    )
+    def __init__(self, mesh: float) -> None:
+        k_s = TABLE_1.surface_dissipation
+        self.trials = [Trial(name, surface, DENSITY, mesh) for name, surface in SURFACES.items()]
+        self.dense = [Trial(f"ρ = {rho:g}", k_s, rho, mesh) for rho in DENSITIES]
+        self.varied, self.table_1 = [Varied(*ends, mesh) for ends in PROFILES], self.trials[1]
+        self.free = free_chain("free, falling", (0.0, -SPEED), STIFF * VOLUME, mesh)
+        self.constant = free_chain("free, constant", (-SPEED, -SPEED), VOLUME, mesh)
+        corrected = float(self.table_1.chain.internal_percussion(LENGTH - 0.5))
+        self.factor = self.table_1.inner[1] / (corrected / VOLUME)
+        self.rigid_factor = max(rod.rigid[1] / rod.inner[1] for rod in self.varied)
+        least = np.diff([trial.inner for trial in self.dense], axis=0).min(0)
+        self.growing = [at for at, rise in zip(FROM_WALL_M, least, strict=True) if rise > 0]
 
 
 def velocities(found: Chains) -> Figure:
     """Draw u⁺ along the chains by elements and in closed form, and r_int for several densities."""
-    figure, (left, right) = panels(10.5, 4.4, 1, 2)
+    figure, (left, right) = panels(10.5, 4.4, 1, 2, grid="major")
     for number, one in enumerate(found.trials):
         colour, some = COLOURS[number], slice(number * 5, None, 20)
         left.plot(one.x, one.chain.right_velocity(one.x), LINES[number], color=colour, lw=1.2)
@@ -197,18 +171,15 @@ def velocities(found: Chains) -> Figure:
     right.legend(fontsize=8, loc="upper left")
     for axes in (left, right):
         axes.set(xlabel="x (m), the wall is at the right", xlim=(LENGTH - 6, LENGTH + 0.1))
-        axes.grid(alpha=0.3)
     return figure
 
 
 def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
     """Build 3.2.1: right velocities of chains that stick and rebound, the statements tried."""
-    found = chains(mesh)
+    found = Chains(mesh)
     words = Words(
         __name__,
         **{"found": found, "table": found.table_1, "h": found.table_1.chain.medium.length},
-        **{"length": LENGTH, "density": DENSITY, "volume": VOLUME, "speed": SPEED},
-        **{"threshold": THRESHOLD, "at": FROM_WALL_M},
         printed=sum(trial.printed for trial in found.trials),
         rebound=sum(trial.printed != (trial.at_wall == 0) for trial in found.trials),
         right=sum(trial.chain.sticks == (trial.at_wall == 0) for trial in found.trials),

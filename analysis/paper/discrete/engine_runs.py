@@ -1,6 +1,6 @@
 """Engine runs that figures read: by which engine, how they end, and what those say that fail."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
@@ -13,7 +13,6 @@ from analysis.support.parallel import Progress
 from nscd import Snapshot
 
 Read = TypeVar("Read")
-Thing = TypeVar("Thing")
 Run = TypeVar("Run", bound=EngineRun)
 
 
@@ -44,14 +43,6 @@ def seeded_runs(crowds: Iterable[tuple[str, int, Scene]], folder: Path) -> list[
         SeededRun(scene=scene, engine=engine, folder=folder / f"{engine}_{name}", seed=seed)
         for name, seed, scene in crowds
     ]
-
-
-def told(things: Sequence[Thing], label: str, progress: Progress | None) -> Iterator[Thing]:
-    """Hand on the things, and tell before each how far it is."""
-    for done, thing in enumerate(things, start=1):
-        if progress:
-            progress(label, done / len(things))
-        yield thing
 
 
 def each(runs: Iterable[Run], read: Callable[[Run], Read], warnings: list[str]) -> list[Read]:

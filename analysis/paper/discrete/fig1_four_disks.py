@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import bisect
 
 from analysis.engines.run import EngineRun
-from analysis.pages.drawing import BLACK, BLUE, COLOURS, GREY, MARKERS, ORANGE, panels
+from analysis.pages.drawing import BLACK, BLUE, COLOURS, GREY, MARKERS, ORANGE, legend_below, panels
 from analysis.pages.names import ENGINE_NAMES
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
@@ -130,11 +130,10 @@ def cradle_runs(disks: int, runs: Path) -> list[EngineRun]:
     scene = read_scene("four_disks")
     cases = [(engine, "hooke", e, t) for e, t in ((1.0, 12), (0.01, 100)) for engine in BOTH]
     cases.insert(2, ("lammps", "hertz", 1.0, 48))
-    made = (
-        (cradle_scene(scene, disks, law=law, restitution=e, periods=t), engine)
+    return [
+        EngineRun.of(cradle_scene(scene, disks, law=law, restitution=e, periods=t), engine, runs)
         for engine, law, e, t in cases
-    )
-    return [EngineRun.of(one, engine, runs) for one, engine in made]
+    ]
 
 
 def impacts_of(
@@ -156,11 +155,8 @@ def impacts_of(
         answer = percussions(masses, left, law)
         after = answer.right_velocity[:, 0]
         impacts.append(Impact(f"percussions, {name}", masses, left, after, answer))
-    snapshot = aligned(mass, left)
-    contacts = find_contacts(snapshot, tolerance=1e-9)
     for e in (0.5, 1.0):
-        after = newton_impact(snapshot, contacts, e)[:, 0]
-        impacts.append(Impact(f"Newton, e = {e:g}", mass, left, after))
+        impacts.append(Impact(f"Newton, e = {e:g}", mass, left, newton_impact(mass, left, e)))
 
     def soft(run: EngineRun) -> Impact:
         contact, end = run.scene.contact, end_of(run, progress)
@@ -193,29 +189,23 @@ def restitutions() -> list[tuple[float, ...]]:
     """Tabulate e asked, its k (kg), the restitution of a pair, of four disks, in closed form, by
     Newton's law, and how far four disks are short of e."""
     rows: list[tuple[float, ...]] = []
-    snapshot = aligned(np.full(4, MASS), first_only(4))
-    contacts = find_contacts(snapshot, tolerance=1e-9)
     for e in RESTITUTIONS:
         k = float(ContactLaw(restitution=e).coefficients(np.array([2 / MASS]))[0][0])
-        newton = newton_impact(snapshot, contacts, e)[:, 0]
-        four, obtained = line_restitution(4, e), float((newton[1] - newton[0]) / 2.0)
+        right = newton_impact(np.full(4, MASS), first_only(4), e)
+        four, obtained = line_restitution(4, e), float((right[1] - right[0]) / 2.0)
         closed = four_disk_restitution(e)
         rows.append((e, k, line_restitution(2, e), four, closed, obtained, e - four))
     return rows
 
 
-def influences() -> tuple[Floats, Floats]:
-    """Find ∂λ¹²/∂u⁻ (4,) kg of unequal disks, all contacts closing: by the solver, and of (3)."""
-    mass = np.array(UNEQUAL)
-    closed = np.concatenate([[mass[0] * mass[1:].sum()], -mass[0] * mass[1:]]) / mass.sum()
-    return influence(mass, CLOSING), closed
-
-
-def formula() -> tuple[float, float]:
-    """Find λ¹² (N·s) of unequal disks, all contacts closing: (3), and the solver."""
+def formula() -> tuple[float, Floats, Floats]:
+    """How far (3) is from λ¹² of unequal disks, all contacts closing, as a share; and ∂λ¹²/∂u⁻
+    (4,) kg, by the solver and of (3)."""
     mass, left = np.array(UNEQUAL), np.array(CLOSING)
     printed = float(mass[0] * (mass[1:] @ (left[0] - left[1:])) / mass.sum())
-    return printed, float(percussions(mass, left, ContactLaw()).reaction[0])
+    solved = float(percussions(mass, left, ContactLaw()).reaction[0])
+    closed = np.concatenate([[mass[0] * mass[1:].sum()], -mass[0] * mass[1:]]) / mass.sum()
+    return abs(solved / printed - 1), influence(mass, CLOSING), closed
 
 
 def opening_rows() -> list[tuple[Cell, ...]]:
@@ -250,8 +240,7 @@ def after_impact(impacts: list[Impact]) -> Figure:
     axes.set_ylim(len(impacts) - 0.4, -0.6)
     axes.set_xlabel("velocity after the impact / velocity of disk 1 before it (–)")
     axes.grid(axis="x", alpha=0.3)
-    handles, labels = axes.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=disks, fontsize=8)
+    legend_below(figure, axes, disks, place="outside upper center")
     return figure
 
 
@@ -260,7 +249,7 @@ def against_dissipation(
 ) -> Figure:
     """Draw u⁺/U of four disks (s,4) and of a pair (s,2) against k/m (s,), with both readings of the
     printed k, and the restitution obtained: rows of `restitutions`."""
-    figure, (left, right) = panels(10.0, 4.2, 1, 2)
+    figure, (left, right) = panels(10.0, 4.2, 1, 2, grid="major")
     _velocities(left, ratios, four, pair)
     e, _, pairs, fours, _, newton, _ = np.array(obtained).T
     line = np.linspace(0, 1, 201)
@@ -272,7 +261,6 @@ def against_dissipation(
     right.plot(e, newton, "x", color=BLACK, label="Newton's law, four disks")
     right.set(xlabel="restitution e that k stands for in a pair (–)", ylabel="(u²⁺ − u¹⁺) / U (–)")
     right.legend(fontsize=8)
-    right.grid(alpha=0.3)
     return figure
 
 
@@ -293,7 +281,6 @@ def _velocities(axes: Axes, ratio: Floats, four: Floats, pair: Floats) -> None:
         label = f"k = {PRINTED_K:g} kg, m = {mass:g} kg"
         axes.plot([place] * 2, values, marker, ls="none", mfc="white", mec=BLACK, ms=7, label=label)
     axes.set(xscale="log", ylim=(-1.05, 1.45), xlabel="k/m (–)", ylabel="u⁺/U (–)")
-    axes.grid(alpha=0.3)
     axes.legend(fontsize=7, ncols=2, loc="upper left")
 
 
@@ -312,11 +299,11 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
     solved = [(f"{i.law}, m = {i.mass[0]:g} kg", i.answer) for i in fours + threes]
     ratios = np.geomspace(0.03, 300, 61)
     four, pair = (against_ratio(n, ratios) for n in (4, 2))
-    asked, (by_formula, by_solver), effect = restitutions(), formula(), influences()
+    asked, (error, *effect) = restitutions(), formula()
     # how far the restitution of a pair, and of four disks, is from the e asked, at most
     misses = [max(abs(row[i] - row[0]) for row in asked) for i in (2, 3)]
     rigid, printed, light = fours[:3]
-    far, error = effect[0][2:], abs(by_solver / by_formula - 1)
+    far = effect[0][2:]
     disks = {"apart": float(np.ptp(four[:, 1:], axis=1).max()), "misses": misses}
     words = Words(__name__, disks=disks, rigid=rigid, printed=printed, light=light)
     restitution = Verdict.FAILS if misses[0] > 1e-6 else Verdict.of(True, misses[1] < 1e-6)

@@ -1,10 +1,8 @@
 """Figure 3: chains of disks, free and against a wall, against their closed forms."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,8 +11,7 @@ from matplotlib.figure import Figure
 from analysis.pages.drawing import BLACK, COLOURS, GREY, LINES, MARKERS, legend_below, look, panels
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
-from analysis.paper.answers import unsolved
-from analysis.paper.discrete.engine_runs import told
+from analysis.paper.answers import grouped, told, unsolved
 from analysis.paper.discrete.line_of_disks import aligned
 from analysis.support.parallel import Progress
 from nscd import Percussions, Walls, find_contacts, solve
@@ -31,8 +28,7 @@ OTHER_SOLVER_UP_TO = 1000
 KINDS = [(wall, equal) for wall in (False, True) for equal in (True, False)]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Chain:
+class Chain(NamedTuple):
     """A chain of touching disks along x."""
 
     mass: Floats  # (n,) kg
@@ -70,28 +66,18 @@ class Chain:
         return found, time.process_time() - started
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Trial:
-    """A chain solved."""
+    """A chain solved, and compared with the closed form.
 
-    chain: Chain
-    answer: Percussions
-    cpu: float  # s
-    reaction_error: float  # error of λ over the largest λ
-    velocity_error: float  # error of u⁺ over 2 m/s
+    cpu: s; reaction_error: of λ over the largest λ; velocity_error: of u⁺ over 2 m/s"""
 
-    @classmethod
-    def of(cls, chain: Chain, solver: str = "auto") -> Trial:
-        """Solve the chain and compare it with the closed form."""
-        answer, cpu = chain.answer(solver)
+    def __init__(self, chain: Chain, solver: str = "auto") -> None:
+        self.chain, (self.answer, self.cpu) = chain, chain.answer(solver)
         reaction, common = chain.closed_form()
-        return cls(
-            chain=chain,
-            answer=answer,
-            cpu=cpu,
-            reaction_error=float(np.abs(answer.reaction - reaction).max() / reaction.max()),
-            velocity_error=float(np.abs(answer.right_velocity[:, 0] - common).max() / SPEED),
-        )
+        away = np.abs(self.answer.reaction - reaction).max()
+        self.reaction_error = float(away / reaction.max())
+        moving = self.answer.right_velocity[:, 0]
+        self.velocity_error = float(np.abs(moving - common).max() / SPEED)
 
     @property
     def name(self) -> str:
@@ -128,15 +114,15 @@ def solved(progress: Progress | None) -> tuple[list[Trial], list[Trial]]:
     trials, others = [], []
     for case in told([(n, *kind) for n in LENGTHS for kind in KINDS], "chains", progress):
         chain = chain_of(*case)
-        trials.append(Trial.of(chain))
+        trials.append(Trial(chain))
         if case[0] <= OTHER_SOLVER_UP_TO:
-            others.append(Trial.of(chain, "interior_point"))
+            others.append(Trial(chain, "interior_point"))
     return trials, others
 
 
 def percussions_along(shown: Sequence[Trial]) -> Figure:
     """Draw λ along chains, solver and closed form: free left, against a wall right."""
-    figure, (free, wall) = panels(9.5, 4.0, 1, 2)
+    figure, (free, wall) = panels(9.5, 4.0, 1, 2, grid="major")
     for axes in (free, wall):
         mine = [trial for trial in shown if trial.chain.wall == (axes is wall)]
         _along(axes, mine)
@@ -150,7 +136,6 @@ def percussions_along(shown: Sequence[Trial]) -> Figure:
         axes.set_xticks(range(1, n + 1), names, rotation=45, fontsize=8)
         axes.set(xlabel="contact", ylabel="reaction λ (N·s)")
         axes.set_title("against a wall" if axes is wall else "free")
-        axes.grid(alpha=0.3)
         axes.legend(fontsize=8, loc="upper left" if axes is wall else "lower center")
     return figure
 
@@ -166,11 +151,10 @@ def _along(axes: Axes, trials: Sequence[Trial]) -> None:
 
 def accuracy(trials: Sequence[Trial]) -> Figure:
     """Draw the error of λ and the CPU seconds against the length, a line for each kind of chain."""
-    figure, (left, right) = panels(9.5, 4.0, 1, 2)
+    figure, (left, right) = panels(9.5, 4.0, 1, 2, grid="major")
     smallest = np.finfo(float).eps / 4
-    kinds = dict.fromkeys(trial.chain.words for trial in trials)
-    for number, kind in enumerate(kinds):
-        mine = [trial for trial in trials if trial.chain.words == kind]
+    kinds = grouped(trials, lambda trial: trial.chain.words)
+    for number, (kind, mine) in enumerate(kinds.items()):
         people = [len(trial.chain.mass) for trial in mine]
         errors = [max(trial.reaction_error, smallest) for trial in mine]
         for axes, values in ((left, errors), (right, [trial.cpu for trial in mine])):
@@ -180,7 +164,6 @@ def accuracy(trials: Sequence[Trial]) -> Figure:
     right.set(ylabel="CPU time of solve (s)")
     for axes in (left, right):
         axes.set(xscale="log", yscale="log", xlabel="people in the chain")
-        axes.grid(alpha=0.3)
     legend_below(figure, left, 5)
     return figure
 
@@ -189,18 +172,19 @@ def build(progress: Progress | None = None) -> Section:
     """Build figure 3: λ along chains against the closed forms, up to 10,000 disks."""
     trials, others = solved(progress)
     # the chains of the picture, free and against a wall, each with equal and unequal masses
-    shown = [Trial.of(chain_of(SHOWN, *kind)) for kind in KINDS]
+    shown = [Trial(chain_of(SHOWN, *kind)) for kind in KINDS]
     equal, unequal, _, walled = (trial.answer.reaction for trial in shown)
     change = float(np.abs(unequal - equal).max() / equal.max())
     printed, _ = shown[3].chain.as_printed()
     missed = float(np.abs(printed - walled[:-1]).max() / walled.max())
     free_error = max(trial.reaction_error for trial in trials if not trial.chain.wall)
     # the free chain of unequal masses if all have the same left velocity
-    same, _ = replace(shown[1].chain, left=np.full(SHOWN, SPEED)).answer()
+    same, _ = shown[1].chain._replace(left=np.full(SHOWN, SPEED)).answer()
     at_one_speed = float(same.reaction.max()), float(np.ptp(same.right_velocity[:, 0]))
-    chains = {"shown": shown, "change": change}
-    chains |= {"printed_miss": missed, "free_error": free_error, "at_one_speed": at_one_speed}
-    words = Words(__name__, chains=chains)
+    chains = {"shown": shown, "change": change, "printed_miss": missed}
+    words = Words(
+        __name__, chains=chains | {"free_error": free_error, "at_one_speed": at_one_speed}
+    )
     chosen, magnified = (
         words.table("table", [trial.row() for trial in some], what=what)
         for what, some in (

@@ -1,8 +1,9 @@
 """Figure 4: a crowd pressed to an exit, its seeds, and what the dissipation changes."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -10,17 +11,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from analysis.compare.comparison import Comparison
-from analysis.compare.statistics import relative_difference, statistics
+from analysis.compare.comparison import Comparison, relative_difference, statistics
 from analysis.compare.study import Study
 from analysis.engines import EngineError
 from analysis.engines.run import EngineRun
 from analysis.pages.drawing import BLACK, BLUE, GREY, ORANGE, legend_below, panels
 from analysis.pages.section import Cell, Claim, Section, Table, Verdict
 from analysis.pages.words import Words
-from analysis.paper.answers import unsolved
+from analysis.paper.answers import grouped, told, unsolved
 from analysis.paper.discrete import pressed_crowd
-from analysis.paper.discrete.engine_runs import SeededRun, each, seeded_runs, told
+from analysis.paper.discrete.engine_runs import SeededRun, each, seeded_runs
 from analysis.paper.discrete.pressed_crowd import NEIGHBOURHOOD_M, RING_M, Arch, Blocked
 from analysis.scene.scene import Scene, read_scene
 from analysis.scene.shipped_scenes import make
@@ -64,17 +64,18 @@ class Trial(NamedTuple):
 def dissipation_trials(arch: Arch, dissipations: Sequence[float] = DISSIPATIONS) -> list[Trial]:
     """Solve the arch with each k, along and across the contacts (paper (1)) and along the normals
     only."""
-    trials = []
     before = 0.5 * float(arch.snapshot.mass @ (arch.left_velocity**2).sum(1))
-    for across, k in product((True, False), dissipations):
+
+    def trial(across: bool, k: float) -> Trial:
         law = ContactLaw(dissipation=k, tangential_dissipation=None if across else 0.0)
         answer = arch.under(law)
         tried = replace(arch, answer=answer)
         most = tried.largest(tried.carried())
         forces = tried.normal_forces(), answer.reaction / arch.window
-        acts = k, across, tried, most, *pressed_crowd.carried_interval(tried, most), *forces
-        trials.append(Trial(*acts, answer.energy_change / before))
-    return trials
+        bounds = pressed_crowd.carried_interval(tried, most)
+        return Trial(k, across, tried, most, *bounds, *forces, answer.energy_change / before)
+
+    return [trial(*case) for case in product((True, False), dissipations)]
 
 
 def changes(trials: Sequence[Trial]) -> Mapping[float, float]:
@@ -109,13 +110,12 @@ def sample_of(arch: Arch, seed: int) -> Sample:
     largest overlap over the mean diameter. profile: (rings,) means of the sum of magnitudes in
     rings of 1 m, over mean_N."""
     carried, resultants = arch.carried(), arch.resultants()
-    distance, inside, ring = arch.distance(), arch.inside(), arch.rings()
+    distance, inside = arch.distance(), arch.inside()
     most, most_resultant = arch.largest(carried), arch.largest(resultants)
     lower, upper = pressed_crowd.carried_interval(arch, most)
     forces = np.where(inside[arch.contacts.first], arch.normal_forces(), 0.0)
     strongest, mean = int(np.argmax(forces)), float(carried[inside].mean())
     at_contact = arch.contacts.point[strongest] - arch.door_middle
-    rings = [carried[ring == r] for r in range(int(ring.max()) + 1)]
     return {
         "people": len(arch.snapshot),
         "seed": seed,
@@ -135,7 +135,9 @@ def sample_of(arch: Arch, seed: int) -> Sample:
         "contact_distance_m": float(np.hypot(*at_contact)),
         "largest_resultant_N": float(resultants[most_resultant]),
         "resultant_distance_m": float(distance[most_resultant]),
-        "profile": [float(at.mean() / mean) if len(at) else float("nan") for at in rings],
+        "profile": [
+            float(at.mean() / mean) if len(at) else float("nan") for at in arch.by_ring(carried)
+        ],
     }
 
 
@@ -196,7 +198,7 @@ SIZED = (
 
 def dissipation(trials: Sequence[Trial]) -> Figure:
     """Draw percussions and reactions against the dissipation k: along and across, along only."""
-    figure, axes = panels(10.5, 4.2, 1, 2, sharey=True)
+    figure, axes = panels(10.5, 4.2, 1, 2, sharey=True, grid="major")
     ticks = [0, 1, 10, 100, 1e3, 1e4]
     for axis, across in zip(axes, (True, False), strict=True):
         _forces(axis, [trial for trial in trials if trial.across == across])
@@ -208,7 +210,6 @@ def dissipation(trials: Sequence[Trial]) -> Figure:
         axis.set(xlabel="dissipation k (kg)", xlim=(-0.1, 1.5e4))
         title = "k along and across the contacts (paper)" if across else "k along the normals only"
         axis.set_title(title, fontsize=10)
-        axis.grid(alpha=0.3)
     axes[0].set(ylabel="force (kN)", ylim=(0, None))
     legend_below(figure, axes[0], 6)
     return figure
@@ -253,12 +254,7 @@ def _places(axes: Axes, samples: Sequence[Sample]) -> None:
     hatched: dict[str, Any] = {"color": "none", "edgecolor": ORANGE, "lw": 1.5, "hatch": "///"}
     axes.hist(sums, bins, **filled, label="largest sum of magnitudes")
     axes.hist(vectors, bins, **hatched, label="largest vector sum")
-    axes.axvline(
-        NEIGHBOURHOOD_M,
-        color=BLACK,
-        ls=":",
-        label=f"{NEIGHBOURHOOD_M:g} m",
-    )
+    axes.axvline(NEIGHBOURHOOD_M, color=BLACK, ls=":", label=f"{NEIGHBOURHOOD_M:g} m")
     axes.set_ylabel("crowds")
     axes.locator_params(axis="y", integer=True)
     axes.set_ylim(0, 1.45 * axes.get_ylim()[1])
@@ -330,38 +326,43 @@ def places(words: Words, crowds: Crowds) -> list[Claim]:
     return [*found, rings(words, crowds)]
 
 
-def _of_all(found: Sequence[Mapping[str, Any]]) -> Verdict:
-    """Holds where it does in every kind of crowd, fails where it does in every kind."""
+def _in_each(
+    words: Words, block: str, crowds: Crowds, judge: Callable[..., Any], **values: Any
+) -> Claim:
+    """Judge each kind of crowd; it holds where it does in every kind, fails where it does in every
+    kind."""
+    found = [{"kind": kind, "all": len(some)} | judge(some) for kind, some in crowds.items()]
     verdicts = {kind["verdict"] for kind in found}
-    return verdicts.pop() if len(verdicts) == 1 else Verdict.PARTLY
+    verdict = verdicts.pop() if len(verdicts) == 1 else Verdict.PARTLY
+    return words.claim(block, verdict, crowds=found, **values)
 
 
 def place(words: Words, crowds: Crowds, distance: str, quantity: str) -> Claim:
     """Judge one reading in each kind of crowd: it holds where it does in all of the crowds, in part
     where in half of them or more."""
-    found: list[dict[str, Any]] = []
-    for kind, samples in crowds.items():
+
+    def judge(samples: Sequence[Sample]) -> dict[str, Any]:
         at = _numbers(samples, distance)
         near = int((at <= NEIGHBOURHOOD_M).sum())
         verdict = Verdict.of(near == len(at), 2 * near >= len(at))
-        counts: dict[str, Any] = {"near": near, "all": len(at)}
-        found.append(counts | {"kind": kind, "verdict": verdict, "median": np.median(at)})
-    values = {"quantity": quantity, "neighbourhood": NEIGHBOURHOOD_M, "crowds": found}
-    return words.claim("place", _of_all(found), **values)
+        return {"near": near, "verdict": verdict, "median": np.median(at)}
+
+    values = {"quantity": quantity, "neighbourhood": NEIGHBOURHOOD_M}
+    return _in_each(words, "place", crowds, judge, **values)
 
 
 def rings(words: Words, crowds: Crowds) -> Claim:
     """Judge the same of the mean sum of magnitudes in rings of 1 m: it holds if the ring at the
     exit has the largest mean in all of the crowds, in part if the largest lies within 2 m in half
     of them or more."""
-    found: list[dict[str, Any]] = []
-    for kind, samples in crowds.items():
+
+    def judge(samples: Sequence[Sample]) -> dict[str, Any]:
         peaks = np.array([int(np.nanargmax(s["profile"])) for s in samples])
         first, near = int((peaks == 0).sum()), int((peaks <= 1).sum())
         verdict = Verdict.of(first == len(peaks), 2 * near >= len(peaks))
-        counts: dict[str, Any] = {"first": first, "near": near, "all": len(peaks)}
-        found.append(counts | {"kind": kind, "verdict": verdict})
-    return words.claim("rings", _of_all(found), ring=RING_M, crowds=found)
+        return {"first": first, "near": near, "verdict": verdict}
+
+    return _in_each(words, "rings", crowds, judge, ring=RING_M)
 
 
 def contact_forces(
@@ -371,18 +372,14 @@ def contact_forces(
 
     In part where they agree to EXACT (rms) at the contacts whose force the mechanics fixes, whole
     where those of the stiffest contacts agree to ALIKE at all contacts, too."""
-    found = []
+    found: list[dict[str, float]] = []
     for stiffness, runs in sorted(comparisons.items()):
         numbers = [statistics(comparison) for comparison in runs]
-        worst = {
-            name: max(n[f"{name}_relative_difference"] for n in numbers)
-            for name in ("determined", "contact")
-        }
-        fixed, contacts = (
-            sum(n[name] for n in numbers) for name in ("determined_contacts", "rigid_contacts")
-        )
-        counts = {"stiffness": stiffness, "fixed": fixed, "contacts": contacts}
-        found.append(counts | worst)
+        one = {"stiffness": stiffness, "fixed": sum(n["determined_contacts"] for n in numbers)}
+        one["contacts"] = sum(n["rigid_contacts"] for n in numbers)
+        for name in ("determined", "contact"):
+            one[name] = max(n[f"{name}_relative_difference"] for n in numbers)
+        found.append(one)
     exact = max(each["determined"] for each in found) < EXACT
     verdict = Verdict.of(exact and found[-1]["contact"] < ALIKE, exact)
     return words.claim("contact_forces", verdict, kind=kind, found=found)
@@ -499,13 +496,14 @@ def _section(
     crowds = {kind: some for kind, some in crowds.items() if some}
     words = Words(__name__, arch=arch, grown=grown)
     crowd = pressed_crowd.crowd_parts(arch, found, "fig_4_", "arch")
+    (snapshot, engines), (maxima, by_engine) = crowd.pictures, crowd.tables
     pictures = [
-        crowd.snapshot,
+        snapshot,
         words.picture("fig_4_dissipation", dissipation(trials)),
-        crowd.engines,
+        engines,
         words.picture("fig_4_seeds", seeds(crowds)),
     ]
-    every = [crowd.maxima, dissipation_table(words, trials), crowd.by_engine]
+    every = [maxima, dissipation_table(words, trials), by_engine]
     every += [seeds_table(words, kind, some) for kind, some in crowds.items()]
     if len(_by_people(samples)) > 1:
         pictures.append(words.picture("fig_4_sizes", sizes(samples)))
@@ -516,7 +514,7 @@ def _section(
     }
     return words.section(
         "4",
-        crowd=crowd,
+        crowd=crowd.words[0],
         stopped=(len(soft), len(pressed_crowd.BLOCKED_SEEDS)),
         pictures=pictures,
         tables=every,
@@ -537,13 +535,10 @@ def _numbers(samples: Sequence[Sample], name: str) -> Floats:
 
 def _by_people(samples: Sequence[Sample]) -> dict[int, list[Sample]]:
     """The arches of each number of people, fewest first."""
-    sizes = sorted({s["people"] for s in samples})
-    return {people: [s for s in samples if s["people"] == people] for people in sizes}
+    return dict(sorted(grouped(samples, itemgetter("people")).items()))
 
 
 def _trial_warnings(trials: Sequence[Trial]) -> list[str]:
-    named = []
-    for trial in trials:
-        name = f"k = {trial.dissipation:g} kg{'' if trial.across else ', normal only'}"
-        named.append((name, trial.arch.answer))
+    names = (f"k = {t.dissipation:g} kg{'' if t.across else ', normal only'}" for t in trials)
+    named = [(name, t.arch.answer) for name, t in zip(names, trials, strict=True)]
     return unsolved(named) + [f"{name}: {words}" for name, a in named for words in a.warnings]

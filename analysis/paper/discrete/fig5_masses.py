@@ -38,9 +38,7 @@ class Uniformity(NamedTuple):
 
 def uniformity(arch: pressed_crowd.Arch, values: Floats) -> Uniformity:
     """Compare the rings of an arch by values (n,) of its people."""
-    ring = arch.rings()
-    groups = [values[ring == r] for r in range(int(ring.max()) + 1)]
-    groups = [group for group in groups if len(group) >= LEAST_PEOPLE]
+    groups = [group for group in arch.by_ring(values) if len(group) >= LEAST_PEOPLE]
     means = [float(group.mean()) for group in groups]
     varies = np.ptp(np.concatenate(groups)) > 0
     chance = float(kruskal(*groups).pvalue) if varies else 1.0
@@ -59,13 +57,15 @@ def rings(archs: Mapping[str, pressed_crowd.Arch]) -> Figure:
     figure, every = panels(10.5, 4.2, 1, 2)
     for name, arch in archs.items():
         style, colour, dot = STYLES[name]
-        ring, inside, distance = arch.rings(), arch.inside(), arch.distance()
-        held = [r for r in range(int(ring.max()) + 1) if (ring == r).any()]
-        middles = [(r + 0.5) * pressed_crowd.RING_M for r in held]
+        inside, distance = arch.inside(), arch.distance()
         speed = np.hypot(*arch.answer.right_velocity.T)
         for axis, values in zip(every, (speed, arch.carried() / 1e3), strict=True):
             axis.plot(distance[inside], values[inside], dot, ms=3, color=colour, alpha=0.35)
-            means = [values[ring == r].mean() for r in held]
+            held = [(r, at.mean()) for r, at in enumerate(arch.by_ring(values)) if len(at)]
+            middles, means = (
+                [(r + 0.5) * pressed_crowd.RING_M for r, _ in held],
+                [m for _, m in held],
+            )
             label = f"{name}: mean of rings of {pressed_crowd.RING_M:g} m"
             axis.plot(middles, means, style, color=colour, mec=BLACK, label=label)
     labels = ("right speed |u⁺| (m/s)", "sum of normal magnitudes (kN)")
@@ -99,11 +99,12 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
         ("the speed on the right", "m/s", uniformity(arch, speed)),
         ("the pressure", "N", uniformity(arch, arch.carried())),
     ]
+    snapshot, engines = crowd.pictures
     return words.section(
         "5",
-        crowd=crowd,
-        pictures=[crowd.snapshot, words.picture("fig_5_rings", rings(archs)), crowd.engines],
-        tables=[crowd.maxima, crowd.by_engine, _rings_table(words, archs)],
+        crowd=crowd.words[0],
+        pictures=[snapshot, words.picture("fig_5_rings", rings(archs)), engines],
+        tables=[*crowd.tables, _rings_table(words, archs)],
         claims=[
             words.claim("uniformity", found.verdict, quantity=quantity, unit=unit, found=found)
             for quantity, unit, found in judged
@@ -115,11 +116,10 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
 def _rings_table(words: Words, archs: Mapping[str, pressed_crowd.Arch]) -> Table:
     rows: list[Sequence[Cell]] = []
     for name, arch in archs.items():
-        ring, speed = arch.rings(), np.hypot(*arch.answer.right_velocity.T)
-        for r in range(int(ring.max()) + 1):
-            at = ring == r
-            if at.any():
-                means = [float(v[at].mean()) for v in (speed, arch.carried(), arch.resultants())]
+        speed = np.hypot(*arch.answer.right_velocity.T)
+        quantities = map(arch.by_ring, (speed, arch.carried(), arch.resultants()))
+        for r, parts in enumerate(zip(*quantities, strict=True)):
+            if len(parts[0]):
                 width = f"{r * pressed_crowd.RING_M:g} – {(r + 1) * pressed_crowd.RING_M:g}"
-                rows.append((name, width, int(at.sum()), *means))
+                rows.append((name, width, len(parts[0]), *(float(v.mean()) for v in parts)))
     return words.table("table_rings", rows)

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from analysis.compare.statistics import correlation, relative_difference
+from analysis.compare.comparison import correlation, relative_difference
 from analysis.dumps import DumpError
 from analysis.engines import PENALTY, EngineError
 from analysis.engines.run import EngineRun
@@ -24,6 +24,7 @@ from analysis.scene.scene import Scene, read_scene
 from analysis.support.parallel import Progress
 from nscd.arrays import Floats
 from nscd.rivals import LoehnerReading, SocialForceLaw
+from nscd.show import contact_lines
 
 ROUNDING = 1e-6
 # An overlap below this share of a diameter is not seen in a picture.
@@ -32,29 +33,27 @@ NOTICEABLE, LARGE = 0.01, 0.1
 LAW = SocialForceLaw()
 
 
-def special_case(words: Words, equal: forces.ChainForces) -> Claim:
+def special_case(words: Words, equal: forces.Chain) -> Claim:
     """Judge whether (4) is the percussions where all masses are equal."""
-    special = relative_difference(equal.percussion, equal.first_order)
+    special = relative_difference(equal["percussion"], equal["first_order"])
     return words.claim("special_case", Verdict.of(special < ROUNDING), special=special)
 
 
-def constant_in_a_chain(
-    words: Words, equal: forces.ChainForces, unequal: forces.ChainForces
-) -> Claim:
+def constant_in_a_chain(words: Words, equal: forces.Chain, unequal: forces.Chain) -> Claim:
     """Judge whether the social force is constant along a chain: touching, and at rest."""
     both = (equal, unequal)
-    touching = max(float(np.abs(chain.social / LAW.strength - 1).max()) for chain in both)
-    rest = equal.social_at_rest
+    touching = max(float(np.abs(chain["social"] / LAW.strength - 1).max()) for chain in both)
+    rest = equal["social_at_rest"]
     verdict = Verdict.of(touching < ROUNDING, bool(np.ptp(rest) / LAW.strength < LARGE))
     return words.claim("constant_in_a_chain", verdict, touching=touching, rest=rest)
 
 
 def restrictive_mass(
-    words: Words, unequal: forces.ChainForces, arches: Sequence[forces.ArchForces]
+    words: Words, unequal: forces.Chain, arches: Sequence[forces.ArchForces]
 ) -> Claim:
     """Judge whether equal masses restrict the first-order model: it counts as holding where every
     difference is large, in part where one is noticeable; arches: of equal and of unequal masses."""
-    parts = [relative_difference(unequal.percussion, unequal.first_order)]
+    parts = [relative_difference(unequal["percussion"], unequal["first_order"])]
     for arch in arches[1:]:
         laws = (arch.by_law[law] for law in (forces.PERCUSSIONS, forces.FIRST_ORDER))
         contact, _, carried, resultant = forces.differences(*laws)
@@ -149,7 +148,7 @@ def draw_laws(limit: float) -> Figure:
     """Draw the force of one pair against its gap, by law; limit: N, f_max."""
     gap = np.concatenate([np.linspace(-0.02, 0.0, 21), np.linspace(1e-6, 0.5, 200)])
     of_pairs = forces.pair_forces(gap, forces.RADIUS_M, limit)
-    figure, (axes,) = drawing.panels(8.0, 4.4)
+    figure, (axes,) = drawing.panels(8.0, 4.4, grid="both")
     label = "percussions: any force at touch, none beyond"
     axes.axvline(0.0, color=drawing.BLACK, lw=4, alpha=0.25, label=label)
     touch = int((gap <= 0).sum())
@@ -163,54 +162,49 @@ def draw_laws(limit: float) -> Figure:
     place, arrow = (30.0, 1.6 * strength), {"arrowstyle": "->"}
     axes.annotate(f"A = {strength:g} N", (0.0, strength), place, arrowprops=arrow, fontsize=9)
     axes.set(yscale="log", xlabel="gap (mm), negative: overlap", ylabel="force of a pair (N)")
-    axes.grid(alpha=0.3, which="both")
     axes.legend(loc="upper right", fontsize=9)
     return figure
 
 
-def draw_chains(equal: forces.ChainForces, unequal: forces.ChainForces) -> Figure:
+def draw_chains(equal: forces.Chain, unequal: forces.Chain) -> Figure:
     """Draw the force along the chain for equal and unequal masses, and what the first-order model
     misjudges."""
-    figure = Figure(figsize=(12.5, 4.8), layout="constrained")
-    left = figure.add_subplot(1, 3, 1)
-    middle = figure.add_subplot(1, 3, 2, sharey=left)
+    figure, (left, middle, right) = drawing.panels(12.5, 4.8, 1, 3, grid="both")
+    middle.sharey(left)
     for axes, chain in ((left, equal), (middle, unequal)):
-        contact = np.arange(1, len(chain.percussion) + 1)
+        contact, mass = np.arange(1, len(chain["percussion"]) + 1), chain["mass"]
         for name, label, colour, marker, style, size in OF_A_CHAIN:
             face = "none" if name in HOLLOW else colour
             drawn: dict[str, Any] = {"ls": style, "color": colour, "ms": size, "mfc": face}
-            axes.plot(contact, getattr(chain, name), marker, lw=1.2, label=label, **drawn)
-        masses = f"{chain.mass.min():g} to {chain.mass.max():g} kg"
-        if chain.equal_masses:
-            masses = f"{chain.mass[0]:g} kg each"
+            axes.plot(contact, chain[name], marker, lw=1.2, label=label, **drawn)
+        masses = f"{mass.min():g} to {mass.max():g} kg" if np.ptp(mass) else f"{mass[0]:g} kg each"
         axes.set(yscale="log", xticks=contact, title=f"Masses: {masses}")
         axes.set_xlabel(f"contact (1: free end, {len(contact)}: wall)")
-        axes.grid(alpha=0.3, which="both")
     left.set_ylabel("normal force (N)")
-    _draw_misjudged(figure.add_subplot(1, 3, 3), equal, unequal)
+    _draw_misjudged(right, equal, unequal)
     drawing.legend_below(figure, left, 3, 9)
     return figure
 
 
-def _draw_misjudged(axes: Axes, equal: forces.ChainForces, unequal: forces.ChainForces) -> None:
+def _draw_misjudged(axes: Axes, equal: forces.Chain, unequal: forces.Chain) -> None:
     for chain, marker, style, colour, label in (
         (equal, "o", "--", drawing.BLACK, "equal masses"),
         (unequal, "^", "-", drawing.ORANGE, "unequal masses"),
     ):
-        contact = np.arange(1, len(chain.percussion) + 1)
-        share = 100 * (chain.first_order / chain.percussion - 1)
+        share = 100 * (chain["first_order"] / chain["percussion"] - 1)
+        contact = np.arange(1, len(share) + 1)
         axes.plot(contact, share, marker, ls=style, color=colour, label=label)
         axes.set_xticks(contact)
     axes.set(xlabel="contact", ylabel="first-order model above percussions (%)")
     axes.set_title("First-order model, λ m̄/τ")
-    axes.grid(alpha=0.3)
     axes.legend(fontsize=9)
 
 
 def draw_arches(equal: forces.ArchForces, unequal: forces.ArchForces) -> Figure:
     """Draw the distribution of the force, the force against the distance from the door, and social
     force and first-order model against percussions."""
-    figure, (by_force, by_distance, social, first_order) = drawing.panels(10.5, 8.6, 2, 2)
+    figure, every = drawing.panels(10.5, 8.6, 2, 2, grid="major")
+    by_force, by_distance, social, first_order = every
     styles = {
         forces.PERCUSSIONS: (drawing.BLACK, "-", "o", 2.4),
         equal.engine: (drawing.GREY, "-", "P", 2.4),
@@ -232,8 +226,6 @@ def draw_arches(equal: forces.ArchForces, unequal: forces.ArchForces) -> Figure:
     by_distance.set_title(f"{equal.scene.name}: force against distance")
     _scatter(social, equal, forces.SOCIAL, "s", drawing.BLUE)
     _scatter(first_order, unequal, forces.FIRST_ORDER, "^", drawing.ORANGE)
-    for axes in (by_force, by_distance, social, first_order):
-        axes.grid(alpha=0.3)
     drawing.legend_below(figure, by_distance, 5, 9)
     return figure
 
@@ -270,7 +262,7 @@ def draw_evacuations(found: Sequence[forces.Evacuation]) -> Figure:
         pairs, crowd = one.looks[-1].pairs, one.crowd
         drawing.draw_disks(axes, crowd)
         drawing.draw_walls(axes, zip(walls.start, walls.end, strict=True))
-        drawing.draw_forces(axes, drawing.contact_lines(crowd, pairs), -1e3 * pairs.gap, norm)
+        drawing.draw_forces(axes, contact_lines(crowd, pairs), -1e3 * pairs.gap, norm)
         deepest = 1e3 * one.deepest[-1]
         axes.set_title(f"$u_d$ = {speed:g} m/s: deepest overlap {deepest:.1f} mm", fontsize=10)
         axes.set(xlim=(-6.0, 1.5), ylim=(-4.5, 4.5), aspect="equal", xlabel="x (m)")
@@ -303,10 +295,11 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
     scenes = [read_scene(name) for name in CROWDS]
     drive = scenes[0].drive
     assert drive is not None
-    equal, unequal = (
-        forces.chain_forces(read_scene(name), drive.relaxation_time_s) for name in CHAINS
+    both = [forces.chain_forces(read_scene(name), drive.relaxation_time_s) for name in CHAINS]
+    (equal, unequal), warnings = (
+        (one for one, _ in both),
+        [line for _, said in both for line in said],
     )
-    warnings = [*equal.warnings, *unequal.warnings]
     limit = drive.push(forces.MASS_KG)
     named = {name: value for name, value in vars(forces).items() if name.isupper()}
     words = Words(__name__, drive=drive, limit=limit, radius=forces.RADIUS_M, **named)
@@ -329,7 +322,8 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
         tell("rivals", 0.7)
         crowds = blocked(runs, warnings, tell)
         if stopped := [forces.congestion_of(crowd) for crowd in crowds if crowd.still]:
-            tables.append(words.table("table_congestion", _congestion_rows(stopped)))
+            rows = [(*one[:4], max(one.unequal), one.freed) for one in stopped]
+            tables.append(words.table("table_congestion", rows))
             judged.insert(2, complete_congestion(words, stopped))
         judged += _crowd_claims(words, arches, warnings)
     evacuated = forces.evacuations(tell)
@@ -351,7 +345,7 @@ def _arches(
                 tell("rivals", 0.1 + 0.3 * number)
                 run = EngineRun.of(scene, engine.NAME, runs)
                 run.record(tell)
-                found.append(forces.arch_forces(scene, run.folder))
+                found.append(forces.ArchForces(scene, run.folder))
         except (EngineError, DumpError) as error:
             warnings.append(f"{engine.NAME}: {error}")
             continue
@@ -368,19 +362,19 @@ def _crowd_claims(
     beyond = forces.loehner_beyond_touch(unequal, LOEHNER_REACH_M)
     found = [unrealistic(words, equal), non_zero_apart(words, beyond)]
     try:
-        return [constant_without_overlap(words, equal, forces.without_overlap(equal)), *found]
+        return [constant_without_overlap(words, equal, forces.WithoutOverlap(equal)), *found]
     except OverlapError as error:
         warnings.append(f"{equal.scene.name} without overlaps: {error}")
         return found
 
 
 def _misjudged(
-    chains: Sequence[forces.ChainForces], arches: Sequence[forces.ArchForces]
+    chains: Sequence[forces.Chain], arches: Sequence[forces.ArchForces]
 ) -> list[Sequence[Cell]]:
     """What the first-order model makes of unequal masses."""
     rows: list[Sequence[Cell]] = []
     for name, chain in zip(CHAINS, chains, strict=True):
-        before = (np.append(0.0, force) for force in (chain.percussion, chain.first_order))
+        before = (np.append(0.0, chain[law]) for law in ("percussion", "first_order"))
         a, b = (forces.Forces(f[1:], f[1:] + f[:-1], np.diff(f)) for f in before)
         rows.append((name, *forces.differences(a, b), "all at rest", 0))
     for arch in arches:
@@ -388,10 +382,6 @@ def _misjudged(
         found = forces.differences(a, b)
         rows.append((arch.scene.name, *found, arch.speed_difference, arch.undetermined))
     return rows
-
-
-def _congestion_rows(found: Sequence[forces.Congestion]) -> list[tuple[float, ...]]:
-    return [(*one[:4], max(one.unequal), one.freed) for one in found]
 
 
 def _evacuation_rows(evacuated: Sequence[forces.Evacuation]) -> list[tuple[float, ...]]:

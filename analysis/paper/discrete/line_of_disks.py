@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike
 
 from analysis.percussions.dense_reference import dense_percussions
 from analysis.scene.scene import Scene
-from nscd import Contacts, Snapshot
+from nscd import Snapshot, find_contacts
 from nscd.arrays import Floats
 
 # Steps of an elastic impact per √(m/k): energy then grows by less than 1e-5 of itself.
@@ -17,25 +17,21 @@ def aligned(mass: ArrayLike, velocity: ArrayLike, radius: float = 0.25) -> Snaps
     """Touching disks of one radius (m) along x, of masses (n,) kg and velocities along x (n,) m/s.
 
     Raises ValueError, as Snapshot does, for masses and velocities that do not fit."""
-    masses = np.asarray(mass, dtype=np.float64)
-    n = len(masses)
-    along = np.asarray(velocity, dtype=np.float64)
-    if along.shape != masses.shape:
-        raise ValueError(f"velocity: shape {along.shape} where {masses.shape} is needed")
+    n = len(np.asarray(mass))
     return Snapshot(
         position=np.column_stack([2 * radius * np.arange(n), np.zeros(n)]),
-        velocity=np.column_stack([along, np.zeros(n)]),
+        velocity=np.column_stack([velocity, np.zeros(n)]),
         radius=np.full(n, radius),
-        mass=masses,
+        mass=np.asarray(mass, dtype=np.float64),
     )
 
 
-def newton_impact(snapshot: Snapshot, contacts: Contacts, restitution: float) -> Floats:
-    """Velocities (n,2) m/s after an impact by Newton's law at all contacts at once. Raises
-    ValueError for e outside [0, 1]."""
-    if not 0 <= restitution <= 1:
-        raise ValueError(f"restitution: {restitution}. 0 ≤ e ≤ 1 is needed")
-    return dense_percussions(snapshot, contacts, snapshot.velocity, restitution=restitution)[1]
+def newton_impact(mass: ArrayLike, velocity: ArrayLike, restitution: float) -> Floats:
+    """Velocities (n,) m/s after an impact of such disks by Newton's law, e in [0, 1], at all
+    contacts at once."""
+    line = aligned(mass, velocity)
+    contacts = find_contacts(line, tolerance=1e-9)
+    return dense_percussions(line, contacts, line.velocity, restitution=restitution)[1][:, 0]
 
 
 def impact_time(scene: Scene) -> float:

@@ -7,25 +7,24 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from analysis.compare.comparison import Comparison, compare_run
-from analysis.compare.statistics import correlation, relative_difference
+from analysis.compare.comparison import Comparison, compare_run, correlation, relative_difference
 from analysis.compare.study import Study, study
 from analysis.engines import PENALTY, EngineError
 from analysis.engines.run import EngineRun
 from analysis.pages import drawing
 from analysis.pages.names import engine_label
 from analysis.pages.numbers import interval as interval_of
-from analysis.pages.section import Cell, Picture, Section, Table
+from analysis.pages.section import Cell, Picture, Section
 from analysis.pages.words import Words
-from analysis.paper.answers import unsolved
-from analysis.paper.discrete.engine_runs import SeededRun, each, end_of, seeded_runs, told
+from analysis.paper.answers import told, unsolved
+from analysis.paper.discrete.engine_runs import SeededRun, each, end_of, seeded_runs
 from analysis.percussions.snapshot import percussions_of
 from analysis.scene.packing import heap
 from analysis.scene.scene import Drive, Scene
@@ -33,8 +32,9 @@ from analysis.scene.shipped_scenes import MASS_KG, make
 from analysis.support.parallel import Progress
 from nscd import ContactLaw, Contacts, Percussions, Snapshot, solve
 from nscd.arrays import Flags, Floats, Indices
-from nscd.indeterminacy.admissible import ProgramError
 from nscd.indeterminacy.intervals import IntervalStatus, interval, weights_of_disk
+from nscd.indeterminacy.linear import ProgramError
+from nscd.show import contact_lines
 
 log = logging.getLogger(__name__)
 RING_M = 1.0
@@ -129,6 +129,11 @@ class Arch:
         …; −1 for those outside."""
         return np.where(self.inside(), (self.distance() / RING_M).astype(np.int64), -1)
 
+    def by_ring(self, values: Floats) -> list[Floats]:
+        """Part values (n,) of people by their rings, from the exit on."""
+        ring = self.rings()
+        return [values[ring == r] for r in range(int(ring.max()) + 1)]
+
     @property
     def door_middle(self) -> Floats:
         """The middle of the exit, (2,) m."""
@@ -166,15 +171,13 @@ def snapshot(arch: Arch) -> Figure:
         norm = Normalize(0.0, float(np.quantile(shown, 0.99)))
         _draw_people(axis, arch, values, norm)
         if values is None:
-            drawing.draw_forces(
-                axis, drawing.contact_lines(arch.snapshot, arch.contacts), forces, norm
-            )
+            lines = contact_lines(arch.snapshot, arch.contacts)
+            drawing.draw_forces(axis, lines, forces, norm)
         axis.set_title(title, fontsize=10)
         drawing.add_scale(figure, axis, norm, label)
     moving = speed > 0.05 * np.quantile(speed, 0.9)
-    drawing.draw_vectors(
-        axes[1], position[moving], velocity[moving] / 4, width=0.0025, color=drawing.BLACK
-    )
+    shown = velocity[moving] / 4
+    drawing.draw_vectors(axes[1], position[moving], shown, width=0.0025, color=drawing.BLACK)
     for axis, values in zip(axes[2:], (arch.resultants(), arch.carried()), strict=True):
         most = position[arch.largest(values)]
         place = (0.4, np.copysign(max(abs(most[1]) + 0.6, 1.6), most[1]))
@@ -222,17 +225,6 @@ AT_REST_M_PER_S, AT_REST_SHARE = 0.01, 1e-3
 MEAN_RADIUS_M = 0.17  # of the scene `arch`
 
 
-class Blocked(NamedTuple):
-    """A crowd behind an exit that an arch blocks: its percussions, and beside the engine's forces."""
-
-    seed: int
-    stiffness: float  # N/m, k of the engine's contacts
-    arch: Arch
-    comparison: Comparison
-    still: bool  # whether it has come to rest in the engine, whatever the percussions say
-    at_rest: bool  # whether an arch stopped it, and it has come to rest
-
-
 def gathered(run: EngineRun) -> Arch:
     """Solve the last frame of a run. Raises EngineError, DumpError."""
     return Arch.of(run.scene, end_of(run))
@@ -245,35 +237,40 @@ def grown(people: int, seed: int) -> Arch:
     another: an arch as it forms, before anybody has moved."""
     scene = make("arch", people, seed)
     assert scene.drive is not None
-    ends = np.array([scene.drive.door_start_m, scene.drive.door_end_m])
-    half = 0.5 * float(np.hypot(*(ends[1] - ends[0])))
+    half = 0.5 * float(np.hypot(*np.subtract(scene.drive.door_end_m, scene.drive.door_start_m)))
     position, radius = heap(people, seed, MEAN_RADIUS_M, half)
-    still, mass = np.zeros_like(position), np.full(people, MASS_KG)
-    return Arch.of(scene, Snapshot(position=position, velocity=still, radius=radius, mass=mass))
+    mass = np.full(people, MASS_KG)
+    return Arch.of(scene, Snapshot(position=position, radius=radius, mass=mass))
 
 
 def blocked_runs(runs: Path) -> list[SeededRun]:
     """List the runs of `blocked`; none without an engine."""
-    crowds = (
-        (f"seed{seed}_k{k:.0e}", seed, make("jam", None, seed).with_contact(stiffness_N_per_m=k))
-        for k, seed in itertools.product(STIFFNESSES, BLOCKED_SEEDS)
-    )
-    one_frame = ((name, seed, scene.with_run(frames=1)) for name, seed, scene in crowds)
-    return seeded_runs(one_frame, runs / "jam_seeds")
+
+    def scene(k: float, seed: int) -> Scene:
+        return make("jam", None, seed).with_contact(stiffness_N_per_m=k).with_run(frames=1)
+
+    every = itertools.product(STIFFNESSES, BLOCKED_SEEDS)
+    crowds = ((f"seed{seed}_k{k:.0e}", seed, scene(k, seed)) for k, seed in every)
+    return seeded_runs(crowds, runs / "jam_seeds")
+
+
+class Blocked:
+    """A crowd behind an exit that an arch blocks: its percussions, and beside the engine's forces.
+
+    still: whether it has come to rest in the engine, whatever the percussions say
+    at_rest: whether an arch stopped it, and it has come to rest"""
+
+    def __init__(self, run: SeededRun) -> None:
+        self.seed, self.arch, self.comparison = run.seed, gathered(run), compare_run(run.folder)
+        self.stiffness = self.comparison.scene.contact.stiffness_N_per_m
+        self.still = self.comparison.balance.unbalanced < AT_REST_SHARE
+        fastest = np.hypot(*self.arch.answer.right_velocity[self.arch.inside()].T).max()
+        self.at_rest = self.still and bool(fastest < AT_REST_M_PER_S)
 
 
 def blocked(runs: Path, warnings: list[str], progress: Progress | None = None) -> list[Blocked]:
     """Solve the crowds of BLOCKED_SEEDS, at rest or not; one whose run fails is a warning."""
-
-    def read(run: SeededRun) -> Blocked:
-        arch, comparison = gathered(run), compare_run(run.folder)
-        still = comparison.balance.unbalanced < AT_REST_SHARE
-        fastest = np.hypot(*arch.answer.right_velocity[arch.inside()].T).max()
-        stiffness = comparison.scene.contact.stiffness_N_per_m
-        at_rest = still and bool(fastest < AT_REST_M_PER_S)
-        return Blocked(run.seed, stiffness, arch, comparison, still, at_rest)
-
-    return each(told(blocked_runs(runs), "blocked exits", progress), read, warnings)
+    return each(told(blocked_runs(runs), "blocked exits", progress), Blocked, warnings)
 
 
 EVERY: Sequence[str] = [engine.NAME for engine in PENALTY]
@@ -300,45 +297,39 @@ def without_crowd(number: str, title: str, reason: str) -> Section:
     return Section(number=number, title=title, warnings=(reason,))
 
 
-class CrowdParts(NamedTuple):
-    """What the sections of one crowd share: words, pictures and tables."""
+def crowd_parts(arch: Arch, found: Study, prefix: str, name: str) -> Section:
+    """Describe a crowd as a part of its section: how dense it is; itself, and its percussions
+    against each engine; the forces on the people inside, and by each engine.
 
-    words: str  # how dense it is
-    snapshot: Picture  # the crowd and its percussions
-    engines: Picture  # the percussions against each engine
-    maxima: Table  # the forces on the people inside, and where the largest are
-    by_engine: Table  # the sums of magnitudes by each engine against the percussions
-    warnings: list[str]  # what a reader has to know of the runs and the answer
-
-
-def crowd_parts(arch: Arch, found: Study, prefix: str, name: str) -> CrowdParts:
-    """Describe a crowd; arch: that of the first engine of `found`; prefix, name: of the pictures."""
-    words, comparisons = Words(__name__), found.comparisons
-    by_engine = [_engine_row(comparison) for comparison in comparisons]
-    own = unsolved([("percussions of the snapshot", arch.answer)])
-    return CrowdParts(
-        words=words.text("words", **_crowd_numbers(arch, found)),
-        snapshot=Picture(name=prefix + name, caption=words.text("snapshot"), figure=snapshot(arch)),
-        engines=Picture(
-            name=f"{prefix}engines", caption=words.text("engines"), figure=engines(comparisons)
-        ),
-        maxima=words.table("table_maxima", _maxima_rows(arch)),
-        by_engine=words.table("table_engines", by_engine),
-        warnings=[*found.warnings, *own],
-    )
-
-
-def _crowd_numbers(arch: Arch, found: Study) -> dict[str, Any]:
-    inside = arch.inside()
-    return {
+    arch: that of the first engine of `found`; prefix, name: of the pictures"""
+    words, comparisons, inside = Words(__name__), found.comparisons, arch.inside()
+    numbers = {
         "inside": int(inside.sum()),
         "people": len(inside),
         "time": found.scene.analysis.time_s,
         "density": (inside & (arch.distance() <= NEAR_M)).sum() / (0.5 * np.pi * NEAR_M**2),
         "near": NEAR_M,
-        "engine": engine_label(found.comparisons[0]),
-        "unbalanced": found.comparisons[0].balance.unbalanced,
+        "engine": engine_label(comparisons[0]),
+        "unbalanced": comparisons[0].balance.unbalanced,
     }
+    drawn = {
+        prefix + name: ("snapshot", snapshot(arch)),
+        f"{prefix}engines": ("engines", engines(comparisons)),
+    }
+    return Section(
+        number="",
+        title="",
+        words=[words.text("words", **numbers)],
+        pictures=[
+            Picture(name=file, caption=words.text(block), figure=figure)
+            for file, (block, figure) in drawn.items()
+        ],
+        tables=[
+            words.table("table_maxima", _maxima_rows(arch)),
+            words.table("table_engines", [_engine_row(comparison) for comparison in comparisons]),
+        ],
+        warnings=[*found.warnings, *unsolved([("percussions of the snapshot", arch.answer)])],
+    )
 
 
 def _maxima_rows(arch: Arch) -> list[Sequence[Cell]]:

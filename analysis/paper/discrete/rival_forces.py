@@ -10,11 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import brentq, root
 
-from analysis.compare.comparison import compare_run
-from analysis.compare.statistics import correlation, relative_difference
+from analysis.compare.comparison import compare_run, correlation, relative_difference
 from analysis.pages.names import ENGINE_NAMES
-from analysis.paper.answers import unsolved
-from analysis.paper.discrete.engine_runs import told
+from analysis.paper.answers import told, unsolved
 from analysis.paper.discrete.pressed_crowd import AT_REST_M_PER_S, Arch, Blocked
 from analysis.percussions.snapshot import percussions_of
 from analysis.scene.drive import Drive
@@ -42,12 +40,8 @@ def pair_forces(gap: Floats, radius: float, limit: float) -> dict[str, Floats]:
     """Compute forces (N) of pairs of equal disks with the given gaps (m), by law."""
     n, apart = len(gap), 10.0 * np.arange(len(gap))
     left, right = np.column_stack([0 * gap, apart]), np.column_stack([2 * radius + gap, apart])
-    pairs = Snapshot(
-        position=np.concatenate([left, right]),
-        velocity=np.zeros((2 * n, 2)),
-        radius=np.full(2 * n, radius),
-        mass=np.full(2 * n, MASS_KG),
-    )
+    radii, masses = np.full(2 * n, radius), np.full(2 * n, MASS_KG)
+    pairs = Snapshot(position=np.concatenate([left, right]), radius=radii, mass=masses)
     contacts = find_contacts(pairs, tolerance=float(max(gap.max(), 0.0)) + 1e-9)
     social = social_force(pairs, contacts)
     forces = {"repulsion": social.repulsion, "body": social.body, "social": social.normal}
@@ -75,28 +69,18 @@ def pair_rows(limit: float) -> list[list[float]]:
 LEFT_OUT_N = 1e-6
 
 
-class ChainForces(NamedTuple):
-    """Normal forces at the k contacts of a chain of n, from its free end to the wall, the last.
-
-    social_at_rest, gap_at_rest: (k,) N and m, one contact where the social forces balance the drive
-    loehner_printed, loehner_text: (k,) N at touch, the mean of what the two receive"""
-
-    mass: Floats  # (n,) kg
-    percussion: Floats  # (k,) N, p/τ
-    first_order: Floats  # (k,) N, λ m̄/τ with the mean mass m̄
-    social: Floats  # (k,) N, one contact of the touching chain
-    social_section: Floats  # (k,) N, all pairs that act across that contact
-    social_at_rest: Floats
-    gap_at_rest: Floats
-    loehner_printed: Floats
-    loehner_text: Floats
-    equal_masses: bool
-    warnings: Sequence[str]  # answers that were not solved
+Chain = Mapping[str, Floats]
+"""Normal forces (k,) N at the contacts of a chain, from its free end to the wall, by `chain_forces`."""
 
 
-def chain_forces(scene: Scene, relaxation_time: float) -> ChainForces:
+def chain_forces(scene: Scene, relaxation_time: float) -> tuple[Chain, list[str]]:
     """Compute the forces of a chain whose left velocities are the desired ones, people being driven
-    by m u_d/τ toward the wall."""
+    by m u_d/τ toward the wall; and what was not solved.
+
+    mass: kg, of the disk before a contact. percussion: p/τ. first_order: λ m̄/τ with the mean mass
+    m̄. social: one contact of the touching chain; social_section: all pairs that act across it.
+    social_at_rest, gap_at_rest (m): one contact where the social forces balance the drive.
+    loehner_printed, loehner_text: at touch, the mean of what the two receive."""
     snapshot, walls = scene.snapshot, scene.wall_segments()
     found = percussions_of(scene, snapshot, tolerance=1e-10)
     contacts, model = found.contacts, first_order(snapshot, found.contacts)
@@ -110,23 +94,19 @@ def chain_forces(scene: Scene, relaxation_time: float) -> ChainForces:
     nearest = all_pairs(rest, walls)
     nearest = nearest.select(_next_to(nearest, len(rest)))
     tolerance = scene.analysis.contact_tolerance_m
-    printed, text = (
-        mean_received(loehner_force(snapshot, contacts, drive, reading, tolerance=tolerance))
-        for reading in (LoehnerReading.PRINTED, LoehnerReading.TEXT)
-    )
-    return ChainForces(
-        mass=snapshot.mass,
-        percussion=(found.answer.impulse * contacts.normal).sum(1) / relaxation_time,
-        first_order=model.multiplier * snapshot.mass.mean() / relaxation_time,
-        social=social_force(snapshot, contacts, law).normal,
-        social_section=_across_sections(snapshot, all_pairs(snapshot, walls), law),
-        social_at_rest=social_force(rest, nearest, law).normal,
-        gap_at_rest=nearest.gap,
-        loehner_printed=printed,
-        loehner_text=text,
-        equal_masses=bool(np.ptp(snapshot.mass) == 0),
-        warnings=warnings,
-    )
+    chain = {
+        "mass": snapshot.mass,
+        "percussion": (found.answer.impulse * contacts.normal).sum(1) / relaxation_time,
+        "first_order": model.multiplier * snapshot.mass.mean() / relaxation_time,
+        "social": social_force(snapshot, contacts, law).normal,
+        "social_section": _across_sections(snapshot, all_pairs(snapshot, walls), law),
+        "social_at_rest": social_force(rest, nearest, law).normal,
+        "gap_at_rest": nearest.gap,
+    }
+    for reading in LoehnerReading:
+        loehner = loehner_force(snapshot, contacts, drive, reading, tolerance=tolerance)
+        chain[f"loehner_{reading}"] = mean_received(loehner)
+    return chain, warnings
 
 
 def unsolved_of(name: str, answer: Percussions, model: FirstOrderAnswer) -> list[str]:
@@ -191,9 +171,9 @@ def _across_sections(snapshot: Snapshot, pairs: Contacts, law: SocialForceLaw) -
     return np.asarray((across * force).sum(1))
 
 
-def chain_rows(chain: ChainForces) -> list[tuple[float, ...]]:
-    """Tabulate the forces of one chain, a row per contact."""
-    columns = chain._replace(gap_at_rest=1e3 * chain.gap_at_rest)[:9]
+def chain_rows(chain: Chain) -> list[tuple[float, ...]]:
+    """Tabulate the forces of one chain, a row per contact, the gap in mm."""
+    columns = {**chain, "gap_at_rest": 1e3 * chain["gap_at_rest"]}.values()
     rows = enumerate(zip(*columns, strict=True), start=1)
     return [(number, *map(float, row)) for number, row in rows]
 
@@ -216,67 +196,51 @@ class Forces(NamedTuple):
         return float(self.contact.std() / self.contact.mean())
 
 
-class ArchForces(NamedTuple):
-    """Every law on one snapshot of a scene: n disks, k contacts.
+class ArchForces:
+    """Every law on the snapshot of a finished run of a driven scene: n disks, k contacts.
 
+    by_law: in the words of the tables, percussions first
     distance, inside: (k,) m of each contact from the middle of the door, and whether it is in the
-        room"""
-
-    scene: Scene
-    engine: str
-    snapshot: Snapshot
-    contacts: Contacts
-    by_law: Mapping[str, Forces]  # in the words of the tables, percussions first
-    distance: Floats
-    inside: Flags
-    speed_difference: float  # rms of the first-order model's u⁺ minus the percussions', over u_d
-    undetermined: int  # contacts whose percussion the mechanics does not fix
-    sliding: Floats  # (k,) N, the social force's friction
-    drive: Floats  # (n,) N, m u_d/τ
-    deepest: float  # m, the largest overlap
-    warnings: Sequence[str]  # answers that were not solved
-
-
-def arch_forces(scene: Scene, folder: Path) -> ArchForces:
-    """Compute the forces on the snapshot of a finished run of a driven scene.
+        room
+    speed_difference: rms of the first-order model's u⁺ minus the percussions', over u_d
+    undetermined: contacts whose percussion the mechanics does not fix
+    wish: (n,) N, m u_d/τ
+    warnings: answers that were not solved
 
     Raises what `compare_run` does."""
-    comparison = compare_run(folder)
-    snapshot, drive, match = comparison.snapshot, scene.drive, comparison.match
-    assert drive is not None
-    contacts, n = match.contacts.select(match.in_rigid), len(snapshot)
-    penalty, rigid = (part[match.in_rigid] for part in match.normal_parts())
-    desired, time = drive.desired_velocity(snapshot.position), drive.relaxation_time_s
-    model = first_order(snapshot, contacts, left_velocity=desired)
-    wish = snapshot.mass * np.hypot(*desired.T) / time
-    social = social_force(snapshot, contacts)
-    by_law = {
-        PERCUSSIONS: _symmetric(contacts, rigid, n),
-        ENGINE_NAMES[comparison.record.engine]: _symmetric(contacts, penalty, n),
-        FIRST_ORDER: _symmetric(contacts, model.multiplier * snapshot.mass.mean() / time, n),
-        SOCIAL: Forces(social.normal, social.magnitude_sum(), social.resultant()),
-    }
-    tolerance = scene.analysis.contact_tolerance_m
-    for name, reading in READINGS.items():
-        found = loehner_force(snapshot, contacts, wish, reading, tolerance=tolerance)
-        by_law[name] = Forces(mean_received(found), found.magnitude_sum(), found.resultant())
-    from_door = contacts.point - 0.5 * (np.array(drive.door_start_m) + np.array(drive.door_end_m))
-    difference = model.right_velocity - comparison.answer.right_velocity
-    return ArchForces(
-        scene=scene,
-        engine=ENGINE_NAMES[comparison.record.engine],
-        snapshot=snapshot,
-        contacts=contacts,
-        by_law=by_law,
-        distance=np.hypot(*from_door.T),
-        inside=from_door @ np.array(drive.outward) <= 0,
-        speed_difference=float(np.sqrt((difference**2).sum(1).mean())) / drive.speed_m_per_s,
-        undetermined=int((~match.determined[match.in_rigid]).sum()),
-        sliding=np.hypot(*social.sliding.T),
-        drive=wish,
-        deepest=float(-contacts.gap.min()),
-        warnings=unsolved_of(scene.name, comparison.answer, model),
-    )
+
+    def __init__(self, scene: Scene, folder: Path) -> None:
+        comparison = compare_run(folder)
+        snapshot, drive, match = comparison.snapshot, scene.drive, comparison.match
+        assert drive is not None
+        self.scene, self.snapshot = scene, snapshot
+        self.engine = ENGINE_NAMES[comparison.record.engine]
+        contacts, n = match.contacts.select(match.in_rigid), len(snapshot)
+        penalty, rigid = (part[match.in_rigid] for part in match.normal_parts())
+        desired, time = drive.desired_velocity(snapshot.position), drive.relaxation_time_s
+        model = first_order(snapshot, contacts, left_velocity=desired)
+        self.wish = snapshot.mass * np.hypot(*desired.T) / time
+        social = social_force(snapshot, contacts)
+        self.by_law = {
+            PERCUSSIONS: _symmetric(contacts, rigid, n),
+            self.engine: _symmetric(contacts, penalty, n),
+            FIRST_ORDER: _symmetric(contacts, model.multiplier * snapshot.mass.mean() / time, n),
+            SOCIAL: Forces(social.normal, social.magnitude_sum(), social.resultant()),
+        }
+        tolerance = scene.analysis.contact_tolerance_m
+        for name, reading in READINGS.items():
+            found = loehner_force(snapshot, contacts, self.wish, reading, tolerance=tolerance)
+            received = mean_received(found)
+            self.by_law[name] = Forces(received, found.magnitude_sum(), found.resultant())
+        ends = np.array(drive.door_start_m) + np.array(drive.door_end_m)
+        from_door = contacts.point - 0.5 * ends
+        self.distance = np.hypot(*from_door.T)
+        self.inside = from_door @ np.array(drive.outward) <= 0
+        difference = model.right_velocity - comparison.answer.right_velocity
+        rms = float(np.sqrt((difference**2).sum(1).mean()))
+        self.speed_difference = rms / drive.speed_m_per_s
+        self.undetermined = int((~match.determined[match.in_rigid]).sum())
+        self.warnings = unsolved_of(scene.name, comparison.answer, model)
 
 
 def _symmetric(contacts: Contacts, force: Floats, n: int) -> Forces:
@@ -285,35 +249,30 @@ def _symmetric(contacts: Contacts, force: Floats, n: int) -> Forces:
     return Forces(force, contacts.sum_at_disks(np.abs(force), n), resultant)
 
 
-class WithoutOverlap(NamedTuple):
+class WithoutOverlap:
     """The social force on the same crowd moved apart by the least displacement until nobody
-    overlaps."""
+    overlaps.
 
-    contact: Floats  # (k,) N at the pairs that touch
-    carried: Floats  # (n,) N, the sum of magnitudes at each disk
-    carried_apart: Floats  # (n,) N, the sum if all distances were 10 % larger
-    friction: float  # N, its largest at a contact
+    contact: (k,) N at the pairs that touch; carried: (n,) N, the sum of magnitudes at each disk;
+    carried_apart: the sum if all distances were 10 % larger; friction: N, its largest at a contact
 
+    Raises OverlapError."""
 
-def without_overlap(arch: ArchForces) -> WithoutOverlap:
-    """Move the disks of the snapshot apart and evaluate the social force. Raises OverlapError."""
-    scene, walls, drive = arch.scene, arch.scene.wall_segments(), arch.scene.drive
-    assert drive is not None
-    door = Walls(start=np.array([drive.door_start_m]), end=np.array([drive.door_end_m]))
-    crowd = arch.snapshot
-    found = reconcile(crowd.position, crowd.radius, walls, door, np.array(drive.outward))
-    apart = replace(crowd, position=found.position)
-    every = social_force(apart, all_pairs(apart, walls))
-    touching = every.pairs.gap <= scene.analysis.contact_tolerance_m
-    only = social_force(apart, every.pairs.select(touching))
-    wider = replace(apart, position=1.1 * found.position)
-    room = Walls(start=1.1 * walls.start, end=1.1 * walls.end)
-    return WithoutOverlap(
-        contact=only.normal,
-        carried=every.magnitude_sum(),
-        carried_apart=social_force(wider, all_pairs(wider, room)).magnitude_sum(),
-        friction=float(np.hypot(*only.sliding.T).max()),
-    )
+    def __init__(self, arch: ArchForces) -> None:
+        scene, walls, drive = arch.scene, arch.scene.wall_segments(), arch.scene.drive
+        assert drive is not None
+        door = Walls(start=np.array([drive.door_start_m]), end=np.array([drive.door_end_m]))
+        crowd = arch.snapshot
+        found = reconcile(crowd.position, crowd.radius, walls, door, np.array(drive.outward))
+        apart = replace(crowd, position=found.position)
+        every = social_force(apart, all_pairs(apart, walls))
+        touching = every.pairs.gap <= scene.analysis.contact_tolerance_m
+        only = social_force(apart, every.pairs.select(touching))
+        wider = replace(apart, position=1.1 * found.position)
+        room = Walls(start=1.1 * walls.start, end=1.1 * walls.end)
+        self.contact, self.carried = only.normal, every.magnitude_sum()
+        self.carried_apart = social_force(wider, all_pairs(wider, room)).magnitude_sum()
+        self.friction = float(np.hypot(*only.sliding.T).max())
 
 
 def loehner_beyond_touch(arch: ArchForces, reach: float) -> Mapping[str, float]:
@@ -324,7 +283,7 @@ def loehner_beyond_touch(arch: ArchForces, reach: float) -> Mapping[str, float]:
     apart = pairs.gap > tolerance
     out = {}
     for name, reading in READINGS.items():
-        found = loehner_force(arch.snapshot, pairs, arch.drive, reading, tolerance=tolerance)
+        found = loehner_force(arch.snapshot, pairs, arch.wish, reading, tolerance=tolerance)
         both = np.stack([found.on_first, found.on_second])
         out[name] = float(both[:, apart].sum() / both.sum())
     return out
@@ -462,8 +421,7 @@ def placed(people: int, seed: int) -> Snapshot:
             apart = np.hypot(*(position[:number] - place).T) - radius[:number] - r
             free = bool((apart > 0).all())
         position[number] = place
-    still, mass = np.zeros_like(position), np.full(people, EVACUATED_KG)
-    return Snapshot(position=position, velocity=still, radius=radius, mass=mass)
+    return Snapshot(position=position, radius=radius, mass=np.full(people, EVACUATED_KG))
 
 
 def evacuate(speed: float, seed: int, people: int = PEOPLE, until: float = UNTIL_S) -> Evacuation:

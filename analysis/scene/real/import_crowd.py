@@ -153,7 +153,14 @@ def _placed(
         ids=kept.ids + first,
     )
     scene = Scene.of(stated, name=name, snapshot=snapshot)
-    _check_fit(scene, heads.origin, room)
+    try:
+        scene.check(heads.origin)
+    except SceneError as error:
+        why = str(error).removeprefix(f"{heads.origin}: ")
+        raise SceneError(
+            f"{heads.origin}: {len(radii)} people of radius {radii.mean():.3g} m do not fit into "
+            f"{Path(room).name}: moved apart, {why}. A smaller radius may help"
+        ) from None
     report = Reconciliation(
         file=heads.file.name,
         frame=heads.frame,
@@ -193,18 +200,6 @@ def _moved_on(before: ImportedCrowd, ids: Indices, heads: Floats, area: shapely.
     return np.where(shapely.contains_xy(area, start)[:, None], start, heads)
 
 
-def _check_fit(scene: Scene, origin: str, room: str) -> None:
-    """Raise SceneError for people who were moved apart and cannot be simulated all the same."""
-    try:
-        scene.check(origin)
-    except SceneError as error:
-        radii, why = scene.snapshot.radius, str(error).removeprefix(f"{origin}: ")
-        raise SceneError(
-            f"{origin}: {len(radii)} people of radius {radii.mean():.3g} m do not fit into "
-            f"{Path(room).name}: moved apart, {why}. A smaller radius may help"
-        ) from None
-
-
 def _inside(heads: Heads, inside: Flags, room: str) -> Heads:
     """The heads inside the walls. Raises TrajectoryError where there is none, or one without a
     velocity."""
@@ -241,9 +236,7 @@ def _area(stated: Room, path: str, heads: Floats) -> shapely.Polygon:
 def _changes(heads: Floats, after: Snapshot, walls: Walls, tolerance: float) -> dict[str, Any]:
     """The measured numbers of the report, rounded to a micrometre, so that every machine gives the
     same digits."""
-    before = Snapshot(
-        position=heads, velocity=np.zeros_like(heads), radius=after.radius, mass=after.mass
-    )
+    before = Snapshot(position=heads, radius=after.radius, mass=after.mass)
     touching, left = (
         find_contacts(snapshot, walls, tolerance=tolerance) for snapshot in (before, after)
     )

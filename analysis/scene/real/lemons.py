@@ -91,7 +91,9 @@ def read_lemons(file: Path, *, one_disk: bool) -> LemonsCrowd:
     inertia, shapes = [], max(len(bodies[one].findall("Shape")) for one in ids)
     for one in ids:
         where = f"{file}: agent {one}"
-        motion = _child(where, moving[one], "Kinematics")
+        motion = moving[one].find("Kinematics")
+        if motion is None:
+            raise SceneError(f"{where}: no <Kinematics>")
         centre, velocity = (_attribute(where, motion, key, 2) for key in ("Position", "Velocity"))
         way = (*velocity, *_attribute(where, motion, "Omega", 1))
         turn = 0.0 if one_disk or shapes == 1 else _attribute(where, motion, "Theta", 1)[0]
@@ -167,13 +169,6 @@ def _agents(file: Path) -> dict[int, ElementTree.Element]:
             raise SceneError(f"{file}: agent {said!r}: one whole number each is needed as Id")
         found[int(said)] = agent
     return found
-
-
-def _child(where: str, parent: ElementTree.Element, name: str) -> ElementTree.Element:
-    child = parent.find(name)
-    if child is None:
-        raise SceneError(f"{where}: no <{name}>")
-    return child
 
 
 def _attribute(where: str, element: ElementTree.Element, key: str, count: int) -> list[float]:

@@ -5,9 +5,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from nscd import Contacts, Snapshot, Walls, find_contacts
+from nscd import Contacts, Snapshot, Walls, _core, find_contacts
 from nscd.arrays import Floats
-from nscd.projection import project
 
 # Answers are whole multiples of GRID_M, so that every machine gives the same digits; gaps are at
 # least SPARE_M before rounding and so never negative after it.
@@ -61,9 +60,7 @@ def reconcile(
     current = np.array(position if start is None else start, dtype=np.float64)
     steps: list[Floats] = []
     for iteration in range(MAXIMUM_ITERATIONS):
-        snapshot = Snapshot(
-            position=current, velocity=np.zeros((n, 2)), radius=radius, mass=np.ones(n)
-        )
+        snapshot = Snapshot(position=current, radius=radius, mass=np.ones(n))
         contacts = _with_door(
             find_contacts(snapshot, walls, tolerance=reach), current, door, outward, reach
         )
@@ -74,10 +71,7 @@ def reconcile(
         if start is None and iteration == 0 and overlap == 0:
             break
         # A projection of the displacement from the current iterate; lengths are measured in radii.
-        step, error = project(
-            snapshot, contacts, position - current, contacts.gap - SPARE_M, scale=0.5 * reach,
-            tolerance=SOLVER_TOLERANCE,
-        )  # fmt: skip
+        step, error = _projected(snapshot, contacts, position - current, 0.5 * reach)
         if not error < 1e-6:
             raise OverlapError(f"there is no room for {n} disks of radius up to {radius.max():g} m")
         current = current + step
@@ -92,6 +86,22 @@ def reconcile(
             f"{np.abs(step).max():.1e} m"
         )
     return Arrangement(position=np.round(current / GRID_M) * GRID_M, linearisations=iteration)
+
+
+def _projected(
+    snapshot: Snapshot, contacts: Contacts, free: Floats, scale: float
+) -> tuple[Floats, float]:
+    """Compute x (n,2) m of min ½ Σ |x − free|² subject to C x ≤ gap − SPARE_M, and its recomputed
+    error, a share of the scale (m) or more."""
+    said = _core.solve_impact(
+        contacts.first, contacts.second, contacts.is_wall, contacts.normal, snapshot.position,
+        snapshot.radius, snapshot.mass, free, offset=contacts.gap - SPARE_M, least_scale=scale,
+        tolerance=SOLVER_TOLERANCE, least=False, bounded=False,
+    )  # fmt: skip
+    assert said is not None, "contacts of disks that there are, and finite numbers"
+    found, finite = said[:2]
+    error = max(found["residual"], found["momentum_error"])
+    return found["right_velocity"], error if finite else np.inf
 
 
 def _rest(steps: list[Floats]) -> Floats | None:

@@ -68,9 +68,12 @@ class _Given:
     def refuse(self, why: str) -> TrajectoryError:
         return TrajectoryError(f"{self.file}: {why}")
 
-    def in_metres(self, columns: object, frame_rate: float) -> Loaded:
-        """Data of a format that is in metres."""
-        return pd.DataFrame(columns), self.stated("m", frame_rate)[1]
+    def loaded(self, columns: object, unit: Unit | None, frame_rate: float | None) -> Loaded:
+        """The data in metres, of columns in this unit."""
+        unit, frame_rate = self.stated(unit, frame_rate)
+        data = pd.DataFrame(columns)
+        places = {axis: data[axis] / (100 if unit == "cm" else 1) for axis in "xy"}
+        return data.assign(**places), frame_rate
 
     def stated(self, unit: Unit | None, frame_rate: float | None) -> tuple[Unit, float]:
         """Unit and frame rate that the file states, or that are given beside it."""
@@ -183,7 +186,7 @@ def _text(given: _Given, head: list[str], table: pd.DataFrame) -> Loaded:
     unit: Unit | None = ("cm" if said[-1] == "cm" else "m") if said else None
     words = [word for line in comments if "framerate" in line for word in line.split()]
     rates = [float(word) for word in words if NUMBER.fullmatch(word)]
-    return _plain(given, table.iloc[:, :4].set_axis(PLAIN, axis=1), unit, next(iter(rates), None))
+    return given.loaded(table.iloc[:, :4].set_axis(PLAIN, axis=1), unit, next(iter(rates), None))
 
 
 def _named(given: _Given, head: list[str], table: pd.DataFrame) -> Loaded:
@@ -194,7 +197,7 @@ def _named(given: _Given, head: list[str], table: pd.DataFrame) -> Loaded:
         if rate is None and "time" in table:
             moving = table.groupby("id")[["frame", "time"]].diff().dropna()
             rate = float(np.round((moving.frame / moving.time).median(), 6))
-        return _plain(given, table[[*PLAIN]], None, rate)
+        return given.loaded(table[[*PLAIN]], None, rate)
     for names in TIMED:
         if {*names} <= {*table}:
             return _timed(given, table[[*names]])
@@ -204,15 +207,6 @@ def _named(given: _Given, head: list[str], table: pd.DataFrame) -> Loaded:
     )
 
 
-def _plain(
-    given: _Given, data: pd.DataFrame, unit: Unit | None, frame_rate: float | None
-) -> Loaded:
-    unit, frame_rate = given.stated(unit, frame_rate)
-    return data.assign(
-        **{axis: data[axis] / (100 if unit == "cm" else 1) for axis in "xy"}
-    ), frame_rate
-
-
 def _timed(given: _Given, rows: pd.DataFrame) -> Loaded:
     """Rows of id, time (s), x, y: frames follow from the mean time between two of a person."""
     data = rows.set_axis(["id", "time", "x", "y"], axis=1)
@@ -220,11 +214,11 @@ def _timed(given: _Given, rows: pd.DataFrame) -> Loaded:
     if not step > 0:
         raise given.refuse("no frame rate: nobody is seen at two times that grow")
     rate = float(round(1 / step))
-    return given.in_metres(data.assign(frame=np.round(data["time"] * rate)), rate)
+    return given.loaded(data.assign(frame=np.round(data["time"] * rate)), "m", rate)
 
 
 def _pathfinder_json(given: _Given) -> Loaded:
-    """A JSON file of Pathfinder: person → time → position."""
+    # person → time → position
     content = json.loads(read_text(given.file, LARGEST_JSON), object_pairs_hook=_once)
     rows = [
         (int(who), float(when), *(float(seen["position"][axis]) for axis in "xy"))
@@ -243,14 +237,13 @@ def _once(pairs: list[tuple[str, object]]) -> dict[str, object]:
 
 
 def _jupedsim(given: _Given) -> Loaded:
-    """An SQLite file of JuPedSim."""
     found = read_foreign(given.file, "sqlite", ["trajectory_data", "metadata"]).below
     if missing := {"trajectory_data", "metadata"} - found.keys():
         raise given.refuse(f"no table {' and '.join(sorted(missing))}")
     said = dict(zip(found["metadata"].texts("key"), found["metadata"].texts("value"), strict=True))
     names = ("id", "frame", "pos_x", "pos_y")
     columns = (found["trajectory_data"].below[name].values for name in names)
-    return given.in_metres(dict(zip(PLAIN, columns, strict=True)), _fps(given, said.get("fps")))
+    return given.loaded(dict(zip(PLAIN, columns, strict=True)), "m", _fps(given, said.get("fps")))
 
 
 def _archive(given: _Given) -> Loaded:
@@ -262,11 +255,10 @@ def _archive(given: _Given) -> Loaded:
     if odd := [name for name in PLAIN if values.dtype[name].kind not in "iuf"]:
         raise given.refuse(f"/trajectory: {odd[0]}: numbers are needed")
     columns = {name: values[name].astype(np.float64 if name in "xy" else None) for name in PLAIN}
-    return given.in_metres(columns, _fps(given, found.attributes.get("fps")))
+    return given.loaded(columns, "m", _fps(given, found.attributes.get("fps")))
 
 
 def _fps(given: _Given, said: object) -> float:
-    """The frame rate (1/s) that a file states."""
     if said is None or not NUMBER.fullmatch(str(said)):
         raise given.refuse(f"fps: {str(said)[:40]}. A number is needed")
     return float(str(said))

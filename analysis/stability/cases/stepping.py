@@ -124,8 +124,7 @@ def crowd() -> tuple[Snapshot, Walls]:
         start=np.array([[0.0, -1.0], [-30.0, 0.0], [-30.0, 7.7 * RADIUS_M]]),
         end=np.array([[0.0, 10.0], [1.0, 0.0], [1.0, 7.7 * RADIUS_M]]),
     )
-    still, mass = np.zeros((CORNER_DISKS, 2)), np.full(CORNER_DISKS, 75.0)
-    return Snapshot(position=position, velocity=still, radius=radius, mass=mass), wall
+    return Snapshot(position=position, radius=radius, mass=np.full(CORNER_DISKS, 75.0)), wall
 
 
 def pushed(snapshot: Snapshot, walls: Walls, tolerance: float) -> Motion:

@@ -17,7 +17,7 @@ import scipy.sparse as sparse
 from numpy.typing import ArrayLike
 from skfem import Mesh
 
-from nscd.arrays import Flags, Floats, Indices, read_only
+from nscd.arrays import Flags, Floats, read_only
 from nscd.continuum.active_set import judged
 from nscd.continuum.left_velocity import Field
 from nscd.continuum.medium import PERSON, TABLE_1, positive
@@ -144,7 +144,7 @@ def turbulence_step(
     p, closing, unsettled = _pressing(law, cells, people, left, time_step)
     pressed = left - (time_step / rho)[:, None] * cells.gradient(p)
     bound = law.friction * time_step * np.where(cells.open, 0.0, p)
-    problem = friction_problem(cells, rho, pressed, bound)
+    problem = Friction(cells, rho, pressed, bound)
     speed = float(max(np.abs(left).max(), np.abs(pressed).max())) or 1.0
     y, iterations = problem.by_gradient(tolerance * speed)
     error_bound = problem.error_bound(y)
@@ -165,7 +165,7 @@ def turbulence_step(
         reason=reason,
         iterations=iterations,
         seconds=time.perf_counter() - begin,
-        **_at_vertices(problem, y, time_step, mesh.nvertices),
+        **problem.at_vertices(y, time_step),
     )
 
 
@@ -197,34 +197,32 @@ def _pressing(
     return p, 0.0, ""
 
 
-def _at_vertices(problem: Friction, y: Floats, time_step: float, n: int) -> dict[str, Any]:
-    """S at all vertices, and where it is at its bound."""
-    deviator, sliding = np.zeros((n, 2)), np.zeros(n, dtype=bool)
-    deviator[problem.vertex] = y.reshape(2, -1).T / time_step
-    sliding[problem.vertex] = np.hypot(*y.reshape(2, -1)) >= (1 - 1e-6) * problem.bound
-    return {"deviator": deviator, "sliding": sliding}
-
-
-class Friction(NamedTuple):
+class Friction:
     """State the problem min ½ Σ_T |T|ρ_T |u − Dy/ρ|² over |y_i| ≤ b_i.
 
+    rho: (m,) kg/m², in the cells.
+    velocity: (m,2) m/s, u in the cells.
+    bound: (n,) N·s/m, βδt p at the vertices.
+
     vertex: (k,), where b_i = βδt p_i > 0; y_i = δt (S_xx, S_xy) there, ‖S_i‖_F = √2 |y_i|/δt.
-    divergence: (2m,2k), D, which gives ∇·S in the m cells.
-    bound: (k,) N·s/m, b.
-    span: (k,) m, ∫|∇φ_i|.
-    mass: (2m,) kg, |T|ρ_T.
-    rho: (2m,) kg/m².
-    start: (2m,) m/s, u.
+    divergence: (2m,2k), D, which gives ∇·S in the m cells. span: (k,) m, ∫|∇φ_i|. mass: (2m,) kg,
+    |T|ρ_T. y and velocities are stacked: all first components, then all second ones."""
 
-    y and velocities are stacked: all first components, then all second ones."""
+    def __init__(self, cells: Cells, rho: Floats, velocity: Floats, bound: Floats) -> None:
+        self.vertices = len(bound)
+        vertex = self.vertex = np.flatnonzero(bound > 0)
+        gx, gy = (g[:, vertex] for g in cells.slopes)
+        # ∇·S = (∂xSxx + ∂ySxy, ∂xSxy − ∂ySxx)
+        self.divergence = sparse.csr_array(sparse.block_array([[gx, gy], [-gy, gx]]))
+        self.bound, self.span, self.start = bound[vertex], cells.span[vertex], velocity.T.ravel()
+        self.mass, self.rho = np.tile(cells.measure * rho, 2), np.tile(rho, 2)
 
-    vertex: Indices
-    divergence: sparse.csr_array
-    bound: Floats
-    span: Floats
-    mass: Floats
-    rho: Floats
-    start: Floats
+    def at_vertices(self, y: Floats, time_step: float) -> dict[str, Any]:
+        """S at all vertices, and where it is at its bound."""
+        deviator, sliding = np.zeros((self.vertices, 2)), np.zeros(self.vertices, dtype=bool)
+        deviator[self.vertex] = y.reshape(2, -1).T / time_step
+        sliding[self.vertex] = np.hypot(*y.reshape(2, -1)) >= (1 - 1e-6) * self.bound
+        return {"deviator": deviator, "sliding": sliding}
 
     def velocity(self, y: Floats) -> Floats:
         """(2m,) m/s, u − Dy/ρ."""
@@ -288,27 +286,6 @@ class Friction(NamedTuple):
         size = np.hypot(*y.reshape(2, -1))
         share = self.bound / np.maximum(size, self.bound)
         return np.asarray(y * np.tile(share, 2))
-
-
-def friction_problem(cells: Cells, rho: Floats, velocity: Floats, bound: Floats) -> Friction:
-    """State the problem of one step.
-
-    rho: (m,) kg/m², in the cells.
-    velocity: (m,2) m/s, u in the cells.
-    bound: (n,) N·s/m, βδt p at the vertices."""
-    vertex = np.flatnonzero(bound > 0)
-    gx, gy = (g[:, vertex] for g in cells.slopes)
-    # ∇·S = (∂xSxx + ∂ySxy, ∂xSxy − ∂ySxx)
-    divergence = sparse.csr_array(sparse.block_array([[gx, gy], [-gy, gx]]))
-    return Friction(
-        vertex=vertex,
-        divergence=divergence,
-        bound=bound[vertex],
-        span=cells.span[vertex],
-        mass=np.tile(cells.measure * rho, 2),
-        rho=np.tile(rho, 2),
-        start=velocity.T.ravel(),
-    )
 
 
 class StepDependence(NamedTuple):

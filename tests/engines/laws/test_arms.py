@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.engines import LAMMPS, YADE, EngineError
+from analysis.engines import LAMMPS, EngineError
 from analysis.engines.programs.rigid import motion_of
 from analysis.engines.run import simulate as simulate_into
 from analysis.percussions.snapshot import percussions_of
@@ -18,12 +18,11 @@ REACH, FORCE = 0.15, 600.0
 ARMS = {"arm_reach_m": REACH, "arm_force_N": FORCE}
 
 
-@pytest.mark.parametrize("name", ["lammps"])
+@pytest.mark.parametrize("name", ["lammps", "yade"])
 @pytest.mark.parametrize("law", ["hooke", "hertz", "body"])
 def test_the_programs_give_the_same_motion_and_the_dump_the_whole_force(simulate, name, law):
-    # of a dashpot of hertz LAMMPS dumps the force with the velocities at the end of the step
-    of_law = {"body": {"stiffness_N_per_m": None}, "hertz": {"restitution": 1.0}}
-    scene = few(law, FALL, **of_law.get(law, {}), **ARMS).with_run(time_step_s=2e-4)
+    stiffness = {"stiffness_N_per_m": None} if law == "body" else {}
+    scene = few(law, FALL, **stiffness, **ARMS).with_run(time_step_s=2e-4)
     motion, simulation = leapfrog(scene), simulate(name, scene)
     moved = np.column_stack([simulation["x"][-1], simulation["y"][-1]]) - scene.snapshot.position
     np.testing.assert_allclose(moved, motion.displacement[1], rtol=0, atol=1e-11)
@@ -50,7 +49,7 @@ def meeting(speed, apart=0.8, **contact):
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("name", ["lammps", "rigid"])
+@pytest.mark.parametrize("name", ["lammps", "yade", "rigid"])
 def test_who_comes_with_less_than_the_work_of_arms_stops_at_a_distance(simulate, name):
     """½ m v² = ½ F_a (a − g)²/a, with the reduced mass m; nothing is lost."""
     speed = 1.2
@@ -64,7 +63,7 @@ def test_who_comes_with_less_than_the_work_of_arms_stops_at_a_distance(simulate,
     assert back == pytest.approx(speed, rel=2e-3)
 
 
-@pytest.mark.parametrize("name", ["lammps", "rigid"])
+@pytest.mark.parametrize("name", ["lammps", "yade", "rigid"])
 @pytest.mark.parametrize("push", [0.4, 1.5])
 def test_a_row_pressed_at_a_wall_stands_at_the_gaps_of_the_law(simulate, name, push):
     """Each of three pushes with P: the gap behind the m-th is a (1 − mP/F_a), or bodies touch and
@@ -79,7 +78,7 @@ def test_a_row_pressed_at_a_wall_stands_at_the_gaps_of_the_law(simulate, name, p
     )  # fmt: skip
     simulation = simulate(name, scene)
     behind = share * np.array([3, 2, 1])
-    overlap = np.maximum(0.0, behind - FORCE) / stiffness * (name == "lammps")
+    overlap = np.maximum(0.0, behind - FORCE) / stiffness * (name != "rigid")
     gap = np.maximum(0.0, REACH * (1 - behind / FORCE)) - overlap
     place = -(np.cumsum(gap) + 0.25 + 0.5 * np.arange(3))
     np.testing.assert_allclose(simulation["x"][-1], place, rtol=0, atol=1e-3)
@@ -139,13 +138,9 @@ def test_what_cannot_run_arms_is_refused_before_anything_runs(tmp_path, monkeypa
         )
     with pytest.raises(EngineError, match=r"arm_reach_m: LAMMPS cannot write friction beside arms"):
         simulate_into(scene.with_contact(friction=0.3), "lammps", tmp_path / "run")
-    monkeypatch.setattr(LAMMPS, "has_lepton", lambda: False)
+    monkeypatch.setattr(LAMMPS, "has", lambda _: False)
     with pytest.raises(EngineError, match=r"contact\.arm_reach_m: this LAMMPS has no pair_style"):
         simulate_into(scene, "lammps", tmp_path / "run")
-    with pytest.raises(
-        EngineError, match=r"arm_reach_m: YADE cannot push before bodies touch: use"
-    ):
-        YADE.check(scene)
     for what in ("charts are", "advice is"):
         with pytest.raises(ValueError, match=rf"meeting: contact\.arm_reach_m: {what} for scenes"):
             scene.check_plain(what)

@@ -34,7 +34,7 @@ def colliding(**contact):
     ("name", "contact", "error"),
     [
         ("lammps", {}, 1e-9), ("lammps", ROUGH, 1e-9), ("lammps", ARMS, 1e-9),
-        ("yade", {}, 1e-9), ("yade", ROUGH, 1e-9), ("rigid", {}, 1e-4), ("rigid", ARMS, 1e-4),
+        ("yade", {}, 1e-9), ("yade", ROUGH | ARMS, 1e-9), ("rigid", {}, 1e-4), ("rigid", ARMS, 1e-4),
     ],
 )  # fmt: skip
 def test_impulses_of_a_window_are_the_change_of_momentum(tmp_path, name, contact, error):

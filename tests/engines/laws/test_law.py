@@ -171,7 +171,7 @@ def test_a_body_is_refused_where_it_cannot_be(tmp_path, monkeypatch):
     scene = few(BODY, None, stiffness_N_per_m=None)
     with pytest.raises(EngineError, match=r"few: run\.impulses: LAMMPS sums none with contact"):
         simulate_into(scene.with_run(impulses=True), "lammps", tmp_path / "run")
-    monkeypatch.setattr(LAMMPS, "has_lepton", lambda: False)
+    monkeypatch.setattr(LAMMPS, "has", lambda _: False)
     with pytest.raises(
         EngineError, match=r"this LAMMPS has no pair_style lepton/sphere .* law = bo"
     ):

@@ -1,0 +1,472 @@
+"""Commands that write a page: report, chart, stability, standards, advise, paper, push, measured, explore."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import typer
+
+from analysis.cli.app import command_line, progress, say_expected, say_runs, show, show_page, warn
+from analysis.cli.options import (
+    InputFile,
+    NotNegative,
+    Out,
+    Positive,
+    Processes,
+    Replicates,
+    RigidLaw,
+    Share,
+)
+
+if TYPE_CHECKING:
+    from analysis.scene.scene import Scene
+    from analysis.work_precision.whole_runs import Planned
+
+
+def explore(scene: list[str] | None = None, *, out: Out = Path("explore")) -> None:
+    """Write a page in which the rigid engine presses a crowd while you watch.
+
+    It runs in the browser without a server or a network.
+
+    scene: Scenes that it offers, the first of which opens. Default: those of the product that are
+        pressed.
+
+    Example: percussions explore arch gate --out explore"""
+    from analysis.explore.page import offered, write_explore
+    from analysis.scene.scene import read_scene
+
+    scenes = [read_scene(name) for name in scene] if scene else offered()
+    show_page(write_explore(scenes, out, command_line()))
+
+
+def report(
+    scenes: list[str],
+    *,
+    engine: list[str] | None = None,
+    stiffness: list[Positive] | None = None,
+    seeds: Replicates = 5,
+    last: Positive = 1.0,
+    rigid_law: RigidLaw = None,
+    limits: list[Path] | None = None,
+    sheet: bool = False,
+    scheduler: str | None = None,
+    runs: Out = Path("out"),
+    out: Out = Path("report"),
+) -> None:
+    """Run, solve and compare: one HTML page, CSV and JSON beside it.
+
+    Exit status 1 if a run failed or a snapshot is not solved. A driven crowd also has replicates
+    from start to end, with friction, push, radius and bodies varied.
+
+    scenes: Scenes, by name or .toml file.
+    engine: Engine. May be repeated. Default: all that are installed.
+    stiffness: Stiffness in N/m. May be repeated. Default: the scene's.
+    last: How much of the end of each run counts, in s.
+    sheet: Write a page A4 (PDF) for a safety file, too.
+
+    seeds: Replicates of each driven scene. 0: none.
+
+    Example: percussions report arch jam gate --seeds 10 --out report"""
+    from analysis.compare.study import study
+    from analysis.engines import ENGINES
+    from analysis.engines.run import run_ahead
+    from analysis.exposure.limits import limits_of_people
+    from analysis.motion.study import study_motion
+    from analysis.percussions.setting import standing_walls
+    from analysis.report.page import Reported, write_report
+    from analysis.report.runs import films_of, motion_of, runs_of, snapshot_runs
+    from analysis.report.sheet import write_sheets
+    from analysis.scene.scene import read_scene
+
+    runs = runs.resolve() if scheduler else runs  # a worker is at home in another folder
+    limits_of_people(own := tuple(limits or ()))  # a wrong file is refused before anything runs
+    soft = _with_springs(names := engine or [known.NAME for known in ENGINES])
+    read = [read_scene(scene) for scene in scenes]
+    for one in read:
+        standing_walls(one)
+    chosen = [(one, stiffness or [one.contact.stiffness_N_per_m]) for one in read]
+    motions = [motion_of(one, names, ks, seeds, runs) for one, ks in chosen]
+    say_runs(needed := runs_of(chosen, soft, motions, runs))
+    reported = []
+    with progress() as bars:
+        run_ahead(needed, bars, scheduler=scheduler)  # all at once, so that no core waits
+        for (one, ks), models in zip(chosen, motions, strict=True):
+            where = snapshot_runs(runs, models)
+            scene = one.with_run(impulses=True) if models else one
+            made = study(scene, soft, ks, where, bars, rigid_law)
+            whole_runs = study_motion(one, models, last, bars, own) if models else None
+            reported.append(
+                Reported(study=made, motion=whole_runs, reels=films_of(made, models, where, bars))
+            )
+        page = write_report(reported, out, command_line(), own)
+        for path in write_sheets(reported, out, command_line()) if sheet else ():
+            print(path)
+    for done in reported:
+        for warning in done.study.warnings:
+            warn(f"{done.scene.name}: {warning}")
+        for failure in done.failures:
+            print(f"failed: {done.scene.name}: {failure}", file=sys.stderr)
+    show_page(page)
+    every = [one.answer.status for done in reported for one in done.study.comparisons]
+    solved = all(status == "solved" for status in every)
+    raise typer.Exit(not solved or any(done.failures for done in reported))
+
+
+def _with_springs(names: Sequence[str]) -> list[str]:
+    """The engines with springs among those named. There must be one."""
+    from analysis.engines import PENALTY, engine
+
+    for name in names:
+        engine(name)
+    every = [known.NAME for known in PENALTY]
+    soft = [name for name in every if name in names]
+    if not soft:
+        raise ValueError(
+            "engine: a report compares the rigid model with one that has springs. Name one of "
+            + ", ".join(every)
+        )
+    return soft
+
+
+# Crowds of whole runs: they about double what a chart costs.
+SEEDS = 3
+
+
+def chart(
+    scene: str,
+    *,
+    quick: bool = False,
+    seeds: Replicates | None = None,
+    runs: Out = Path("out"),
+    scheduler: str | None = None,
+    jobs: Processes | None = None,
+    out: Out = Path("chart"),
+) -> None:
+    """Measure cost against error of every method on a scene.
+
+    Each on one instant, and the engines on whole runs of several crowds.
+
+    Writes a page with charts, and its points as CSV and JSON.
+
+    quick: A coarse chart: few settings, and one size.
+    seeds: Crowds that every engine runs from start to end, for errors of means. 0: none. Default:
+        3, none of a quick chart.
+
+    Example: percussions chart arch --out chart/arch"""
+    from analysis.scene.scene import read_scene
+    from analysis.work_precision import chart as instants
+    from analysis.work_precision import page, point, soft, whole_runs
+
+    chosen = read_scene(scene)
+    soft.check_chart(chosen)
+    crowds = (0 if quick else SEEDS) if seeds is None else seeds
+    whole = whole_runs.whole_runs_of(chosen, crowds, runs)
+    _say_chart(chosen, runs, quick, jobs, whole)
+    found, sections = None, []
+    with progress() as bars:
+        made = instants.build_chart(
+            chosen, runs, quick=quick, processes=jobs, scheduler=scheduler, progress=bars
+        )
+        if whole:
+            found = whole_runs.measure_whole_runs(chosen, whole, progress=bars, processes=jobs)
+            sections = [whole_runs.whole_runs_section(found)]
+    written = page.write_chart(made, out, command_line(), sections)
+    if found:
+        point.write_points(out, found.points, whole_runs.NAME, whole_runs.WholeRunPoint)
+    for quantity in made.quantities:
+        head, rows = page.front_table(made, quantity)
+        title = f"Pareto fronts, all methods and soft contacts alone: {quantity.words}"
+        show(head, rows, numbers_from=2, title=f"{title} ({quantity.unit})")
+    for warning in made.warnings:
+        warn(warning)
+    show_page(written)
+
+
+def _say_chart(
+    scene: Scene, runs: Path, quick: bool, jobs: int | None, whole: Sequence[Planned]
+) -> None:
+    from analysis.advice.library import expected_seconds
+    from analysis.engines import PENALTY
+    from analysis.work_precision import soft
+    from analysis.work_precision.window import driven_window, impact_window
+
+    driven = scene.drive is not None
+    window = driven_window(scene, scene.snapshot.position) if driven else impact_window(scene)
+    folder = runs / "work_precision" / scene.name
+    names = [engine.NAME for engine in PENALTY if engine.find()]
+    settings = soft.settings_of(window, names, soft.QUICK if quick else soft.FULL)
+    missing = [one for one in settings if not soft.run_folder(folder, one).exists()]
+    seconds = sum(expected_seconds(soft.scene_of(window, one), one.engine) for one in missing)
+    start = soft.pressing(scene)
+    if start is not None and names and not (folder / "start.npz").exists():
+        # on one core, before anything else
+        seconds += (jobs or os.cpu_count() or 1) * expected_seconds(start, names[0])
+    more = [one.run for one in whole if not one.run.is_finished()]
+    seconds += sum(expected_seconds(run.scene, run.engine) for run in more)
+    say_expected(seconds, f"{len(missing) + len(more)} runs of engines", jobs)
+
+
+# CPU seconds of an attempt, start of its engine included.
+ATTEMPT_S = 2.0
+
+
+def stability(
+    *,
+    case: list[str] | None = None,
+    quick: bool = False,
+    runs: Out = Path("out"),
+    scheduler: str | None = None,
+    jobs: Processes | None = None,
+    out: Out = Path("stability"),
+) -> None:
+    """Find where each method fails, by provoked failures, and compare with theory.
+
+    case: Name of a case. May be repeated. Default: all.
+    quick: A coarse atlas.
+
+    Example: percussions stability --case time_step --case skin --out stability"""
+    from analysis.stability.atlas import build, choose
+    from analysis.stability.page import summary, write_atlas
+
+    started, cases = time.perf_counter(), choose(case, quick)
+    attempts = sum(len(one.rows.values) * len(one.columns.values) for one in cases)
+    say_expected(attempts * ATTEMPT_S, f"at most {attempts} attempts and their boundaries", jobs)
+    with progress() as bars:
+        maps = build(cases, runs, quick, bars, jobs, scheduler)
+    page = write_atlas(maps, out, command_line(), quick, time.perf_counter() - started)
+    print(*summary(maps), sep="\n")
+    show_page(page)
+
+
+def standards(
+    *,
+    case: list[str] | None = None,
+    engine: str = "rigid",
+    runs: Out = Path("out"),
+    jobs: Processes | None = None,
+    out: Out = Path("standards"),
+) -> None:
+    """Run tests of NIST TN 1822, ISO 20414 and RiMEA, and tell which pass.
+
+    Exit status 1 if one fails. Writes standards.html, standards.csv and standards.json. About 30 s
+    of CPU with the rigid engine.
+
+    case: Name of a test. May be repeated. Default: all.
+    engine: Engine.
+
+    Example: percussions standards --case corridor --case corner --out standards"""
+    from analysis.standards.page import choose, run_tests, write_page
+
+    chosen = choose(case)
+    with progress() as bars:
+        tested = run_tests(chosen, engine, runs, bars, jobs)
+    page = write_page(tested, engine, out, command_line())
+    rows = [(one.case.name, *one.called, one.result, one.words["found"]) for one in tested]
+    show(("test", "NIST", "ISO", "RiMEA", "result", "found"), rows, numbers_from=6)
+    show_page(page)
+    raise typer.Exit(not all(one.judged.passed for one in tested))
+
+
+def advise(
+    scene: str,
+    *,
+    error: str,
+    quantity: str = "disk-load",
+    against: Literal["rigid", "model"] = "rigid",
+    method: list[str] | None = None,
+    body: str | None = None,
+    chart: Path | None = None,
+    runs: Out = Path("out"),
+    out: Out = Path("advice"),
+) -> None:
+    """Choose the cheapest method whose measured error is within what is asked.
+
+    Exit status 1 if there is none.
+
+    error: Error that is allowed, such as 5% or 0.05.
+    quantity: Of an instant: disk-load, contact-load, wall-load or displacement. Of a whole run:
+        arrest-load, mean-wall-load, mean-contact-force, contact-force-95 or flow. With --body
+        also mean-person-load, largest-person-load or door-density.
+    against: rigid (numerical and model error) or model (numerical error of the scene's own
+        contacts).
+    method: rigid, lammps or yade. May be repeated. Default: all that are installed.
+    body: chest, social_force or lemons: a whole run of people as soft as these. Default: the limit
+        of hard people.
+    chart: Folder of a chart of this very scene, to read instead of the stored library.
+
+    Example: percussions advise arch --error 5% --quantity wall-load"""
+    from analysis.advice import choice, whole_runs
+    from analysis.advice.candidates import Question, asked_error
+    from analysis.advice.library import stored_library
+    from analysis.scene.scene import read_scene
+    from analysis.support.files import write_json
+    from analysis.work_precision.point import read_points
+
+    chosen, allowed, methods = read_scene(scene), asked_error(error), choice.methods_here(method)
+    file = out / "advice.json"
+    if body is not None:
+        soft = whole_runs.advise_bodies(chosen, allowed, quantity, methods, body)
+        write_json(file, soft.content())
+        print(*whole_runs.body_lines(soft), file, sep="\n")
+        raise typer.Exit(not soft.engine)
+    ladder = ["", *whole_runs.ladder_lines(chosen)] if chosen.drive else []
+    if quantity in whole_runs.QUANTITIES:
+        own = None if chart is None else chart / whole_runs.FILE
+        moving = whole_runs.advise_motion(chosen, allowed, quantity, methods, own)
+        write_json(file, moving.content())
+        print(*whole_runs.motion_lines(moving), *ladder, file, sep="\n")
+        raise typer.Exit(moving.choice is None)
+    points = None if chart is None else read_points(chart / "points.json")
+    question = Question(error=allowed, quantity=quantity, against=against, methods=methods)
+    advice = choice.advise(chosen, question, library=stored_library(), chart=points)
+    with progress() as bars:
+        bars(f"{chosen.name}: what it can do without", 0.0)
+        left = [*choice.left_out(chosen, runs / "work_precision" / chosen.name)]
+        bars(f"{chosen.name}: what it can do without", 1.0)
+    write_json(file, advice.content() | {"left_out": left})
+    print(*choice.report(advice, left), *ladder, file, sep="\n")
+    raise typer.Exit(advice.choice is None)
+
+
+def paper(
+    section: Literal["discrete", "continuum"] | None = None,
+    *,
+    figure: list[str] | None = None,
+    runs: Out = Path("out"),
+    out: Out = Path("paper"),
+) -> None:
+    """Recompute the paper's figures, and say which of its statements hold.
+
+    Writes a page for each section, and the pictures as files.
+
+    section: Section of the paper. Default: both.
+    figure: Number of a figure (continuum: also 3.2.1, mesh, bridge). May be repeated.
+        Default: all.
+
+    Example: percussions paper discrete --figure 1 --figure 3 --out paper"""
+    from analysis.paper.page import PAGES, write_pages
+
+    names: list[str] = [section] if section else [*PAGES]
+    _say_paper(names, runs, figure)
+    with progress() as bars:
+        pages, warnings = write_pages(names, out, runs, command_line(), figure, bars)
+    for warning in warnings:
+        warn(warning)
+    for page in pages:
+        show_page(page)
+
+
+def _say_paper(names: list[str], runs: Path, figures: list[str] | None) -> None:
+    from analysis.advice.library import expected_seconds
+    from analysis.paper.page import PAGES, folder_of, kept
+
+    seconds = 0.0
+    for part in (part for name in names for part in PAGES[name].parts):
+        if figures and part.number not in figures:
+            continue
+        if part.engine_runs or not kept(folder_of(runs, part)):
+            seconds += part.seconds
+        for run in part.engine_runs(runs) if part.engine_runs else []:
+            if not run.is_finished():
+                seconds += expected_seconds(run.scene, run.engine)
+    say_expected(seconds, "what is not there yet", None)
+
+
+def push(
+    file: InputFile,
+    *,
+    wall: float | None = None,
+    arms: list[Share] | None = None,
+    reach: list[Share] | None = None,
+    out: Out = Path("push"),
+) -> None:
+    """Compute a push trial after the event: which models beat the baselines?
+
+    The first of the row moves as measured. The others move by penalty contacts (2·10³ to 10⁶ N/m)
+    or as rigid people, in 5,000 cases of posture, arms, floor and chests. Nothing is fitted. Also read, if
+    there: Weight_kg, Gender, MoCap_ID and Order_of_Participants_MoCap_ID.
+
+    Writes a page, scores.csv and onsets.csv.
+
+    file: CSV with id, time, x, y: heads of people in a row.
+    wall: Where a wall crosses the row, in m: x or y as in the file.
+    arms: Share of the room between chests that arms bridge from the start. Several: drawn between
+        the least and the most. By default 0 to 1.
+    reach: Reach of the soft layer of arms in m. Several: drawn between the
+        least and the longest. By default 0 to 0.2.
+
+    Example: percussions push scenes/push_excerpt.csv"""
+    from analysis.push.hindcast import ARMS, REACH_M, expected_seconds, hindcast
+    from analysis.push.page import HEAD, summary, verdicts, write_hindcast
+    from analysis.push.trial import read_trial
+
+    trial = read_trial(file, wall)
+    for note in trial.notes:
+        warn(note)
+    say_expected(expected_seconds(trial), f"rows of {len(trial.people)} people")
+    with progress() as bars:
+        found = hindcast(trial, arms or ARMS, reach=reach or REACH_M, progress=bars)
+    *tables, page = write_hindcast(found, out, command_line())
+    show(HEAD, summary(found), title=f"{file.name}: median (5 – 95 %) of the possible cases")
+    for line in verdicts(found):
+        print(f"- {line.replace('**', '')}")
+    print(*tables, sep="\n")
+    show_page(page)
+
+
+def measured(
+    folder: InputFile,
+    *,
+    friction: Positive = 0.3,
+    step: list[str] | None = None,
+    alpha: NotNegative | None = None,
+    beta: Positive | None = None,
+    bands: bool = False,
+    out: Out = Path("measured"),
+) -> None:
+    """Compare predicted contact forces with measured ones, contact by contact.
+
+    Of photoelastic disks: the loads on the boundary come from the measured forces, and models predict
+    all others. Writes a page and measured.csv.
+
+    folder: Folder with PREFIX_ParticleData.dlm and PREFIX_NormWeightedAdjacencyMatrix.dlm of each step,
+        or PREFIX_coordinates.txt and PREFIX_bonds.txt.
+    friction: Coulomb's μ of the disks.
+    step: Name of a step. May be repeated. Default: all.
+    alpha: Relative error of a force. Default: from both sides of the contacts, 0.085 if there is one.
+    beta: Absolute error of a force in N. Default: from both sides, 0.0046 if there is one.
+    bands: Also try which law has 90 % bands that hold 90 % of the forces.
+
+    Example: percussions measured forward --step DSC05384"""
+    from analysis.measured.models import calibrate, judge
+    from analysis.measured.packing import ALPHA, BETA_N, ErrorBar, read_packing, steps_of
+    from analysis.measured.page import HEAD, SECONDS, summary, write_measured
+
+    found = steps_of(folder)
+    for name in step or ():
+        if name not in found:
+            raise ValueError(f"--step: no step {name}. There are {', '.join(found)}")
+    given = None
+    if alpha is not None or beta is not None:
+        given = ErrorBar(ALPHA if alpha is None else alpha, BETA_N if beta is None else beta)
+    packings = [read_packing(name, *found[name], given) for name in step or found]
+    for packing in packings:
+        if packing.error.assumed:
+            warn(f"{packing.name}: the error bar is assumed, not from both sides of contacts")
+    disks = sum(len(packing.snapshot) for packing in packings)
+    say_expected(SECONDS * disks * (3 if bands else 1), f"{len(packings)} steps of {disks} disks")
+    with progress() as bars:
+        judged = []
+        for place, packing in enumerate(packings):
+            bars("steps", place / len(packings))
+            judged.append(judge(packing, friction, place))
+        laws = calibrate(packings, friction, bars) if bands else []
+    *tables, page = write_measured(judged, laws, friction, out, command_line())
+    show(HEAD, summary(judged), title=f"{folder.name}: mean of {len(judged)} steps")
+    print(*tables, sep="\n")
+    show_page(page)

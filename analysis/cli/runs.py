@@ -1,0 +1,298 @@
+"""Commands that compute (run, solve, export), and doctor."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from analysis.cli.app import (
+    command_line,
+    drop_none,
+    progress,
+    refuse,
+    say_expected,
+    say_runs,
+    show,
+    warn,
+)
+from analysis.cli.options import (
+    Count,
+    Openness,
+    Out,
+    Positive,
+    Processes,
+    Share,
+    Taken,
+)
+
+if TYPE_CHECKING:
+    from analysis.percussions import SnapshotPercussions
+
+
+def run(
+    scene: str,
+    *,
+    engine: str | None = None,
+    error: str | None = None,
+    stiffness: Positive | None = None,
+    wall_stiffness: Positive | None = None,
+    restitution: Share | None = None,
+    law: str | None = None,
+    time_step: Positive | None = None,
+    duration: Positive | None = None,
+    impulses: bool = False,
+    ranks: Processes = 1,
+    out: Out = Path("out"),
+) -> None:
+    """Run a scene with one engine.
+
+    engine: lammps, yade or rigid. Default: lammps, or what --error chooses.
+    error: Let law, stiffness and time step be advised for this error, such as 5%.
+    stiffness: Contact stiffness in N/m, instead of the scene's.
+    wall_stiffness: The same of walls in N/m, instead of the scene's.
+    restitution: Asked restitution, 0 to 1.
+    law: hooke, hertz, body or body_hertz.
+    time_step: Time step in s, instead of the rule's.
+    duration: Simulated time in s.
+    impulses: Sum the impulses of contacts between frames, for `exposure`. A run of LAMMPS then takes
+        1.5 to 5 times as long. The rigid engine always sums them.
+    ranks: Processes of MPI that share the run. LAMMPS only.
+
+    Example: percussions run arch --engine yade --stiffness 1e7"""
+    from analysis.engines.run import EngineRun, check_before
+    from analysis.scene.scene import read_scene
+
+    chosen = read_scene(scene)
+    if error is not None and (stiffness, law, time_step) != (None, None, None):
+        raise ValueError(
+            "error: it chooses law, stiffness and time step. "
+            "Leave out --law, --stiffness, --time-step"
+        )
+    for warning in chosen.check(scene):
+        warn(warning)
+    contact = {"stiffness_N_per_m": stiffness, "wall_stiffness_N_per_m": wall_stiffness}
+    chosen = chosen.with_contact(**drop_none(**contact, restitution=restitution, law=law))
+    timing = drop_none(time_step_s=time_step, duration_s=duration, impulses=impulses or None)
+    chosen = chosen.with_run(**timing)
+    if error is not None:
+        from analysis.advice.choice import scene_within
+
+        chosen, engine, choice = scene_within(chosen, error, engine)
+        print(f"advised: {choice}")
+    wanted = replace(EngineRun.of(chosen, engine or "lammps", out), ranks=ranks)
+    if not wanted.is_finished():
+        check_before(wanted.scene, wanted.engine, wanted.folder)
+        say_runs([wanted], f"{chosen.name} with {wanted.engine}")
+    with progress() as report:
+        record = wanted.record(report)
+    print(
+        f"{wanted.folder}: {record.steps} steps of {record.time_step_s:.3g} s, restitution "
+        f"obtained {record.restitution_most:.3g}, {record.cpu_seconds:.2f} CPU s"
+    )
+
+
+def solve(
+    dump: Path,
+    *,
+    taken: Taken,
+    restitution: Share | None = None,
+    openness: Openness = "determined",
+    workers: Processes = 1,
+    threads: Count = 1,
+    scheduler: str | None = None,
+    part_frames: Count | None = None,
+    out: Out = Path("contacts.csv"),
+) -> None:
+    """Compute the percussions at every contact of every frame of a dump, or of an FCLIB problem.
+
+    Exit status 0 only if every frame is solved.
+
+    dump: LAMMPS dump, text or binary, plain or gz, bz2, xz, zst. It needs id, a position (x y, xu yu
+        or xs ys), radius, and mass or density. Or an FCLIB file (HDF5), which has its own
+        contacts.
+    restitution: Restitution of the contacts. Default: inelastic.
+    workers: Cores that work on it.
+    threads: Threads for each frame of 10,000 disks or more.
+    part_frames: Write a folder of Parquet files, each of so many frames, and keep those that are
+        there: what was interrupted goes on.
+
+    out: Table, one row per contact: CSV, or Parquet if it ends in .parquet.
+
+    Example: percussions solve out/arch/lammps_hooke_k1e+06/bodies.dump --left-velocity desired
+    --out contacts.csv"""
+    from analysis.exchange.problem import is_hdf5
+    from analysis.percussions.setting import setting_beside
+    from analysis.percussions.solving import DumpToSolve, executor_for, solve_dump, solve_in_chunks
+    from analysis.percussions.table import is_parquet
+
+    if out.is_file() and any(
+        out.samefile(file) for file in (dump, taken.room) if file and file.exists()
+    ):
+        raise ValueError(f"--out: {out}: the table would replace what it is made of")
+    options = taken.setting()
+    if is_hdf5(dump):
+        own = {**options, "room": taken.room, "restitution": restitution, "scheduler": scheduler}
+        own |= taken.of_dump() | {"part_frames": part_frames}
+        refuse(f"{dump} has its own. This option is for dumps", **own)
+        _solve_problem(dump, out, taken.tolerance, openness)
+        return
+    setting = setting_beside(dump, taken.room, **options)
+    job = DumpToSolve(
+        path=dump,
+        time_step=taken.time_step,
+        unit=taken.unit,
+        setting=setting,
+        law=None if restitution is None else replace(setting.law, restitution=restitution),
+        tolerance=taken.tolerance,
+        openness=openness,
+        threads=threads,
+    )
+    if part_frames and not is_parquet(out):
+        raise ValueError(f"--part-frames: {out}: parts are Parquet. End --out in .parquet")
+    with contextlib.ExitStack() as stack:
+        executor = stack.enter_context(executor_for(job, workers, scheduler))
+        bars = stack.enter_context(progress())
+        if part_frames:
+            found = solve_in_chunks(job, out, part_frames, executor=executor, progress=bars)
+        else:
+            expected = functools.partial(say_expected, what=f"percussions of {dump}")
+            found = solve_dump(
+                job, out, executor=executor, workers=workers, progress=bars, expected=expected
+            )
+    largest = f"{found.largest:.4g} {found.unit} at {found.when}"
+    rows = [["frames", str(found.frames)], ["contacts", str(found.contacts)]]
+    rows += [["largest per contact", largest], ["worst residual", f"{found.residual:.1e}"]]
+    _say(dump, out, rows, found.unsolved)
+
+
+def _solve_problem(problem: Path, out: Path, tolerance: float, openness: Openness) -> None:
+    from analysis.exchange.fclib import solve_file
+    from analysis.percussions.table import is_parquet
+
+    if is_parquet(out):
+        raise ValueError(f"--out: {out}: Parquet is for dumps. The table of a problem is CSV")
+    found = solve_file(problem, out, tolerance, openness)
+    rows = [["contacts", str(found.contacts)], ["residual", f"{found.residual:.1e}"]]
+    if found.difference is not None:
+        rows.append(["largest difference of u from /solution", f"{found.difference:.1e}"])
+    _say(problem, out, rows, [f"{problem}: {found.why}"] if found.why else [])
+
+
+def _say(solved: Path, out: Path, rows: list[list[str]], unsolved: Sequence[str]) -> None:
+    """Print numbers, where the table is and what is not solved, which is the exit status."""
+    for line in unsolved:
+        print(line, file=sys.stderr)
+    show([str(solved), ""], rows)
+    print(out)
+    if unsolved:
+        raise typer.Exit(1)
+
+
+def export(
+    target: Path,
+    *,
+    fclib: Out,
+    taken: Taken,
+    frame: int | None = None,
+    local: bool = False,
+    openness: Openness = "ranges",
+) -> None:
+    """Write the contact problem of one instant as an FCLIB file, with its answer.
+
+    Global form, in the plane. Contacts are inelastic, with friction. The groups /crowd (bodies,
+    walls, units, dt, origin) and /truth (rank, determined, intervals) are beside FCLIB's own.
+    `percussions solve FILE` reads it back.
+
+    Exit status 1 if the problem is not solved. It is then written without a solution.
+
+    target: Folder of a run, a LAMMPS dump, or a scene (its name or .toml file).
+    fclib: HDF5 file to write.
+    frame: Of a run or dump: its number from 0, or from the end: -1. Default: the last.
+    local: Write FCLIB's local form W r + q too.
+
+    Example: percussions export out/gate/lammps_hooke_k1e+06 --fclib gate.hdf5"""
+    from analysis.exchange.fclib import write_problem
+
+    dump = target / "bodies.dump" if target.is_dir() else target
+    if dump.is_file() and dump.suffix != ".toml":
+        if fclib.exists() and fclib.samefile(dump):
+            raise ValueError(f"--fclib: {fclib}: it would replace what it is made of")
+        found, origin = _of_dump(dump, frame, taken)
+    elif target.is_dir():
+        raise ValueError(f"{dump}: no such file, so {target} is no folder of a run")
+    else:
+        why = f"only of a run or a dump, and {target} is a scene"
+        refuse(why, frame=frame, room=taken.room, **taken.of_dump())
+        found, origin = _of_scene(target, taken)
+    write_problem(
+        fclib, found, origin | {"command": command_line()}, local=local, openness=openness
+    )
+    print(f"{len(found.snapshot)} people, {len(found.contacts)} contacts")
+    print(fclib)
+    solved = found.answer.status == "solved"
+    if not solved:
+        print(f"{fclib}: {found.answer.status}: {found.answer.reason}", file=sys.stderr)
+    raise typer.Exit(not solved)
+
+
+def _of_dump(
+    dump: Path, frame: int | None, taken: Taken
+) -> tuple[SnapshotPercussions, dict[str, str]]:
+    """The percussions of a frame, and where it is from."""
+    from analysis.dumps import open_bodies, snapshot_of
+    from analysis.percussions import percussions_of
+    from analysis.percussions.setting import setting_beside
+
+    setting = setting_beside(dump, taken.room, **taken.setting())
+    trajectory = open_bodies(dump, **taken.of_dump()).trajectory
+    number, count = -1 if frame is None else frame, len(trajectory)
+    if not -count <= number < count:
+        raise ValueError(f"--frame: {number} where {dump} has {count}, from 0")
+    ts = trajectory[number % count]
+    snapshot = snapshot_of(ts, dump, needs_velocity=setting.moves)
+    step = str(int(ts.data["step"]))
+    try:
+        found = percussions_of(setting, snapshot, tolerance=taken.tolerance)
+    except ValueError as error:
+        raise ValueError(f"{dump}, step {step}: {error}") from None
+    return found, {"source": str(dump), "step": step}
+
+
+def _of_scene(target: Path, taken: Taken) -> tuple[SnapshotPercussions, dict[str, str]]:
+    """The percussions of a scene's initial state, and where it is from."""
+    import dataclasses
+
+    from analysis.percussions import Setting, percussions_of
+    from analysis.scene import read_scene
+
+    scene = read_scene(target)
+    setting = dataclasses.replace(Setting.of(scene), **taken.setting())
+    if scene.analysis.kind == "impact" and scene.contact.restitution:
+        said = f"contact.restitution: {scene.contact.restitution:g}"
+        warn(f"{target}: {said}. FCLIB has inelastic contacts, and those are written")
+    found = percussions_of(setting, scene.snapshot, tolerance=taken.tolerance)
+    origin = {"source": scene.title, "scene": scene.name, "scene_sha256": scene.digest()}
+    return found, origin
+
+
+def doctor() -> None:
+    """List the engines and the libraries of each part, and what to do about a missing one.
+
+    Example: percussions doctor"""
+    from analysis.engines.doctor import examine
+
+    findings = examine()
+    head = ["what", "part", "state", "version", "where"]
+    rows = [(one.name, one.extra, one.state, one.version, one.path) for one in findings]
+    show(head, [[str(cell or "–") for cell in row] for row in rows], numbers_from=5)
+    for finding in findings:
+        if finding.advice:
+            print(f"{finding.name}: {finding.advice}")
+    raise typer.Exit(any(finding.state == "missing" for finding in findings))

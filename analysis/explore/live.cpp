@@ -1,0 +1,140 @@
+// A crowd in a page: nscd's motion and its sums of a window, for WebAssembly.
+#include "motion.hpp"
+#include "soft.hpp"
+#include "sums.hpp"
+
+#define EXPORT(name) extern "C" [[gnu::used, clang::export_name(#name)]]
+
+namespace {
+
+using namespace nscd;
+
+constexpr double INSTANT = 1e-9, NOWHERE = 1e30;  // as in analysis/scene/drive.py
+constexpr double OPENING = 1e-6, PROVEN = 1e-7, STEEP = 1e5;  // m/s over the largest; m/s where 1 is asked for
+
+// What the page fills, by number. SI units.
+enum Part { POSITION, VELOCITY, SPIN, RADIUS, MASS, GOES, STOP, WALLS, EXITS, LAW, GRID, NEXT, CORNERS, CONTACTS, RESTING, PARTS };
+// LAW: the numbers of `Law` (no τ: no drive), the speed of the drive, the period's low end and length (0: none). EXITS (8): start,
+// end, outward, place. GRID: origin, cell, rows, columns.
+enum { TAU = 1, SPEED = 9, LOW, PERIOD };
+Motion crowd;
+Numbers others[PARTS];
+WindowSums sums(0);
+Report last;     // the last step
+System resting;  // its contacts that stay closed, between disks of 1 kg
+Numbers pressing;
+
+Numbers& part(int number) {
+    Numbers* of_crowd[] = {&crowd.now.position, &crowd.now.velocity, &crowd.now.spin, &crowd.radius, &crowd.mass};
+    return number <= MASS ? *of_crowd[number] : others[number];
+}
+double law(int one) { return others[LAW][one]; }
+
+// The number of the corner to which somebody goes first; 0: none.
+int corner_of(const double* at, int door) {
+    const Numbers& grid = others[GRID];
+    if (grid.empty()) return 0;
+    const double column = std::floor((at[0] - grid[0]) / grid[2]), row = std::floor((at[1] - grid[1]) / grid[2]);
+    if (!(column >= 0.0 && column < grid[4] && row >= 0.0 && row < grid[3])) return 0;
+    return std::max(0, int(others[NEXT][std::size_t((door * grid[3] + row) * grid[4] + column)]));
+}
+
+Numbers desired(In x) {
+    const Numbers& exits = others[EXITS];
+    Numbers u(x.size(), 0.0);
+    const double none[2] = {0.0, 0.0};
+    for (std::size_t i = 0; 2 * i < x.size(); ++i) {
+        const int door = int(others[GOES][i]), corner = corner_of(&x[2 * i], door);
+        if (crowd.now.time >= others[STOP][i] - INSTANT) continue;
+        double leg[8];
+        std::copy_n(&exits[8 * door], 8, leg);
+        if (corner > 0) {
+            const double* at = &others[CORNERS][2 * corner];
+            const double turn[8] = {at[0], at[1], at[0], at[1], 1.0, 0.0, NOWHERE, NOWHERE};
+            std::copy_n(turn, 8, leg);
+        }
+        const In place(&x[2 * i], 2), start(leg, 2), end(leg + 2, 2), outward(leg + 4, 2), line(leg + 6, 2);
+        if (others[GRID].empty()) headed(place, start, end, outward, line, law(SPEED), Out(&u[2 * i], 2));
+        else add_drive(Out(&u[2 * i], 2), place, In(none, 2), law(SPEED), 1.0, start, end, line, outward);
+    }
+    return u;
+}
+
+}  // namespace
+
+// Make room for the numbers of a part.
+EXPORT(room) double* room(int number, int size) {
+    part(number).assign(size, 0.0);
+    return part(number).data();
+}
+EXPORT(at) double* at(int number) { return part(number).data(); }
+EXPORT(size) int size(int number) { return int(part(number).size()); }
+
+EXPORT(reconnect) void reconnect() { crowd.walls = connected(others[WALLS], law(LOW), law(PERIOD)); }
+// Begin at a time (s) from what the parts say.
+EXPORT(begin) void begin(double time) {
+    crowd.now.time = time, last = {}, sums = WindowSums(std::int64_t(crowd.radius.size()));
+    reconnect(), crowd.forget(), crowd.stay_within();
+}
+// Push overlapping disks apart; how far at most (m), −1 where they do not fit.
+EXPORT(separate) double separate() { return crowd.separate(); }
+
+// Make a step; whether it is solved.
+EXPORT(step) bool step() {
+    Report& done = last;
+    crowd.law = {law(0), law(1), law(2), law(3), law(4), law(5), law(6), law(7), law(8)};
+    if (!crowd.advance(law(TAU) > 0.0 ? desired : Motion::Desired(), done)) return false;
+    sums.add(done.near.first, done.near.second, done.near.wall, done.near.normal, done.near.gap, done.reaction, done.friction);
+    sums.add(done.reached.first, done.reached.second, done.reached.wall, done.reached.normal, done.reached.gap, done.push, {});
+    return true;
+}
+
+// Rows of RESTING as of CONTACTS: those that the last step leaves closed; none where it had friction.
+EXPORT(closed) void closed() {
+    const In u = crowd.now.velocity;
+    const auto& [first, second, wall, normal, gap] = last.near;
+    Places one, other;
+    Numbers along;
+    others[RESTING].clear(), pressing.clear();
+    if (largest(last.friction) > 0.0) return;
+    for (std::size_t c = 0; c < gap.size(); ++c) {
+        const Index i = first[c], j = second[c];
+        const double x = normal[2 * c], y = normal[2 * c + 1], p = last.reaction[c];
+        const double closing = x * (u[2 * i] - (j < 0 ? 0.0 : u[2 * j])) + y * (u[2 * i + 1] - (j < 0 ? 0.0 : u[2 * j + 1]));
+        if (p <= 0.0 && closing < gap[c] / law(0) - OPENING * fastest(u)) continue;
+        one.push_back(i), other.push_back(j), along.insert(along.end(), {x, y}), pressing.push_back(p);
+        others[RESTING].insert(others[RESTING].end(), {double(i), double(j < 0 ? wall[c] : j), double(j < 0), x, y, gap[c], p * x, p * y});
+    }
+    resting = system_of({crowd.now.position, u, crowd.radius, Numbers(crowd.radius.size(), 1.0), {}}, std::move(one), std::move(other), along);
+}
+// The largest (sign 1) or least (−1) reaction (N·s) of a row of RESTING over all λ' ≥ 0 with Cᵀλ' = Cᵀλ: for any u with C u ≤ −sign
+// in that row and C u ≤ 0 in the others sign λ'_c ≤ −u·Cᵀλ. The u that a far larger û = Cᵀλ comes to makes that least: a linear
+// program as an impact. Infinite where a self-stress leaves no such u.
+EXPORT(extreme) double extreme(int row, double sign) {
+    System& s = resting;
+    const double most = largest(pressing), unit = most > 0.0 ? most / STEEP : 1.0;
+    std::fill(s.left.begin(), s.left.end(), 0.0), std::fill(s.offset.begin(), s.offset.end(), 0.0);
+    add_reactions(s, pressing, 1.0 / unit, s.left), s.offset[row] = -sign;
+    s.free = s.left, s.measure();
+    const Numbers u = climb(s, {.tolerance = 1e-10, .least = false, .bounded = false}).velocity;
+    Numbers v(s.k);
+    approach(s, u, v);
+    double bound = 0.0, beyond = 0.0;
+    for (int c = 0; c < s.k; ++c) beyond = larger(beyond, v[c] - s.offset[c]);
+    for (std::size_t i = 0; i < u.size(); ++i) bound -= unit * u[i] * s.left[i];
+    return beyond <= PROVEN ? sign * bound : sign > 0.0 ? INFINITE : 0.0;
+}
+
+// Close the window. Of contacts pressed in it CONTACTS has first, second or wall, is_wall, normal (2), gap, impulse (2). Nothing is
+// known of them afterwards, as in a run that goes on from a frame.
+EXPORT(window) void window() {
+    const auto n = std::int64_t(crowd.radius.size());
+    Numbers& rows = others[CONTACTS];
+    rows.clear();
+    for (const auto& [key, sum] : sums.close()) {
+        const std::int64_t first = key >> ID_BITS, second = key & ID_MASK;
+        const bool wall = second >= n;
+        rows.insert(rows.end(), {double(first), double(wall ? second - n : second), double(wall), sum.x, sum.y, sum.gap, sum.px, sum.py});
+    }
+    crowd.forget();
+}

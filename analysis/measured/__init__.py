@@ -1,0 +1,1 @@
+"""Measured contact forces of photoelastic disks, against what models predict from the boundary."""

@@ -1,0 +1,621 @@
+// The page of `percussions explore`: nscd's core, compiled, presses a crowd. Nothing is loaded.
+(async () => {
+  const live = document.getElementById("live"), root = live.querySelector(".film");
+  const $ = (name) => root.querySelector(`.${name}`);
+  let core, known;
+  try {
+    const none = new Proxy({}, { get: () => () => 0 });
+    const code = await unpacked($("core").innerHTML).arrayBuffer();
+    core = (await WebAssembly.instantiate(code, { wasi_snapshot_preview1: none })).instance.exports;
+    core._initialize(), known = await unpacked($("scenes").innerHTML).json();
+  } catch { return; }  // the picture and its sentence stay
+  live.querySelector(".off").remove(), root.hidden = false;
+
+  // ---- the core's numbers: parts and LAW as in explore/live.cpp
+  const PARTS = "position velocity spin radius mass goes stop walls exits law grid next corners contacts resting".split(" ");
+  const COLUMNS = 8, NEVER = 1e300, AHEAD = 1e29, PULL = 1.0;
+  const part = (name) => {
+    const number = PARTS.indexOf(name);
+    return new Float64Array(core.memory.buffer, core.at(number), core.size(number));
+  };
+  const put = (name, values) => { core.room(PARTS.indexOf(name), values.length); part(name).set(values); };
+  const mean = (values) => values.reduce((sum, one) => sum + one, 0) / values.length;
+  const least = (values) => values.reduce((a, b) => Math.min(a, b), Infinity);
+  const most = (values) => values.reduce((a, b) => Math.max(a, b), 0);
+  const copy = (value) => JSON.parse(JSON.stringify(value));
+
+  // ---- a scene: {name, notes, content, disks: {id, x, u, r, m, w}, way}
+  let scene, base = "", placed = null;  // `placed`: how its people were put there, where that was here
+  let run = {}, pulls = [];
+
+  const exits = (content) => (content.drive ? [content.drive, ...(content.drive.goals || [])] : []).map((one) => {
+    if (one.door_start_m) return one;
+    const [x, y] = one.outward, ends = [1, -1].map((s) => [AHEAD * (x - 0.5 * s * y), AHEAD * (y + 0.5 * s * x)]);
+    return { ...one, door_start_m: ends[0], door_end_m: ends[1], ahead: true };
+  });
+  const acceleration = ({ body_force: of }) => {
+    if (!of) return [0, 0];
+    return of.acceleration_m_per_s2 || of.downhill.map((one) => 9.80665 * Math.sin(of.slope_deg * Math.PI / 180) * one);
+  };
+
+  // The step and the steps between frames, as the rigid engine takes them.
+  function timing({ content, disks }) {
+    const { drive, contact, run: asked } = content;
+    const start = most(disks.r.map((_, i) => Math.hypot(disks.u[2 * i], disks.u[2 * i + 1])));
+    const falls = Math.hypot(...acceleration(content)) * asked.duration_s, speed = drive ? Math.max(start, drive.speed_m_per_s) : start + falls;
+    let longest = speed ? 0.06 * mean(disks.r) / speed : asked.duration_s;
+    if (contact.arm_reach_m) longest = Math.min(longest, 0.2 * Math.sqrt(least(disks.m) / (contact.arm_force_N / contact.arm_reach_m)));
+    longest = asked.rigid_step_s || longest;
+    const between = asked.duration_s / asked.frames, interval = Math.max(1, Math.ceil(between / longest * (1 - 1e-12))), step = between / interval;
+    return [Math.abs(step - longest) <= 1e-12 * longest ? longest : step, interval];
+  }
+
+  function law() {
+    const { drive, contact, run: asked, period_x_m: period } = scene.content, tolerance = asked.rigid_tolerance || (contact.friction ? 1e-6 : 1e-8);
+    const [low, high] = period || [0, 0];
+    [run.h, run.interval] = timing(scene);
+    put("law", [run.h, drive ? drive.relaxation_time_s : 0, ...acceleration(scene.content), contact.restitution, contact.friction || 0, tolerance,
+      contact.arm_reach_m || 0, contact.arm_force_N || 0, drive ? drive.speed_m_per_s : 0, low, high - low]);
+  }
+  function geometry() {
+    const aim = scene.content.drive && scene.content.drive.aim === "centre";
+    put("walls", (scene.content.walls || []).flatMap((wall) => [...wall.start_m, ...wall.end_m]));
+    put("exits", exits(scene.content).flatMap(({ door_start_m: a, door_end_m: b, outward }) => {
+      const c = [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
+      return [...(aim ? [...c, ...c] : [...a, ...b]), ...outward, ...a];
+    }));
+  }
+  function people() {
+    const { id, x, u, w, r, m } = scene.disks, { drive } = scene.content;
+    const of = (list, one) => (list || []).findIndex(({ people: [a, b] }) => a <= one && one <= b);
+    put("position", x), put("velocity", u), put("spin", w), put("radius", r), put("mass", m);
+    put("goes", id.map((one) => of(drive && drive.goals, one) + 1));
+    put("stop", id.map((one) => { const k = of(drive && drive.stops, one); return k < 0 ? NEVER : drive.stops[k].time_s; }));
+    const way = scene.way;
+    put("grid", way ? [...way.origin_m, way.cell_m, ...way.rows_columns] : []);
+    put("corners", way ? way.corners_m.flat() : []);
+    put("next", way ? way.next.flatMap((runs) => runs.flatMap((count, i) => (i % 2 ? [] : Array(count).fill(runs[i + 1])))) : []);
+  }
+
+  // Take up a scene from its start.
+  function begin(next) {
+    scene = next, say(scene.content.title);
+    run = { step: 0, frames: [], load: [], flow: [], began: copy(scene), ended: "" };
+    pulls = [], people(), law(), geometry(), core.begin(0), run.duration = 0;
+    if (core.separate() < 0) end("The people do not fit between the walls.");
+    run.before = part("velocity").slice(), write(), fill(), fit(), draw();
+  }
+  function end(words) { run.ended = words; pause(); say(words); }
+
+  // A frame: the window ends.
+  function write() {
+    core.window(), run.duration = run.frames.length ? run.interval * run.h : 0;
+    const velocity = part("velocity").slice(), position = part("position").slice(), t = run.step * run.h;
+    const force = velocity.map((u, i) => (run.duration ? scene.disks.m[i >> 1] * (u - run.before[i]) / run.duration : 0));
+    const frame = { step: run.step, t, x: position, u: velocity, w: part("spin").slice(), f: force, contacts: part("contacts").slice(), over: run.duration };
+    run.frames.push(frame), run.before = velocity;
+    let load = 0;
+    each(frame, ({ wall, normal }) => { load += wall ? normal : 0; });
+    run.load.push([t, load]);
+    run.flow.push([t, scene.disks.id.filter((_, i) => beyond(i)).length]);
+  }
+  // Contacts of a frame: places of both, whether the second is a wall, mean force in N along and across the normal.
+  function each(frame, take) {
+    const c = frame.contacts;
+    for (let k = 0; k < c.length; k += COLUMNS) {
+      const [nx, ny, , px, py] = c.subarray(k + 3, k + COLUMNS), over = frame.over || Infinity;
+      take({ first: c[k], second: c[k + 1], wall: c[k + 2] === 1, normal: (px * nx + py * ny) / over, across: (nx * py - ny * px) / over });
+    }
+  }
+  function beyond(i) {  // whether somebody has passed the line of the own door
+    const door = exits(scene.content)[part("goes")[i]], x = part("position");
+    if (!door || door.ahead) return false;
+    return (x[2 * i] - door.door_start_m[0]) * door.outward[0] + (x[2 * i + 1] - door.door_start_m[1]) * door.outward[1] >= 0;
+  }
+  function advance() {
+    if (run.ended) return false;
+    if (pulls.length) pull();
+    if (!core.step()) { end(`At ${(run.step * run.h).toFixed(2)} s the contacts are not solved. Restart, or pull more slowly.`); return false; }
+    run.step += 1;
+    if (run.step % run.interval === 0) write();
+    return true;
+  }
+
+  // ---- pulling: points of walls and doors follow the pointer, with at most PULL m/s
+  const ends = () => [...(scene.content.walls || []), ...exits(scene.content).filter((one) => !one.ahead)]
+    .flatMap((one) => ("name" in one ? ["start_m", "end_m"] : ["door_start_m", "door_end_m"]).map((key) => ({ one, key })));
+  const same = (p, q) => Math.hypot(p[0] - q[0], p[1] - q[1]) < 1e-9;
+  function pull() {
+    for (const one of pulls) {
+      const far = Math.hypot(...one.left), share = far > 0 ? Math.min(1, PULL * run.h / far) : 0;
+      const move = one.left.map((value) => share * value);
+      for (const { one: of, key } of one.points) of[key] = of[key].map((value, k) => value + move[k]);
+      one.left = one.left.map((value, k) => value - move[k]);
+    }
+    pulls = pulls.filter((one) => one.held || Math.hypot(...one.left) > 1e-6);
+    geometry(), core.reconnect();
+  }
+  const atDoor = (point) => exits(scene.content).find((one) => !one.ahead && (same(one.door_start_m, point) || same(one.door_end_m, point)));
+  // What can be pulled at a point: an edge of a door along its line, or a group of walls that no door ends.
+  function grip(point, reach) {
+    const all = ends(), far = ({ one, key }) => Math.hypot(one[key][0] - point[0], one[key][1] - point[1]);
+    const near = all.filter((end) => "outward" in end.one && far(end) < reach).sort((a, b) => far(a) - far(b))[0];
+    if (near) return edge(near.one, near.key);
+    const hit = (scene.content.walls || []).find((wall) => away(point, wall.start_m, wall.end_m) < reach);
+    if (!hit) return null;
+    const group = new Set([hit]);
+    for (let size = 0; size < group.size;) {
+      size = group.size;
+      for (const wall of scene.content.walls) if ([...group].some((other) => ["start_m", "end_m"].some((a) => ["start_m", "end_m"].some((b) => same(wall[a], other[b]))))) group.add(wall);
+    }
+    const points = [...group].flatMap((one) => ["start_m", "end_m"].map((key) => ({ one, key })));
+    if (points.some(({ one, key }) => atDoor(one[key]))) return null;
+    return { points, left: [0, 0], held: true };
+  }
+  function edge(door, key) {
+    const at = door[key], points = ends().filter(({ one, key: other }) => same(one[other], at));
+    const [a, b] = [door.door_start_m, door.door_end_m], length = Math.hypot(b[0] - a[0], b[1] - a[1]);
+    return { points, left: [0, 0], held: true, along: [(b[0] - a[0]) / length, (b[1] - a[1]) / length], door };
+  }
+  function away(point, start, end) {
+    const [x, y] = nearest(point, start, end);
+    return Math.hypot(x - point[0], y - point[1]);
+  }
+
+  // ---- people in a room: at random near their doors, pushed apart
+  function random(count, seed) {  // of [0, 1): xorshift of 32 bits
+    let state = (seed * 2654435761 + 88675123) >>> 0 || 1;
+    return Array.from({ length: count + 8 }, () => {
+      state ^= state << 13, state ^= state >>> 17, state ^= state << 5;
+      return (state >>> 0) / 2 ** 32;
+    }).slice(8);
+  }
+  function crossing([ax, ay], [bx, by], [cx, cy], [dx, dy]) {
+    const side = (px, py, qx, qy, rx, ry) => (qx - px) * (ry - py) - (qy - py) * (rx - px);
+    return side(ax, ay, bx, by, cx, cy) * side(ax, ay, bx, by, dx, dy) <= 0 && side(cx, cy, dx, dy, ax, ay) * side(cx, cy, dx, dy, bx, by) <= 0;
+  }
+  // Places from which a door is reached without a wall between, nearest first: cells of a grid.
+  function before(door, lines, radius) {
+    const box = [0, 1].map((k) => lines.flat().map((p) => p[k])).map((all) => [least(all), -least(all.map((v) => -v))]);
+    const cell = Math.max(0.1, Math.sqrt((box[0][1] - box[0][0]) * (box[1][1] - box[1][0]) / 2e5));
+    const [a, b] = [door.door_start_m, door.door_end_m], size = box.map(([low, high]) => Math.ceil((high - low) / cell) + 1);
+    const at = (i, j) => [box[0][0] + cell * i, box[1][0] + cell * j], seen = new Set(), found = [];
+    const inner = [0, 1].map((k) => 0.5 * (a[k] + b[k]) - 1.5 * cell * door.outward[k]);
+    let now = [[Math.round((inner[0] - box[0][0]) / cell), Math.round((inner[1] - box[1][0]) / cell)]];
+    const near = (p, reach) => lines.filter(([s, e]) => away(p, s, e) < reach);
+    for (let level = 0; now.length; ++level) {
+      const next = [];
+      for (const [i, j] of now) {
+        const p = at(i, j), around = near(p, radius + cell);
+        if (!around.some(([s, e]) => away(p, s, e) < radius)) found.push([cell * level + away(p, a, b), p]);
+        for (const [di, dj] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
+          const [u, v] = [i + di, j + dj], key = u * size[1] + v;
+          if (u < 0 || v < 0 || u >= size[0] || v >= size[1] || seen.has(key)) continue;
+          if (around.some(([s, e]) => crossing(p, at(u, v), s, e))) continue;
+          seen.add(key), next.push([u, v]);
+        }
+      }
+      now = next;
+    }
+    return [found.sort((p, q) => p[0] - q[0]).map((one) => one[1]), cell];
+  }
+  // Put so many people of a mean radius (m) and of 10 % more or less before the doors; false where they do not fit.
+  function place({ count, radius, seed }) {
+    const next = copy({ ...scene, disks: null }), { content } = next, doors = exits(content);
+    const lines = [...(content.walls || []).map((one) => [one.start_m, one.end_m]), ...doors.map((one) => [one.door_start_m, one.door_end_m])];
+    const r = random(count, seed).map((one) => +(radius * (1 + 0.1 * (2 * one - 1))).toFixed(6)), x = [];
+    const mass = scene.disks ? mean(scene.disks.m) : 75;
+    let first = 0;
+    doors.forEach((door, number) => {
+      const last = Math.round(count * (number + 1) / doors.length);
+      if (number) door = content.drive.goals[number - 1], door.people = [first + 1, last];
+      const [cells, cell] = before(door, lines, 1.02 * most(r));
+      // the nearest cells that have room for them, in any order
+      const room = Math.min(cells.length, Math.ceil(r.slice(first, last).reduce((sum, one) => sum + 4.6 * one * one, 0) / (cell * cell)));
+      for (const [part, wide] of [[room, 0.95], [room, 0.85], [room, 0.75], [cells.length, 0.75]]) {
+        const order = random(part, seed + number + 1), queue = [...order.keys()].sort((p, q) => order[p] - order[q]);
+        for (const k of queue) {
+          const i = x.length / 2, [px, py] = cells[k];
+          if (i === last) break;
+          if (r.slice(0, i).every((other, j) => Math.hypot(px - x[2 * j], py - x[2 * j + 1]) >= wide * (other + r[i]))) x.push(px, py);
+        }
+      }
+      first = last;
+    });
+    if (x.length < 2 * count) return false;
+    next.disks = { id: r.map((_, i) => i + 1), x, u: x.map(() => 0), r, m: r.map(() => mass), w: r.map(() => 0) };
+    const old = scene;
+    scene = next, people(), law(), put("walls", lines.flat(2)), core.begin(0);
+    const fits = core.separate() >= 0;
+    next.disks.x = [...part("position")], scene = old;
+    if (!fits) return false;
+    placed = { count, radius, seed };
+    if (base) content.title = `${base} with ${count} other people`;
+    begin(next);
+    return true;
+  }
+  function replace() {
+    const asked = { count: +$("people").value, radius: +$("radius").value, seed: +$("seed").value };
+    if (!exits(scene.content).length || exits(scene.content).some((one) => one.ahead)) return say("People are put before a door. This scene has none.");
+    if (!place(asked)) { say(`${asked.count} people of radius ${asked.radius} m do not fit.`); fill(); }
+  }
+
+  // ---- files
+  // TOML, as scene files have it: tables, arrays of tables, strings, numbers, booleans, arrays.
+  function fromToml(text) {
+    const top = {};
+    let table = top;
+    const lines = text.split("\n");
+    const bare = (line) => line.replace(/("[^"]*"|'[^']*')|#.*$/g, (all, string) => string || "").trim();
+    const value = (words) => {
+      if (/^'.*'$/.test(words)) return words.slice(1, -1);
+      return JSON.parse(words.replace(/("[^"]*")|([-+]?)(\d[\d_]*)(\.[\d_]+)?/g, (all, string, sign, whole, part) => string || ((sign === "-" ? "-" : "") + whole + (part || "")).replace(/_/g, "")).replace(/,\s*\]/g, "]"));
+    };
+    for (let i = 0; i < lines.length; ++i) {
+      let line = bare(lines[i]);
+      const head = /^\[(\[?)([\w.]+)\]\]?$/.exec(line);
+      if (head) {
+        const path = head[2].split("."), last = path.pop();
+        const into = path.reduce((at, key) => { const one = (at[key] ||= {}); return Array.isArray(one) ? one.at(-1) : one; }, top);
+        if (head[1]) (into[last] ||= []).push((table = {}));
+        else table = into[last] ||= {};
+      } else if (line) {
+        const at = line.indexOf("="), from = i + 1;
+        const open = () => (line.match(/\[/g) || []).length > (line.match(/\]/g) || []).length;
+        while (at > 0 && open() && ++i < lines.length) line += ` ${bare(lines[i])}`;
+        try { table[line.slice(0, at).trim()] = value(line.slice(at + 1).trim()); } catch { throw Error(`line ${from}: ${lines[from - 1].slice(0, 40)}`); }
+      }
+    }
+    return top;
+  }
+  const WHOLE = ["frames", "drive_interval_steps", "people", "people_seed"];
+  function toToml(content, path = "") {
+    const written = (key, value) => {
+      if (Array.isArray(value)) return `[${value.map((one) => written(key, one)).join(", ")}]`;
+      const text = JSON.stringify(value);
+      return typeof value === "number" && !WHOLE.includes(key) && /^-?\d+$/.test(text) ? `${text}.0` : text;
+    };
+    const isTable = (value) => value !== null && typeof value === "object" && (!Array.isArray(value) || (value.length && typeof value[0] === "object" && !Array.isArray(value[0])));
+    const lines = [], tables = [];
+    for (const [key, value] of Object.entries(content)) {
+      if (!isTable(value)) lines.push(`${key} = ${written(key, value)}`);
+      else for (const one of [value].flat()) tables.push(`\n${Array.isArray(value) ? `[[${path}${key}]]` : `[${path}${key}]`}\n${toToml(one, `${path}${key}.`)}`);
+    }
+    return [...lines, ...tables].join("\n");
+  }
+  const SPHERE = 4 / 3 * Math.PI;
+  function toData({ id, r, m, x, u, w }, title) {
+    const [low, high] = [0, 1].map((k) => x.filter((_, i) => i % 2 === k)).reduce(([a, b], all) => [[...a, least(all) - 200], [...b, 200 - least(all.map((v) => -v))]], [[], []]);
+    const half = 2 * most(r);
+    const box = ["x", "y"].map((name, k) => `${low[k].toFixed(1)} ${high[k].toFixed(1)} ${name}lo ${name}hi`);
+    const atoms = id.map((one, i) => `${one} 1 ${2 * r[i]} ${m[i] / (SPHERE * r[i] ** 3)} ${x[2 * i]} ${x[2 * i + 1]} 0.0`);
+    const moving = id.map((one, i) => `${one} ${u[2 * i]} ${u[2 * i + 1]} 0.0 0.0 0.0 ${w[i]}`);
+    return [`${title} (SI units, density is that of the sphere, as read_data takes it)`, "", `${id.length} atoms`, "1 atom types", "", ...box,
+      `${-half.toFixed(3)} ${half.toFixed(3)} zlo zhi`, "", "Atoms # sphere", "", ...atoms, "", "Velocities", "", ...moving, ""].join("\n");
+  }
+  function fromData(text) {
+    const rows = { Atoms: [], Velocities: [] };
+    let section;
+    for (const line of text.split("\n").slice(1)) {
+      const words = line.replace(/#.*/, "").trim().split(/\s+/);
+      if (/^[A-Z]/.test(words[0])) section = rows[words[0]];
+      else if (section && words[0]) section.push(words.map(Number));
+    }
+    for (const one of Object.values(rows)) one.sort((a, b) => a[0] - b[0]);
+    const { Atoms: a, Velocities: v } = rows;
+    if (!a.length || a.length !== v.length || ![...a, ...v].every((row) => row.length > 6 && row.every(Number.isFinite))) throw Error("not a LAMMPS data file of spheres");
+    const r = a.map((row) => 0.5 * row[2]);
+    return { id: a.map((row) => row[0]), r, m: a.map((row, i) => +(row[3] * SPHERE * r[i] ** 3).toPrecision(13)), x: a.flatMap((row) => row.slice(4, 6)), u: v.flatMap((row) => row.slice(1, 3)), w: v.map((row) => row[6]) };
+  }
+  // A room from rings of points (m): the first is the outline, the others are pillars. The door stands for its ends.
+  function roomOf(rings, [a, b], name) {
+    const inside = ([x, y]) => rings[0].reduce((odd, [px, py], i, all) => { const [qx, qy] = all[(i + 1) % all.length]; return (py > y) !== (qy > y) && x < px + (y - py) / (qy - py) * (qx - px) ? !odd : odd; }, false);
+    const sides = rings.flatMap((ring) => ring.map((p, i) => [p, ring[(i + 1) % ring.length]]));
+    const at = sides.reduce((best, side) => (Math.max(away(a, ...side), away(b, ...side)) < Math.max(away(a, ...best), away(b, ...best)) ? side : best));
+    const [p, q] = at, length = Math.hypot(q[0] - p[0], q[1] - p[1]), along = [(q[0] - p[0]) / length, (q[1] - p[1]) / length];
+    const [s, e] = [a, b].map((one) => Math.min(length, Math.max(0, (one[0] - p[0]) * along[0] + (one[1] - p[1]) * along[1]))).sort((m, n) => m - n);
+    if (e - s < 0.1) throw Error("the door needs two places on one wall, at least 0.1 m apart");
+    const on = (far) => [p[0] + far * along[0], p[1] + far * along[1]], [start, stop, middle] = [on(s), on(e), on(0.5 * (s + e))];
+    const outward = [along[1], -along[0]].map((v) => v * (inside([middle[0] + 1e-6 * along[1], middle[1] - 1e-6 * along[0]]) ? -1 : 1));
+    const left = sides.flatMap((side) => (side === at ? [[p, start], [stop, q]] : [side])).filter(([m, n]) => !same(m, n));
+    return {
+      title: `${name}, drawn`, source: "percussions explore",
+      walls: left.map(([m, n], i) => ({ name: `wall_${i + 1}`, start_m: m, end_m: n })),
+      drive: { speed_m_per_s: 1, relaxation_time_s: 0.5, door_start_m: start, door_end_m: stop, outward, aim: "nearest" },
+      contact: { law: "hooke", stiffness_N_per_m: 1e6, restitution: 0.1, friction: 0, tangential_ratio: 2 / 7 },
+      run: { duration_s: 10, frames: 100, drive_interval_steps: 10 },
+      analysis: { kind: "driven", time_s: 10, contact_tolerance_m: 1e-6 },
+    };
+  }
+  const rings = (text) => [...text.matchAll(/\(([^()]+)\)/g)].map(([, ring]) => ring.trim().split(",").map((one) => one.trim().split(/\s+/).slice(0, 2).map(Number)).slice(0, -1));
+  async function open(files) {
+    try {
+      const texts = await Promise.all([...files].map((file) => file.text()));
+      const named = (kind) => [...files].findIndex((file) => kind.test(file.name)), [toml, data] = [named(/\.toml$/), named(/\.data$/)];
+      if (toml < 0) return sketch(rings(texts[0]), files[0].name);
+      const content = fromToml(texts[toml]), name = files[toml].name.replace(/\.toml$/, "").replace(/\W/g, "_");
+      const missing = ["contact", "run", "analysis"].find((key) => !content[key]), { disks, drive } = content;
+      if (missing) throw Error(`${missing}: missing`);
+      if ((disks && (disks.bodies || disks.people)) || (content.walls || []).some((one) => one.mass_kg)) throw Error("bodies, people of a survey and walls that give need percussions run");
+      if (disks && data < 0) throw Error(`open it together with ${disks.data}`);
+      for (const key of ["disks", "reconciliation", "other_frames"]) delete content[key];
+      const next = { name, notes: "", content, disks: data < 0 ? null : fromData(texts[data]) }, mass = next.disks ? mean(next.disks.m) : 75;
+      if (drive && drive.push_N) {
+        drive.relaxation_time_s ||= drive.speed_m_per_s ? mass * drive.speed_m_per_s / drive.push_N : 0.5;
+        drive.speed_m_per_s ||= drive.push_N * drive.relaxation_time_s / mass;
+        delete drive.push_N;
+      }
+      take(next);
+      if (drive && drive.clearance_m !== undefined) say("This page finds no way round walls. People walk straight to the door.");
+    } catch (error) { say(`Not opened: ${error.message}.`); }
+  }
+  function take(next) {
+    base = scenes.value = "", placed = null;
+    if (next.disks) return begin(next);
+    scene = next, replace();
+  }
+  function download(name, text) {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([text])), link.download = name, link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  }
+  // The people now, without those `left` out.
+  function stateNow(left = () => false) {
+    const { id, r, m } = scene.disks, there = [...id.keys()].filter((i) => !left(i)), of = (list) => there.map((i) => list[i]);
+    const both = (name) => { const list = part(name); return there.flatMap((i) => [list[2 * i], list[2 * i + 1]]); };
+    return { id: of(id), r: of(r), m: of(m), x: both("position"), u: both("velocity"), w: of(part("spin")) };
+  }
+  const saves = {
+    scene: () => {
+      const { title, source, period_x_m, reconciliation, ...rest } = scene.content, name = `${scene.name}_now`;
+      const head = { title, source, ...(period_x_m ? { period_x_m } : {}), disks: { data: `${name}.data` } };
+      return [[`${name}.toml`, `${toToml({ ...head, ...rest })}\n`], [`${name}.data`, toData(stateNow(beyond), title)]];
+    },
+    dump: () => {
+      const { id, r, m } = scene.disks;
+      const text = run.frames.map((frame) => {
+        const box = [0, 1].map((k) => frame.x.filter((_, i) => i % 2 === k)).map((all) => `${least(all) - 1} ${1 - least(all.map((v) => -v))}`);
+        const rows = id.map((one, i) => [one, 1, frame.x[2 * i], frame.x[2 * i + 1], 0, r[i], m[i], frame.u[2 * i], frame.u[2 * i + 1], 0, frame.w[i], frame.f[2 * i], frame.f[2 * i + 1]].join(" "));
+        return `ITEM: TIMESTEP\n${frame.step}\nITEM: NUMBER OF ATOMS\n${id.length}\nITEM: BOX BOUNDS ff ff pp\n${box.join("\n")}\n-1 1\nITEM: ATOMS id type x y z radius mass vx vy vz omegaz fx fy\n${rows.join("\n")}\n`;
+      });
+      return [[`${scene.name}.dump`, text.join("")]];
+    },
+    csv: () => [[`${scene.name}.csv`, ["id,frame,time,x,y", ...run.frames.flatMap((frame, k) => scene.disks.id.map((one, i) => [one, k, +frame.t.toPrecision(12), frame.x[2 * i], frame.x[2 * i + 1]].join(",")))].join("\n") + "\n"]],
+  };
+
+  // ---- a link: the scene by name and what was changed, or all of it
+  async function share() {
+    const own = known.scenes.find((one) => one.name === base), changed = JSON.stringify(run.began.content) !== JSON.stringify(own && own.content);
+    const said = { base, placed, content: changed || !own ? run.began.content : null, disks: placed || own ? null : run.began.disks };
+    shared = await hashOf(said);
+    location.hash = shared, say("The address of this page now holds this scene.");
+  }
+  async function fromAddress() {
+    const hash = decodeURIComponent(location.hash.slice(1));
+    if (!hash.startsWith("s=")) return byName(hash);
+    try {
+      const said = await unpacked(hash.slice(2).replace(/-/g, "+").replace(/_/g, "/")).json();
+      const own = known.scenes.find((one) => one.name === said.base);
+      const next = copy({ name: "shared", notes: "", ...own, ...(said.content ? { content: said.content } : {}), ...(said.disks ? { disks: said.disks } : {}) });
+      base = own ? own.name : "", placed = null, scenes.value = base;
+      if (said.from) {  // of a film: people at rest where they are
+        const at = new Map(said.from.id.map((one, i) => [one, said.from.x.slice(2 * i, 2 * i + 2)])), { id, r, m } = next.disks;
+        const of = (list) => list.filter((_, i) => at.has(id[i])), x = of(id).flatMap((one) => at.get(one));
+        next.disks = { id: of(id), x, u: x.map(() => 0), r: of(r), m: of(m), w: of(id).map(() => 0) };
+      }
+      if (!said.placed) return begin(next);
+      scene = next, place(said.placed);
+    } catch { byName(""); say("The address holds no scene."); }
+  }
+  function byName(name) {
+    const own = known.scenes.find((one) => one.name === name) || known.scenes[0];
+    base = own.name, placed = null, scenes.value = base, begin(copy(own));
+  }
+
+  // ---- pictures
+  const canvas = $("canvas"), scenes = $("scene");
+  let chosen = -1, view, timer = 0, drawing = null, shared = "";
+  function fit() {
+    const x = scene.disks.x, r = most(scene.disks.r), points = x.flatMap((v, i) => (i % 2 ? [] : [[v, x[i + 1]]]));
+    const doors = exits(scene.content).filter((one) => !one.ahead).flatMap((one) => [one.door_start_m, one.door_end_m].map((p) => p.map((v, k) => v + one.outward[k])));
+    frameIn(boxOf([...points, ...doors], (scene.content.walls || []).flatMap((one) => [one.start_m, one.end_m]), 1.3, 1.5 * r));
+  }
+  const frameIn = (box) => { view = fitted(canvas, box, [0.42, 0.62]); };
+  function draw() {
+    const pen = cleared(canvas, view), { scale, to } = view, x = part("position"), frame = run.frames.at(-1), { r, id } = scene.disks;
+    canvas.classList.toggle("alarm", run.ended !== "");
+    stroke(pen, "#000", 3, (scene.content.walls || []).map((one) => [to(one.start_m), to(one.end_m)]));
+    for (const one of exits(scene.content)) if (!one.ahead) stroke(pen, "#666", 1, [[to(one.door_start_m), to(one.door_end_m)]], [4, 4]);
+    const place = (i) => [x[2 * i], x[2 * i + 1]], loads = new Float64Array(id.length), lines = [];
+    let largest = 0;
+    each(frame, ({ first, second, wall, normal, across }) => {
+      const size = Math.hypot(normal, across);
+      for (const one of wall ? [first] : [first, second]) loads[one] = Math.max(loads[one], size);
+      largest = Math.max(largest, size), lines.push([first, second, wall, size]);
+    });
+    id.forEach((one, i) => ["stroke", "fill"].forEach((paint) => disk(pen, paint, to(place(i)), scale * r[i], tint(loads[i], known), one === chosen)));
+    const period = scene.content.period_x_m ? scene.content.period_x_m[1] - scene.content.period_x_m[0] : 0;
+    const widest = Math.min(10, 1.2 * scale * mean(r)), groups = [1, 2, 3, 4, 5, 6, 7, 8].map(() => []);
+    for (const [first, second, wall, size] of lines) {
+      const from = place(first), hit = wall && scene.content.walls[second];
+      const end = hit ? nearest(from, hit.start_m, hit.end_m) : across(place(second), from, period);
+      if (size > 0) groups[Math.min(7, Math.floor(8 * size / largest))].push([to(from), to(end)]);
+    }
+    for (const [colour, more] of [["#fff", widest / 6], ["#000", 0]]) groups.forEach((group, k) => { if (group.length) stroke(pen, colour, widest * (k + 1) / 8 + more, group); });
+    if (drawing) stroke(pen, "#0072b2", 2, drawing.points.slice(1).map((one, k) => [to(drawing.points[k]), to(one)]));
+    if (drawing) for (const one of drawing.points) { const [px, py] = to(one); pen.fillStyle = "#0072b2"; pen.fillRect(px - 3, py - 3, 6, 6); }
+    $("now").textContent = `${(run.step * run.h).toFixed(2)} s: largest force ${number(rounded(largest))} N, ${run.flow.at(-1)[1]} of ${id.length} beyond the door. ${run.ended}`;
+    $("now").classList.toggle("alarm", run.ended !== "");
+    if (run.shown !== run.frames.length) run.shown = run.frames.length, curve($("load"), run.load, "load on all walls (N)", rounded), curve($("flow"), run.flow, "people beyond the door"), list();
+  }
+  function curve(on, points, title, told = (one) => one) {
+    const sharp = devicePixelRatio || 1, [wide, high] = [on.clientWidth, on.clientHeight], pen = on.getContext("2d");
+    on.width = wide * sharp, on.height = high * sharp, pen.setTransform(sharp, 0, 0, sharp, 0, 0);
+    const top = most(points.map((one) => one[1])) || 1, last = points.at(-1)[0] || 1;
+    const to = ([t, v]) => [6 + (wide - 12) * t / last, high - 14 - (high - 32) * v / top];
+    stroke(pen, "#bbb", 1, [[[6, high - 14], [wide - 6, high - 14]]]);
+    stroke(pen, "#0072b2", 1.5, points.slice(1).map((one, k) => [to(points[k]), to(one)]));
+    pen.fillStyle = "#1b1b1b", pen.font = "12px system-ui, sans-serif";
+    pen.fillText(`${title}: now ${number(told(points.at(-1)[1]))}, most ${number(told(most(points.map((one) => one[1]))))}`, 6, 12);
+    pen.textAlign = "right", pen.fillText(`${last.toFixed(1)} s`, wide - 6, high - 2), pen.textAlign = "left";
+  }
+  function list() {
+    const table = $("contacts"), { id } = scene.disks, rows = [], mine = id.indexOf(chosen);
+    table.replaceChildren();
+    if (mine < 0) { if (chosen > 0) table.textContent = `Nobody here has the id ${chosen}.`; return; }
+    let sum = 0;
+    const { friction, arm_reach_m: arms } = scene.content.contact, row = new Map(), key = ({ first, second, wall }) => `${first} ${second} ${wall}`;
+    if (!timer && !friction && !arms) core.closed(), each({ contacts: part("resting"), over: run.h }, (one) => row.set(key(one), row.size));
+    const range = (k) => (k === undefined ? ["0"] : [...new Set([-1, 1].map((sign) => number(Math.abs(core.extreme(k, sign)) / run.h).replace("Infinity", "∞")))]);
+    each(run.frames.at(-1), (one) => {
+      const { first, second, wall, normal, across } = one;
+      if (first !== mine && (wall || second !== mine)) return;
+      const size = Math.hypot(normal, across);
+      sum += size;
+      rows.push([wall ? `wall ${scene.content.walls[second].name}` : `${id[first === mine ? second : first]}`, `${number(normal)} N`, row.size ? `${range(row.get(key(one))).join(" to ")} N` : `${number(Math.abs(across))} N`]);
+    });
+    table.append(tableOf(`Person ${chosen}: contacts ${rows.length}, sum ${number(sum)} N`, ["with", "normal", row.size ? "range in the last step" : "friction"], rows));
+  }
+  function say(words) { $("said").textContent = words; }
+
+  // ---- steering
+  const push = () => scene.content.drive ? mean(scene.disks.m) * scene.content.drive.speed_m_per_s / scene.content.drive.relaxation_time_s : 0;
+  const width = () => { const one = exits(scene.content)[0]; return one && !one.ahead ? Math.hypot(one.door_end_m[0] - one.door_start_m[0], one.door_end_m[1] - one.door_start_m[1]) : 0; };
+  function fill() {
+    const { disks, content } = scene, is = { people: disks.id.length, radius: +mean(disks.r).toFixed(3), seed: placed ? placed.seed : 1, push: +push().toPrecision(4),
+      friction: content.contact.friction || 0, restitution: content.contact.restitution, door: +width().toFixed(3) };
+    for (const [name, value] of Object.entries(is)) $(name).value = value;
+    for (const name of ["people", "radius", "seed", "door"]) $(name).disabled = !width();
+    $("push").disabled = !content.drive;
+  }
+  function loop(last, late) {
+    return (now) => {
+      if (!timer) return;
+      const asked = Math.min(0.05, (now - last) / 1000) + late, until = performance.now() + 14;
+      let time = asked;
+      while (time >= run.h && performance.now() < until && advance()) time -= run.h;
+      if (!still.matches || run.shown !== run.frames.length) draw();
+      if (timer) timer = requestAnimationFrame(loop(now, Math.min(time, run.h)));
+    };
+  }
+  function pause() { cancelAnimationFrame(timer); timer = 0; $("play").textContent = "Press"; }
+  function play() {
+    if (timer) { pause(); return list(); }
+    if (run.ended) return undefined;
+    $("play").textContent = "Pause", timer = requestAnimationFrame(loop(performance.now(), 0));
+  }
+  function stepOnce() { pause(); const frames = run.frames.length; while (advance() && run.frames.length === frames); draw(); }
+  function again() { const held = chosen; pause(); begin(run.began); chosen = held; }
+  // What changes the law begins the record anew, since the time step changes with it.
+  function changed(name, value) {
+    const { drive, contact } = scene.content;
+    if (name === "push") drive.speed_m_per_s = value * drive.relaxation_time_s / mean(scene.disks.m);
+    else contact[name] = value;
+    const began = run.began;
+    began.content = { ...began.content, drive: drive && { ...began.content.drive, speed_m_per_s: drive.speed_m_per_s }, contact: { ...contact } };
+    const [h] = timing(scene);
+    if (h !== run.h) run.step = 0, run.frames = [], run.load = [], run.flow = [], run.shown = -1;
+    law();
+    if (!run.frames.length) core.begin(0), write();
+    draw();
+  }
+  function widen(value) {
+    const door = exits(scene.content)[0], half = 0.5 * (value - width());
+    for (const [key, sign] of [["door_start_m", -1], ["door_end_m", 1]]) {
+      const one = edge(door, key);
+      pulls.push({ ...one, left: one.along.map((v) => sign * half * v), held: false });
+    }
+    if (!run.step) { while (pulls.length) pull(); again_from_here(); }
+  }
+  function again_from_here() { const next = { ...scene, disks: stateNow() }; begin(next); }
+  function sketch(parts, name) {
+    if (!parts.length || !parts[0] || parts[0].length < 3 || !parts.flat(2).every(Number.isFinite)) throw Error("no TOML, and no WKT polygon");
+    pause();
+    drawing = { parts, name, points: [], kind: "door" };
+    const all = parts[0], bound = (k) => [least(all.map((p) => p[k])) - 0.5, 0.5 - least(all.map((p) => -p[k]))];
+    frameIn([...bound(0), ...bound(1)]), outline(), say("Tap both ends of the door on a wall.");
+  }
+  function outline() {
+    const pen = cleared(canvas, view);
+    const { parts, points } = drawing, closed = parts.flatMap((ring) => ring.map((p, i) => [p, ring[(i + 1) % ring.length]]));
+    stroke(pen, "#000", 3, [...closed, ...points.slice(1).map((p, i) => [points[i], p])].map(([a, b]) => [view.to(a), view.to(b)]));
+    for (const one of points) { const [px, py] = view.to(one); pen.fillStyle = "#0072b2"; pen.fillRect(px - 3, py - 3, 6, 6); }
+  }
+  function tap(point) {
+    const at = point.map((v) => Math.round(20 * v) / 20), { points, kind } = drawing;
+    if (kind === "pillar") {
+      points.push(at);
+      if (points.length < 2) return draw();
+      const [[a, b], [c, d]] = points;
+      drawing = null;
+      if (a === c || b === d) return say("A pillar needs two opposite corners.");
+      const corners = [[a, b], [c, b], [c, d], [a, d]], count = scene.content.walls.length;
+      const walls = corners.map((p, i) => ({ name: `pillar_${count + i + 1}`, start_m: p, end_m: corners[(i + 1) % 4] }));
+      const old = scene.content.walls;
+      scene.content.walls = [...old, ...walls];
+      if (!place({ count: scene.disks.id.length, radius: mean(scene.disks.r), seed: +$("seed").value })) { scene.content.walls = old; say("With this pillar they do not fit."); }
+      return draw();
+    }
+    if (kind === "room" && points.length > 2 && Math.hypot(point[0] - points[0][0], point[1] - points[0][1]) < 14 / view.scale) return sketch([points], "room");
+    points.push(kind === "room" ? at : point);
+    if (kind === "door" && points.length === 2) {
+      const { parts, name } = drawing, ask = drawing;
+      drawing = null;
+      try {
+        const content = roomOf(parts, points, name.replace(/\.\w+$/, ""));
+        take({ name: name.replace(/\.\w+$/, "").replace(/\W/g, "_"), notes: "", content, disks: null });
+      } catch (error) { drawing = { ...ask, points: [] }; outline(); say(`${error.message}.`); }
+      return undefined;
+    }
+    return outline();
+  }
+
+  for (const one of known.scenes) scenes.add(new Option(one.content.title, one.name));
+  scenes.onchange = () => { pause(); chosen = -1; byName(scenes.value); };
+  $("play").onclick = play, $("step").onclick = stepOnce, $("again").onclick = again;
+  for (const name of ["people", "radius", "seed", "push", "friction", "restitution", "door"]) $(name).onchange = (event) => {
+    const input = event.target;
+    if (!input.checkValidity() || input.value === "") { say(`${name}: ${input.validationMessage || "a number is needed"}`); return; }
+    if (["people", "radius", "seed"].includes(name)) { pause(); replace(); } else if (name === "door") widen(+input.value);
+    else changed(name, +input.value);
+  };
+  $("person").oninput = () => { chosen = +$("person").value; draw(); list(); };
+  $("room").onclick = () => { pause(); drawing = { parts: [], points: [], kind: "room" }; frameIn([-8, 8, -6, 6]); outline(); say("Tap the corners of the room, the first one again at the end: the picture is 16 m wide."); };
+  $("pillar").onclick = () => { pause(); drawing = { parts: [], points: [], kind: "pillar" }; say("Tap two opposite corners of the pillar."); };
+  $("share").onclick = share;
+  for (const one of root.querySelectorAll(".save")) one.onclick = () => saves[one.value]().forEach(([name, text]) => download(name, text));
+  $("open").onchange = (event) => { pause(); open(event.target.files); };
+  root.ondragover = (event) => event.preventDefault();
+  root.ondrop = (event) => { event.preventDefault(); pause(); open(event.dataTransfer.files); };
+  let held = null;
+  canvas.onpointerdown = (event) => {
+    const point = view.from(event);
+    if (drawing) return tap(point);
+    held = grip(point, 10 / view.scale);
+    if (held) { pulls.push(held); held.from = point; held.gone = [0, 0]; canvas.setPointerCapture(event.pointerId); event.preventDefault(); return undefined; }
+    const x = part("position"), found = scene.disks.r.findIndex((r, i) => Math.hypot(x[2 * i] - point[0], x[2 * i + 1] - point[1]) <= r);
+    chosen = found < 0 ? -1 : scene.disks.id[found], $("person").value = found < 0 ? "" : chosen;
+    draw(), list();
+    return undefined;
+  };
+  canvas.onpointermove = (event) => {
+    if (!held) return;
+    let way = view.from(event).map((v, k) => v - held.from[k]);
+    if (held.along) { const far = way[0] * held.along[0] + way[1] * held.along[1]; way = held.along.map((v) => far * v); }
+    held.left = held.left.map((v, k) => v + way[k] - held.gone[k]);
+    held.gone = way;
+    if (!timer) say("It follows when people press.");
+  };
+  canvas.onpointerup = canvas.onpointercancel = () => { if (held) held.held = false; held = null; };
+  canvas.addEventListener("touchmove", (event) => { if (held) event.preventDefault(); }, { passive: false });  // no scrolling then
+  canvas.onkeydown = (event) => {
+    const act = { " ": play, ArrowRight: stepOnce, r: again }[event.key];
+    if (act) { event.preventDefault(); act(); }
+  };
+  onresize = () => { if (!drawing) { fit(); run.shown = -1; draw(); } };
+  onhashchange = () => { if (location.hash !== shared) { pause(); fromAddress(); } };
+  $("key").innerHTML = keyOf(known, "N").join(" ");
+  window.explore = { advance, core, part, saves, open, place, timing: () => [run.h, run.interval], to: (point) => view.to(point), get run() { return run; }, get scene() { return scene; } };  // for tests and consoles
+  await fromAddress();
+  if (!still.matches) play();
+})();

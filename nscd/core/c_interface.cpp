@@ -1,0 +1,163 @@
+// The door for programs in C and C++: nscd.h.
+#include "nscd.h"
+
+#include <cstdio>
+#include <string>
+
+#include "answer.hpp"
+#include "contacts.hpp"
+#include "friction_answer.hpp"
+
+using namespace nscd;
+
+struct nscd_crowd {
+    Numbers position, velocity, radius, mass, spin, normal;
+    Places first, second;
+    double friction = 0.0, along = 0.0, across = 0.0;
+    Numbers percussion, right, right_spin;
+    double error = INFINITE;
+};
+
+namespace {
+
+thread_local std::string message;
+
+// What fails says why.
+int refuse(std::string why) {
+    message = std::move(why);
+    return 0;
+}
+
+template <class Work>
+int guarded(const Work& work) {
+    try {
+        return work();
+    } catch (const std::exception& failure) {
+        return refuse(failure.what());
+    }
+}
+
+std::string bad(const char* field, std::size_t at) { return std::string(field) + ": entry " + std::to_string(at) + " is not a usable number"; }
+
+// Refused unless every number is finite and, where asked, positive.
+bool sound(const char* field, In values, std::size_t columns, bool positive = false) {
+    for (std::size_t i = 0; i < values.size(); ++i)
+        if (!std::isfinite(values[i]) || (positive && !(values[i] > 0.0))) return refuse(bad(field, i / columns));
+    return true;
+}
+
+// As nscd.solve: friction by its own ladder, all else by the convex one.
+double answered(nscd_crowd& crowd, double tolerance) {
+    const std::size_t n = crowd.radius.size(), k = crowd.first.size();
+    Numbers spin = crowd.spin;
+    spin.resize(n, 0.0);
+    const bool rough = crowd.friction > 0.0, turns = !rough && crowd.across > 0.0;
+    System s = system_of({crowd.position, crowd.velocity, crowd.radius, crowd.mass, turns ? In(spin) : In()}, crowd.first, crowd.second, crowd.normal);
+    if (crowd.along > 0.0 || crowd.across > 0.0) s.along.assign(k, crowd.along), s.across.assign(k, crowd.across);
+    crowd.right.resize(2 * n), crowd.right_spin = spin;
+    const auto take = [&](const Numbers& u, int d) {
+        for (std::size_t i = 0; i < n; ++i) {
+            for (int a = 0; a < 2; ++a) crowd.right[2 * i + a] = u[d * i + a];
+            if (d == 3) crowd.right_spin[i] = u[3 * i + 2];
+        }
+    };
+    if (!rough) {
+        const Answer found = solve_one_sided(s, {.tolerance = tolerance, .bounded = false, .reaction = {}, .velocity = {}, .sizes = {}});
+        Certificate of = certified(s, found.reaction, found.velocity);
+        crowd.percussion = std::move(of.impulse);
+        take(found.velocity, s.d);
+        return of.finite ? larger(of.residual, of.momentum_error) : INFINITE;
+    }
+    Numbers inertia(n);
+    for (std::size_t i = 0; i < n; ++i) inertia[i] = 0.5 * crowd.mass[i] * crowd.radius[i] * crowd.radius[i];
+    Rubbing p = rubbing_of(s, crowd.radius, spin, inertia, Numbers(k, crowd.friction));
+    const FrictionAnswer found = solve_friction(p, tolerance, 1, crowd.radius);
+    FrictionCertificate of = certified(p, found.at);
+    crowd.percussion = std::move(of.impulse);
+    take(found.at.u, 3);
+    return larger(of.natural_map, of.momentum_error);
+}
+
+}  // namespace
+
+nscd_crowd* nscd_new(std::size_t n, const double* position, const double* velocity, const double* radius, const double* mass) {
+    nscd_crowd* made = nullptr;
+    guarded([&] {
+        if (n == 0 || !position || !velocity || !radius || !mass) return refuse("disks: none, or an array is missing");
+        if (n > std::size_t(std::numeric_limits<Index>::max() / 4)) return refuse("disks: too many");
+        if (!sound("position", {position, 2 * n}, 2) || !sound("velocity", {velocity, 2 * n}, 2) || !sound("radius", {radius, n}, 1, true) ||
+            !sound("mass", {mass, n}, 1, true))
+            return 0;
+        made = new nscd_crowd{.position = {position, position + 2 * n}, .velocity = {velocity, velocity + 2 * n}, .radius = {radius, radius + n},
+                              .mass = {mass, mass + n}, .spin = {}, .normal = {}, .first = {}, .second = {}, .percussion = {}, .right = {}, .right_spin = {}};
+        return 1;
+    });
+    return made;
+}
+
+void nscd_free(nscd_crowd* crowd) { delete crowd; }
+
+int nscd_friction(nscd_crowd* crowd, double coefficient, const double* spin) {
+    return guarded([&] {
+        if (!(coefficient >= 0.0) || !std::isfinite(coefficient)) return refuse("friction: 0 or more is needed");
+        const In spins(spin, spin ? crowd->radius.size() : 0);
+        if (!sound("spin", spins, 1)) return 0;
+        crowd->friction = coefficient, crowd->spin.assign(spins.begin(), spins.end());
+        return 1;
+    });
+}
+
+int nscd_dissipation(nscd_crowd* crowd, double normal, double tangential) {
+    if (!(normal >= 0.0 && tangential >= 0.0 && std::isfinite(normal + tangential))) return refuse("dissipation: 0 or more is needed");
+    crowd->along = normal, crowd->across = tangential;
+    return 1;
+}
+
+int nscd_contact(nscd_crowd* crowd, std::ptrdiff_t first, std::ptrdiff_t second, double x, double y) {
+    return guarded([&] {
+        const auto n = std::ptrdiff_t(crowd->radius.size());
+        if (first < 0 || first >= n || second < -1 || second >= n || first == second) return refuse("contact: disk " + std::to_string(first) + " with " + std::to_string(second) + " of " + std::to_string(n));
+        if (second >= 0) {
+            x = crowd->position[2 * second] - crowd->position[2 * first], y = crowd->position[2 * second + 1] - crowd->position[2 * first + 1];
+            const double apart = std::hypot(x, y);
+            if (apart == 0.0) return refuse("contact: disks " + std::to_string(first) + " and " + std::to_string(second) + " have one centre");
+            x /= apart, y /= apart;
+        } else if (!(std::abs(std::hypot(x, y) - 1.0) <= 1e-9)) {
+            return refuse("contact: the normal of disk " + std::to_string(first) + " at an obstacle is no unit vector");
+        }
+        crowd->first.push_back(Index(first)), crowd->second.push_back(Index(second));
+        crowd->normal.insert(crowd->normal.end(), {x, y});
+        return 1;
+    });
+}
+
+int nscd_touch(nscd_crowd* crowd, double gap) {
+    return guarded([&] {
+        if (!std::isfinite(gap)) return refuse("gap: a finite number is needed");
+        const Touching found = touching(crowd->position, crowd->radius, Segments{}, gap);
+        if (found.pairs < 0) return refuse("gap: too many pairs are within it");
+        for (std::size_t c = 0; c < found.size(); ++c)
+            if (!nscd_contact(crowd, found.first[c], found.second[c], 0.0, 0.0)) return 0;
+        return 1;
+    });
+}
+
+int nscd_solve(nscd_crowd* crowd, double tolerance) {
+    return guarded([&] {
+        if (!(tolerance >= 1e-14 && tolerance < 1.0)) return refuse("tolerance: between 1e-14 and 1 is needed");
+        crowd->error = answered(*crowd, tolerance);
+        char said[64];
+        std::snprintf(said, sizeof said, "not solved: error %.1e, tolerance %.1e", crowd->error, tolerance);
+        return crowd->error <= tolerance ? 1 : refuse(said);
+    });
+}
+
+std::size_t nscd_count(const nscd_crowd* crowd) { return crowd->first.size(); }
+void nscd_pair(const nscd_crowd* crowd, std::size_t contact, std::ptrdiff_t* first, std::ptrdiff_t* second) {
+    *first = crowd->first[contact], *second = crowd->second[contact];
+}
+const double* nscd_percussions(const nscd_crowd* crowd) { return crowd->percussion.data(); }
+const double* nscd_velocities(const nscd_crowd* crowd) { return crowd->right.data(); }
+const double* nscd_spins(const nscd_crowd* crowd) { return crowd->right_spin.data(); }
+double nscd_error(const nscd_crowd* crowd) { return crowd->error; }
+const char* nscd_message(void) { return message.c_str(); }

@@ -1,0 +1,70 @@
+// A rigid crowd in motion: one Moreau–Jean step after another. The scheme is written out in nscd.stepping.Motion.
+#pragma once
+
+#include <functional>
+
+#include "step.hpp"
+
+namespace nscd {
+
+struct Law {
+    double step = 0.0, relaxation = INFINITE;  // s; τ of the drive
+    double x = 0.0, y = 0.0;                   // m/s², of a body force
+    double restitution = 0.0, friction = 0.0, tolerance = 1e-8;
+    double reach = 0.0, force = 0.0;           // m, N, of arms; reach 0: none
+};
+
+// What an answer may miss: so many times the tolerance.
+inline constexpr double STALLED = 10.0;
+
+// The works (k), (k) J that impulses take from the motion, along the normal and across: p·D(w), at contacts in the middle of
+// their gaps. moving (n·3) m/s, m/s, rad/s: w, the mean of the velocities before and after
+void works(const Neighbours& near, In radius, In moving, In along, In across, Out impact, Out friction);
+
+// What a step did; of both halves of one that was made in halves. Where it is not solved: when (s), and the residual.
+struct Report {
+    Neighbours near, reached;          // candidates for contact; who reaches whom with arms
+    Numbers reaction, friction, push;  // N·s at both
+    Numbers impact, rubbing;           // J, lost in each contact along the normal and across
+    double gained = 0.0, drive = 0.0, weight = 0.0, arms = 0.0;  // J, see StepEnergy in nscd.stepping
+    double time = 0.0, residual = 0.0;
+    int iterations = 0, repeats = 0, rung = 0;
+};
+
+class Motion {
+public:
+    // Desired velocities (n·2) m/s at positions (n·2) m; empty: nobody drives.
+    using Desired = std::function<Numbers(In)>;
+    struct State {
+        Numbers position, velocity, spin;  // (n·2) m, m/s, (n) rad/s
+        double time = 0.0;
+        Numbers centre, moving;            // (b·2) m, (b·3) m/s, m/s, rad/s of bodies of several disks
+        std::vector<std::int64_t> keys;    // (m) contacts of the step before, and their percussions (N·s)
+        Numbers reaction, tangential;
+    };
+    Law law;
+    Segments walls;
+    Numbers radius, mass;                // (n) m, kg
+    Places body;                         // (n) the body of each disk; empty where each is one
+    Numbers body_mass, body_inertia;     // (b) kg, kg m²
+    State now;
+    double stalled = STALLED;
+
+    // Make a step, with friction in halves where no solver solves it, and those again; whether it is solved. Else the state stays.
+    bool advance(const Desired& desired, Report& report);
+    // Push overlapping disks apart, as little as possible; how far at most (m), −1 where they do not fit.
+    double separate();
+    void stay_within();                  // the period
+    void forget() { now.keys.clear(), now.reaction.clear(), now.tangential.clear(); }
+
+private:
+    bool in_halves(double h, int halvings, const Desired& desired, Report& report);
+    bool step_once(double h, const Desired& desired, Report& report);
+    double push_arms(double h, Numbers& velocity, Report& report) const;
+    void account(double share, const double (&gain)[2], bool driven, In free, In after, Report& report) const;
+    void turn(In way);
+    Members members(In masses) const { return {body, now.centre, masses, body_inertia}; }
+    bool slim_ = false;
+};
+
+}  // namespace nscd

@@ -1,0 +1,169 @@
+"""Single states of an equilibrium: the one nearest to given forces, and the one of least energy, in
+Coulomb's cones and with a tolerance on the balance."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import linprog
+from scipy.sparse import csr_array, diags_array, eye_array, hstack, vstack
+
+from nscd.arrays import Floats, read_only
+from nscd.contacts import Contacts
+from nscd.indeterminacy.equilibrium import Equilibrium
+from nscd.indeterminacy.linear import ProgramError
+from nscd.indeterminacy.quadratic import minimise
+from nscd.percussions import Percussions
+
+# A state is `solved` if its program is to this.
+ACCURATE = 1e-7
+# Stiffness of a contact along its tangent over that along its normal, of the soft models of a scene.
+TANGENTIAL = 2 / 7
+# A program is without a state if its balances stay open by more than this share of the loads.
+FEASIBLE = 1e-7
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ForceState:
+    """Hold forces of k contacts.
+
+    normal, tangential: (k,) N (N·s of percussions), f_n and f_t
+    distance: √(mean over the contacts of the squares that were minimised); of the nearest state in σ
+    status: `solved`, or `inaccurate` where the program is not solved to 10⁻⁷
+    error: of the program, see `quadratic.minimise`"""
+
+    normal: Floats
+    tangential: Floats
+    distance: float
+    status: str
+    error: float
+
+
+def nearest(
+    held: Equilibrium, force: ArrayLike, sigma: ArrayLike, tolerance: ArrayLike
+) -> ForceState:
+    """Find the state of least Σ ((f_n − F)/σ)² + (f_t/σ)² with |net| ≤ tolerance in each balance.
+
+    force, sigma: F and σ (k,) N
+    tolerance: N, see `equilibrium`
+
+    Raises ValueError for shapes, a σ that is not positive, and where no state has so small a net: then
+    it names the least tolerance, the same for all bodies that have one."""
+    k = len(held.contacts)
+    wanted, spread = read_only(force, (k,), "force"), read_only(sigma, (k,), "sigma")
+    if k and not spread.min() > 0:
+        raise ValueError(f"sigma: {spread.min():g} N at contact {int(spread.argmin())}")
+    return least_of(held, np.tile(1 / spread**2, 2), np.append(wanted, np.zeros(k)), tolerance)
+
+
+def least_energy_within(
+    held: Equilibrium,
+    tolerance: ArrayLike = 0.0,
+    *,
+    spread: ArrayLike = 0.0,
+    ratio: float = TANGENTIAL,
+) -> ForceState:
+    """Find the state of least Σ f_n² + f_t²/ratio, which soft contacts choose that are loaded from rest
+    and hold or slide as the unknowns say: with `Equilibrium.of_answer` the canonical percussions of an
+    answer with friction.
+
+    tolerance: N, what each balance may be open by at most
+    spread: N, s: balances may be open besides, at the price of Σ (net/s)² in units of the mean f_n²
+        of the loads (`virial`); 0: they may not
+    ratio: stiffness along the tangent over that along the normal
+
+    Raises ValueError as `nearest` does."""
+    if not ratio > 0:
+        raise ValueError(f"ratio: {ratio}. A number > 0 is needed")
+    k, soft = len(held.contacts), held.rows(spread, "spread")
+    weights = np.append(np.ones(k), np.full(k, 1 / ratio))
+    if not soft.any():
+        return least_of(held, weights, np.zeros(2 * k), tolerance)
+    if not held.virial > 0:
+        raise ValueError(f"load: virial {held.virial:g} N. Loads that press, all known, are needed")
+    with np.errstate(divide="ignore"):
+        price = (held.virial / soft) ** 2
+    return least_of(held, weights, np.zeros(2 * k), tolerance, price)
+
+
+def least_energy(
+    contacts: Contacts, answer: Percussions, stiffness: ArrayLike | None = None
+) -> Floats:
+    """Find λ* (k,) N·s, of the least λᵀK⁻¹λ of all admissible percussions of an answer without
+    friction; with friction: `least_energy_within`.
+
+    stiffness: (k,) N/m up to a common factor, K = diag(stiffness); equal where left out: the
+        least norm
+
+    It is unique. Raises ValueError for a stiffness that is not positive and for friction, ProgramError
+    where the minimum is not reached to 10⁻⁷, and whatever `Equilibrium.of_answer` does."""
+    k = len(contacts)
+    every = read_only(np.ones(k) if stiffness is None else stiffness, (k,), "stiffness")
+    if not (every > 0).all():
+        least = int(np.argmin(every))
+        raise ValueError(f"stiffness: {every[least]:g} N/m at contact {least}")
+    if answer.friction is not None:
+        raise ValueError("answer: it has friction. Its state is that of least_energy_within")
+    held = Equilibrium.of_answer(contacts, answer)
+    if not len(held.contact):
+        return np.zeros(k)
+    found = least_of(held, np.tile(every.max() / every, 2), np.zeros(2 * k), 0.0)
+    if found.status != "solved":
+        raise ProgramError(f"least energy: the error may be {found.error:.1e} of the percussions")
+    return found.normal
+
+
+def least_of(
+    held: Equilibrium,
+    weights: Floats,
+    wanted: Floats,
+    tolerance: ArrayLike,
+    price: Floats | None = None,
+) -> ForceState:
+    """Find the state of least Σ weights (f − wanted)² + Σ price net², (2k,) and (w·n,). Raises as
+    `nearest` does."""
+    u, k, most = len(held.contact), len(held.contacts), held.rows(tolerance, "tolerance")
+    sums = held.sums
+    known = held.load[:0] if held.point is None else held.point
+    size = float(np.abs(np.concatenate([held.load, wanted, known])).max(initial=0.0)) or 1.0
+    balance, load, unit = csr_array(held.matrix.T), held.load / size, float(weights.min()) or 1.0
+    quadratic = sums.T @ diags_array(weights / unit) @ sums
+    linear = -(sums.T @ (weights / unit * wanted)) / size
+    if price is not None:
+        soft = np.isfinite(price)
+        priced = np.where(soft, price, 0.0)
+        quadratic = quadratic + balance.T @ diags_array(priced / unit) @ balance
+        linear = linear - balance.T @ (priced / unit * load)
+        most = np.where(soft & (most == 0), np.inf, most)
+    equal, within = np.flatnonzero(most == 0), np.flatnonzero((most > 0) & np.isfinite(most))
+    some, near, open_by = balance[within], load[within], most[within] / size
+    sides = vstack([-eye_array(u), some, -some])
+    ends = np.concatenate([np.zeros(u), near + open_by, open_by - near])
+    x, error = minimise(quadratic, linear, (balance[equal], load[equal]), (sides, ends))
+    if error > ACCURATE and (needed := least_tolerance(held, most)) > 0:
+        raise ValueError(f"tolerance: no state is within it. {needed:.3g} N more are needed")
+    forces = sums @ np.maximum(x, 0.0) * size
+    square = float((weights * (forces - wanted) ** 2).sum()) / max(k, 1)
+    status = "solved" if error <= ACCURATE else "inaccurate"
+    return ForceState(
+        normal=forces[:k], tangential=forces[k:], distance=square**0.5, status=status, error=error
+    )
+
+
+def least_tolerance(held: Equilibrium, tolerance: ArrayLike = 0.0) -> float:
+    """Compute by how much (N) the tolerance must rise, of all bodies that have a finite one, that some
+    state be within it; 0 where one is. Raises ProgramError if HiGHS does not solve it."""
+    most = held.rows(tolerance, "tolerance")
+    rows = np.flatnonzero(np.isfinite(most))
+    size = float(np.abs(held.load).max(initial=0.0)) or 1.0
+    balance, load = csr_array(held.matrix.T)[rows], held.load[rows] / size
+    one, open_by = csr_array(-np.ones((len(rows), 1))), most[rows] / size
+    found = linprog(
+        np.append(np.zeros(len(held.contact)), 1.0),
+        A_ub=vstack([hstack([balance, one]), hstack([-balance, one])]),
+        b_ub=np.concatenate([load + open_by, open_by - load]),
+        method="highs",
+    )
+    if found.status != 0:
+        raise ProgramError(f"least tolerance: {found.message}")
+    return float(found.fun * size) if found.fun > FEASIBLE else 0.0

@@ -1,0 +1,295 @@
+"""The page that presses a crowd: in a browser, against the rigid engine itself, and what it saves."""
+
+import numpy as np
+import pytest
+from playwright.sync_api import sync_playwright
+from scipy.optimize import linprog
+
+from analysis.dumps import index_dump
+from analysis.engines.programs import rigid
+from analysis.engines.rigid import timing
+from analysis.explore.page import content_of, offered, write_explore
+from analysis.scene.scene import SceneError, read_scene
+from tests.pages.browser import BROWSER, QUIET, works_by_keyboard
+
+pytestmark = pytest.mark.skipif(BROWSER is None, reason="no Chromium on this machine")
+# Steps of the page, and its frames as lists.
+STEPPED = """steps => { for (let i = 0; i < steps; ++i) if (!explore.advance()) throw Error(explore.run.ended);
+    return explore.run.frames.map(one => [[...one.x], [...one.contacts], one.over]); }"""
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("explore")
+    scenes = [read_scene(name) for name in ("gate", "ell", "terrace")]
+    return write_explore(scenes, folder, "percussions explore").as_uri()
+
+
+@pytest.fixture(scope="module")
+def page(address):
+    """The page, still, in a browser that complains about nothing."""
+    complaints = []
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=BROWSER, args=QUIET)
+        page = browser.new_page(viewport={"width": 1300, "height": 844}, reduced_motion="reduce")
+        page.on("console", lambda message: complaints.append(message.text))
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.goto(address)
+        yield page
+        browser.close()
+    assert complaints == []
+
+
+def at(page, address, name):
+    """Open a scene of the page."""
+    page.goto("about:blank")
+    page.goto(f"{address}#{name}")
+    page.locator("#live canvas.canvas").wait_for()
+    assert page.evaluate("explore.scene.name") == name
+
+
+def saved(page, kind, folder):
+    """The files that a button saves, written into a folder."""
+    files = page.evaluate(f"explore.saves.{kind}()")
+    for name, text in files:
+        (folder / name).write_text(text, encoding="utf-8")
+    return [folder / name for name, _ in files]
+
+
+def differences(scene, out, frames):
+    """The largest differences (m, N) of frames of the page from the dumps of a run, and its largest
+    force (N). Each has the same contacts."""
+    bodies, index = index_dump(out / "bodies.dump"), index_dump(out / "contacts.dump", "ENTRIES")
+    columns = [bodies.columns.index(name) for name in "xy"]
+    assert len(bodies.steps) == len(frames)
+    apart, force, largest = [], [], []
+    for number, (x, contacts, over) in enumerate(frames):
+        apart.append(np.abs(bodies.table(number)[:, columns].ravel() - x).max())
+        rows = np.reshape(contacts, (-1, 8))
+        wall, first, second = rows[:, 2] == 1, *rows[:, :2].astype(int).T
+        others = np.where(wall, second + 1, scene.snapshot.ids[np.where(wall, 0, second)])
+        ours = np.column_stack(
+            [scene.snapshot.ids[first], others, wall, rows[:, 6:] / (over or 1.0)]
+        )
+        theirs = index.table(number)[:, [0, 1, 2, 6, 7]]
+        ours, theirs = (part[np.lexsort(part[:, 2::-1].T)] for part in (ours, theirs))
+        assert np.array_equal(ours[:, :3], theirs[:, :3])
+        force.append(np.abs(ours[:, 3:] - theirs[:, 3:]).max(initial=0.0))
+        largest.append(np.abs(theirs[:, 3:]).max(initial=0.0))
+    return max(apart), max(force), max(largest)
+
+
+@pytest.mark.parametrize(
+    ("name", "friction"), [("gate", 0.0), ("gate", 0.3), ("ell", 0.0), ("terrace", 0.0)]
+)
+def test_a_second_is_that_of_the_rigid_engine(page, address, tmp_path, name, friction):
+    """Positions to 10⁻⁹ m and forces to 10⁻⁹ of the largest: from a scene's own start, or from files
+    that are opened, round corners with a way, and on a slope."""
+    scene = read_scene(name)
+    second = scene.run.frames / scene.run.duration_s
+    scene = scene.with_run(duration_s=1.0, frames=round(second)).with_contact(friction=friction)
+    path = scene.write(tmp_path)
+    assert rigid.main([str(path), "--out", str(tmp_path)]) == 0
+    at(page, address, name)
+    if name != "ell":  # the page reads files, but finds no way
+        page.locator("#live .open").set_input_files([path, path.with_suffix(".data")])
+        while page.evaluate("explore.scene.content.run.duration_s") != 1:
+            page.wait_for_timeout(10)
+    when = timing(scene)
+    assert page.evaluate("explore.timing()") == [when.time_step, when.frame_interval]
+    frames = page.evaluate(STEPPED, when.steps)
+    apart, force, largest = differences(scene, tmp_path, frames)
+    assert largest > 100
+    assert apart < 1e-9
+    assert force < 1e-9 * largest
+
+
+@pytest.mark.parametrize("crystal", [True, False])
+def test_a_paused_page_bounds_contact_forces_as_linear_programs_do(page, address, crystal):
+    """Of every 9th contact that stays closed: a crystal before the gate leaves most of them open, the
+    crowd later none. The table shows them to the person."""
+    at(page, address, "gate")
+    row, column = np.divmod(np.arange(55), 11)
+    place = np.column_stack([0.36 * column - 1.8 + 0.18 * (row % 2), 0.18 * (1 + np.sqrt(3) * row)])
+    if crystal:
+        page.evaluate(
+            "x => { explore.part('position').set(x); explore.core.begin(0); }",
+            place.ravel().tolist(),
+        )
+    page.evaluate(STEPPED, 5 if crystal else 200)
+    rows, ends = page.evaluate("""() => { explore.core.closed();
+        const rows = [...explore.part("resting")], ends = [];
+        for (let k = 0; k < rows.length / 8; k += 9) ends.push([k, ...[-1, 1].map((sign) => explore.core.extreme(k, sign))]);
+        return [rows, ends]; }""")
+    rows = np.reshape(rows, (-1, 8))
+    first, second = rows[:, :2].astype(int).T
+    k, pair = len(rows), rows[:, 2] == 0
+    balance = np.zeros((max(first.max(), second[pair].max()) + 1, 2, k))
+    balance[first, :, np.arange(k)] = rows[:, 3:5]
+    balance[second[pair], :, np.flatnonzero(pair)] = -rows[pair, 3:5]
+    balance, reaction = balance.reshape(-1, k), (rows[:, 3:5] * rows[:, 6:]).sum(1)
+    widest = 0.0
+    for number, low, high in ends:
+        unit = np.eye(k)[int(number)]
+        found = [linprog(s * unit, A_eq=balance, b_eq=balance @ reaction).fun for s in (1, -1)]
+        assert (low, high) == pytest.approx((found[0], -found[1]), abs=1e-7 * reaction.max())
+        widest = max(widest, high - low)
+    assert (widest > 0.1 * reaction.max()) == crystal
+    page.locator("#live .person").fill("29")
+    cells = page.locator("#live .contacts td:nth-child(3)").all_inner_texts()
+    assert any(" to " in cell for cell in cells) == crystal
+    page.locator("#live .person").fill("")
+
+
+def test_what_it_saves_is_taken(page, address, tmp_path, percussions):
+    """The scene goes on in the rigid engine as in the page; `solve` takes the dump, `import` the
+    CSV."""
+    at(page, address, "ell")
+    page.evaluate(STEPPED, 77)
+    path, _ = saved(page, "scene", tmp_path)
+    frames = page.evaluate(STEPPED, 22)
+    scene, of = read_scene(path), read_scene("ell")
+    assert [scene.drive, scene.walls, scene.contact] == [of.drive, of.walls, of.contact]
+    short = scene.with_run(duration_s=0.2, frames=2).write(tmp_path / "short")
+    assert rigid.main([str(short), "--out", str(tmp_path)]) == 0
+    apart, force, largest = differences(scene, tmp_path, [[frames[-3][0], [], 0], *frames[-2:]])
+    assert (apart < 1e-9, force < 1e-9 * largest, largest > 100) == (True, True, True)
+    saved(page, "dump", tmp_path)
+    solved = percussions("solve", "ell.dump", "--left-velocity", "desired", "--room", path)
+    assert solved.returncode == 0, solved.stderr
+    at(page, address, "gate")
+    page.evaluate(STEPPED, 100)
+    saved(page, "csv", tmp_path)
+    how = ["--frame", 10, "--room", "scenes/rooms/gate.toml", "--radius", 0.18, "--name", "real"]
+    imported = percussions("import", "gate.csv", *how, "--unit", "m")
+    assert imported.returncode == 0, imported.stderr
+
+
+def test_doors_and_pillars_are_pulled_while_people_press(page, address, tmp_path):
+    """An edge of the door comes at 1 m/s and nobody is left in a wall; a pillar is put into the room
+    and pushes people before it."""
+    at(page, address, "gate")
+    page.locator("#live .door").fill("0.9")
+    page.locator("#live .door").press("Enter")
+    wide = read_scene(saved(page, "scene", tmp_path)[0]).drive
+    assert np.hypot(*np.subtract(*wide.door)) == pytest.approx(0.9)
+    page.evaluate(STEPPED, 30)
+    page.locator("#live .door").fill("0.4")
+    page.locator("#live .door").press("Enter")
+    page.evaluate(STEPPED, 10)
+    slow = np.subtract(*read_scene(saved(page, "scene", tmp_path)[0]).drive.door)
+    assert np.hypot(*slow) == pytest.approx(0.9 - 2 * 10 * 0.01)
+    page.evaluate(STEPPED, 40)
+    scene = read_scene(saved(page, "scene", tmp_path)[0])
+    assert np.hypot(*np.subtract(*scene.drive.door)) == pytest.approx(0.4)
+    ends = {end for wall in scene.walls for end in (wall.start_m, wall.end_m)}
+    assert set(scene.drive.door) <= ends
+
+
+def pulled(page, corner, to, folder):
+    """Pull a pillar of 1 m by its upper left corner to the left: it comes at 1 m/s, and people are
+    pushed before it."""
+    box = page.locator("#live canvas.canvas").bounding_box()
+    points = [page.evaluate("point => explore.to(point)", list(one)) for one in (corner, to)]
+    (x0, y0), (x1, y1) = ((box["x"] + x, box["y"] + y) for x, y in points)
+    page.mouse.move(x0, y0)
+    page.mouse.down()
+    page.mouse.move(x1, y1)
+    page.mouse.up()
+    for seconds, moved in ((0.5, 0.5), (2.0, np.hypot(*np.subtract(to, corner)))):
+        left = round((seconds - page.evaluate("explore.run.step * explore.timing()[0]")) / 0.01)
+        page.evaluate(STEPPED, left)
+        walls = read_scene(saved(page, "scene", folder)[0]).walls
+        ends = np.array([wall.start_m for wall in walls[-4:]])
+        low, high = ends.min(0), ends.max(0)
+        assert [low[0], high[1]] == pytest.approx([corner[0] - moved, corner[1]], abs=0.02)
+        assert high - low == pytest.approx(1.0)
+
+
+def test_a_floor_of_wkt_with_a_door_and_a_link_to_it(page, address, tmp_path):
+    at(page, address, "gate")
+    (tmp_path / "hall.wkt").write_text(
+        "POLYGON ((0 0, 6 0, 6 4, 0 4, 0 0), (4 1, 5 1, 5 2, 4 2, 4 1))"
+    )
+    page.locator("#live .open").set_input_files(tmp_path / "hall.wkt")
+    canvas = page.locator("#live canvas.canvas")
+    page.get_by_text("Tap both ends").wait_for()
+    box = canvas.bounding_box()
+    # the outline is shown with 0.5 m around it
+    scale = min(box["width"] / 7, box["height"] / 5)
+    left = 0.5 * (box["width"] - 7 * scale)
+    for y in (1.0, 2.2):
+        canvas.click(position={"x": left + 6.5 * scale, "y": (4.5 - y) * scale})
+    page.get_by_text("hall, drawn").wait_for()
+    page.locator("#live .people").fill("60")
+    page.locator("#live .people").press("Enter")
+    scene = read_scene(saved(page, "scene", tmp_path)[0])
+    assert (len(scene.snapshot), len(scene.walls)) == (60, 9)
+    assert np.sort(np.array(scene.drive.door)[:, 1]) == pytest.approx([1.0, 2.2], abs=0.02)
+    assert scene.drive.outward == (1.0, 0.0)
+    pulled(page, (4, 2), (2.8, 2), tmp_path)
+    page.locator("#live .again").click()
+    page.locator("#live .share").click()
+    page.get_by_text("now holds this scene").wait_for()
+    link = page.url
+    page.goto("about:blank")
+    page.goto(link)
+    page.get_by_text("hall, drawn").wait_for()
+    again = read_scene(saved(page, "scene", tmp_path)[0])
+    assert again.content() == scene.content()
+    assert np.array_equal(again.snapshot.position, scene.snapshot.position)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "says"),
+    [
+        ("a.toml", "[drive\n", "line 1: [drive"),
+        ("a.toml", 'title = "t"\n', "contact: missing"),
+        ("a.wkt", "nothing", "no TOML, and no WKT polygon"),
+    ],
+)
+def test_bad_files_are_refused_in_one_line(page, address, tmp_path, name, text, says):
+    at(page, address, "gate")
+    (tmp_path / name).write_text(text)
+    page.locator("#live .open").set_input_files(tmp_path / name)
+    page.get_by_text(f"Not opened: {says}.").wait_for()
+
+
+def test_scenes_of_other_engines_are_refused():
+    with pytest.raises(SceneError, match=r"rail: walls.mass_kg"):
+        content_of(read_scene("rail"))
+    with pytest.raises(SceneError, match=r"shoulders: disks.bodies"):
+        content_of(read_scene("shoulders"))
+
+
+def test_it_fits_on_a_telephone_and_needs_no_mouse(page, address):
+    phone = page.context.browser.new_page(viewport={"width": 400, "height": 844})
+    phone.goto(f"{address}#gate")
+    canvas = phone.locator("#live canvas.canvas")
+    assert canvas.bounding_box()["height"] > 150
+    assert phone.evaluate("document.documentElement.scrollWidth") <= 400
+    works_by_keyboard(phone)
+    phone.locator("#live .again").click()
+    canvas.focus()
+    phone.keyboard.press("ArrowRight")
+    assert phone.evaluate("[explore.run.step, explore.run.frames.length]") == [5, 2]
+    phone.keyboard.press(" ")
+    assert phone.locator("#live .play").inner_text() == "Pause"
+    phone.close()
+
+
+def test_a_picture_and_a_sentence_stand_without_webassembly(page, address):
+    without = page.context.browser.new_page()
+    without.add_init_script("delete window.WebAssembly")
+    without.goto(address)
+    assert without.locator("#live img").is_visible()
+    assert without.get_by_text("needs a browser with scripts and WebAssembly").is_visible()
+    assert not without.locator("#live canvas.canvas").is_visible()
+    without.close()
+
+
+def test_the_page_of_all_scenes_is_below_a_megabyte(tmp_path):
+    scenes = offered()
+    assert {"arch", "gate", "jam", "ell"} < {one.name for one in scenes}
+    assert not {"rail", "shoulders", "pair"} & {one.name for one in scenes}
+    assert write_explore(scenes, tmp_path, "percussions explore").stat().st_size < 1e6

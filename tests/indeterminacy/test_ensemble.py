@@ -1,0 +1,320 @@
+"""States of an equilibrium: their law sampled, against closed forms; the nearest and the least, against
+another solver; bounds with a tolerance, by hand."""
+
+import clarabel
+import numpy as np
+import pytest
+from scipy.sparse import csc_matrix, diags_array, vstack
+from scipy.spatial import cKDTree
+from scipy.stats import beta, truncexpon, truncnorm, uniform
+
+from benchmarks.problems.families import jammed
+from nscd import ContactLaw, solve
+from nscd.indeterminacy.ensemble import convergence, ensemble
+from nscd.indeterminacy.equilibrium import Equilibrium
+from nscd.indeterminacy.intervals import IntervalStatus, WithinTolerance
+from nscd.indeterminacy.nearest import (
+    least_energy_within,
+    least_tolerance,
+    nearest,
+)
+
+LOAD, ANGLE, MU = 3.0, 0.7, 0.4
+
+
+def grooves(loads):
+    """Disks each on a floor between two walls that lean by ANGLE: f_floor + 2 g cos ANGLE = load."""
+    n = len(loads)
+    side = [np.sin(ANGLE), -np.cos(ANGLE)]
+    normal = np.tile([[0, -1], side, [-side[0], side[1]]], (n, 1))
+    pairs = np.column_stack([np.repeat(np.arange(n), 3), np.full(3 * n, -1)])
+    down = np.column_stack([np.zeros(n), -np.asarray(loads), np.zeros(n)])
+    place = 10.0 * np.arange(2 * n).reshape(n, 2)
+    return Equilibrium.of_disks(place, np.full(n, 0.5), pairs, down, normal=normal)
+
+
+def flower():
+    """Six disks pressed to a seventh by LOAD: spoke + rim = LOAD."""
+    angle = np.pi / 3 * np.arange(6)
+    rim = np.column_stack([np.cos(angle), np.sin(angle)])
+    pairs = [[0, i + 1] for i in range(6)] + [[i + 1, (i + 1) % 6 + 1] for i in range(6)]
+    place, load = np.vstack([[0, 0], rim]), np.vstack([[0, 0], -LOAD * rim])
+    return Equilibrium.of_disks(place, np.full(7, 0.5), pairs, load)
+
+
+def law_of(values, law, independent):
+    """Whether draws have mean, deviation and quantiles of a law, to four standard errors."""
+    error = 4 * law.std() / np.sqrt(independent)
+    assert values.mean() == pytest.approx(law.mean(), abs=error)
+    assert values.std() == pytest.approx(law.std(), abs=1.5 * error)
+    for share in (0.1, 0.5, 0.9):
+        assert law.cdf(np.quantile(values, share)) == pytest.approx(
+            share, abs=2 / np.sqrt(independent)
+        )
+
+
+def test_one_redundant_contact_has_a_uniform_law_or_a_truncated_exponential():
+    """g in [0, w/(2 cos a)] with density exp(−2 g (1 − cos a)/f): the sum of forces grows with g."""
+    most = LOAD / (2 * np.cos(ANGLE))
+    for scale in (np.inf, 0.2):
+        rate = 2 * (1 - np.cos(ANGLE)) / scale
+        law = truncexpon(b=rate * most, scale=1 / rate) if rate else uniform(0, most)
+        found = ensemble(grooves([LOAD]), scale, draws=500, seed=3)
+        assert found.status == "converged"
+        assert found.effective.min() > 400
+        law_of(found.draws[:, :, 1].ravel(), law, found.effective[1])
+        np.testing.assert_allclose(
+            found.draws[:, :, 0] + 2 * np.cos(ANGLE) * found.draws[:, :, 1], LOAD, rtol=1e-9
+        )
+
+
+def test_a_ring_about_a_hub_is_uniform_whatever_the_scale():
+    """Its one self-stress leaves the sum of forces as it is."""
+    found = ensemble(flower(), 0.1 * LOAD, draws=500)
+    law_of(found.draws[:, :, 2].ravel() / LOAD, uniform(), found.effective[2])
+    assert found.mean()[:6] + found.mean()[6:] == pytest.approx([LOAD] * 6)
+    assert (found.quantile(0.0) >= 0).all()
+
+
+def test_independent_redundancies_are_independent():
+    loads = np.arange(1.0, 9.0)
+    found = ensemble(grooves(loads), np.inf, draws=500, seed=1)
+    walls = found.draws[:, :, 1::3][:, :, :8].reshape(-1, 8)
+    law, worth = uniform(0, loads / (2 * np.cos(ANGLE))), np.sqrt(found.effective[1:24:3])
+    assert (np.abs(walls.mean(0) - law.mean()) < 4 * law.std() / worth).all()
+    assert (np.abs(np.corrcoef(walls.T) - np.eye(8)) < 4 / worth.min() + 1e-9).all()
+
+
+def test_six_contacts_that_share_a_load_have_the_law_of_a_simplex():
+    """Even on {f ≥ 0, Σ f = L}: each f/L has a beta law of 1 and k − 1, any two correlate by −1/(k − 1)."""
+    k = 6
+    pairs, normal = np.tile([0, -1], (k, 1)), np.tile([0.0, -1.0], (k, 1))
+    held = Equilibrium.of_disks([[0, 0]], [0.5], pairs, [[0, -LOAD, 0]], normal=normal)
+    found = ensemble(held, LOAD / k, draws=500, seed=2)
+    for row in range(k):
+        law_of(found.draws[:, :, row].ravel() / LOAD, beta(1, k - 1), found.effective[row])
+    both = np.corrcoef(found.draws[:, :, :k].reshape(-1, k).T)
+    np.testing.assert_allclose(both[~np.eye(k, dtype=bool)], -1 / (k - 1), atol=0.1)
+
+
+def squeezed(load=LOAD):
+    """A disk that friction alone holds between two walls: f_t = load/2, f_n ≥ load/(2 μ)."""
+    return Equilibrium.of_disks(
+        [[0, 0]], [0.5], [[0, -1], [0, -1]], [[0, -load, 0]], normal=[[-1, 0], [1, 0]], friction=MU
+    )
+
+
+def test_what_friction_holds_between_two_walls_has_a_shifted_exponential():
+    found = ensemble(squeezed(), 0.5, draws=500)
+    law = truncexpon(b=1e3, loc=LOAD / (2 * MU), scale=0.5 / 2)
+    law_of(found.draws[:, :, 0].ravel(), law, found.effective[0])
+    np.testing.assert_allclose(found.mean(tangential=True), [LOAD / 2, -LOAD / 2], rtol=1e-9)
+    with pytest.raises(ValueError, match="scale: an even law has no end"):
+        ensemble(squeezed(), np.inf)
+    with pytest.raises(ValueError, match="load: no forces that push balance it"):
+        ensemble(grooves([-LOAD]), 1.0)
+
+
+def test_an_open_balance_has_a_truncated_normal():
+    """One disk pressed to a wall, its balance open by s: exp(−x/f − (L − x)²/2s²) on x ≥ 0."""
+    f, s = 2.0, 2.5
+    held = Equilibrium.of_disks([[0, 0]], [0.5], [[0, -1]], [[1.0, 0, 0]], normal=[[1, 0]])
+    found = ensemble(held, f, [[s, np.inf, np.inf]], draws=1000)
+    middle = 1.0 - s**2 / f
+    law = truncnorm(-middle / s, np.inf, loc=middle, scale=s)
+    law_of(found.draws[:, :, 0].ravel(), law, found.effective[0])
+    again = ensemble(held, f, [[s, np.inf, np.inf]], draws=1000)
+    assert np.array_equal(found.draws, again.draws)
+
+
+def test_convergence_is_that_of_chains_with_memory():
+    """n draws of x' = ρ x + noise are worth n (1 − ρ)/(1 + ρ); chains about other means differ."""
+    rng, rho = np.random.default_rng(0), 0.8
+    x = np.zeros((4, 4000, 2))
+    noise = rng.normal(size=x.shape)
+    for i in range(1, 4000):
+        x[:, i] = rho * x[:, i - 1] + noise[:, i]
+    x[:, :, 1] += 3.0 * np.arange(4)[:, None]
+    r_hat, effective = convergence(x, 0.0)
+    assert effective[0] == pytest.approx(16000 * (1 - rho) / (1 + rho), rel=0.2)
+    assert r_hat[0] < 1.01
+    assert r_hat[1] > 2
+    assert effective[1] < 20
+    assert convergence(np.ones((4, 10, 1)), 1e-9)[0] == [1.0]
+
+
+def packing(mu, seed=0, n=40):
+    """Disks that touch, under random loads at the rim."""
+    rng = np.random.default_rng(seed)
+    place = np.array([[i + 0.5 * (j % 2), j * np.sqrt(0.75)] for j in range(9) for i in range(9)])
+    place = place[rng.permutation(81)[:n]] + rng.normal(scale=0.02, size=(n, 2))
+    pairs = cKDTree(place).query_pairs(1.1, output_type="ndarray")
+    load = np.column_stack([*(0.4 * rng.normal(size=(2, n))), 0.02 * rng.normal(size=n)])
+    held = Equilibrium.of_disks(place, np.full(n, 0.5), pairs, load, friction=mu, arm=0.7)
+    return held, rng.exponential(1.0, len(pairs)), rng.uniform(0.1, 0.5, len(pairs))
+
+
+def other_solver(held, weights, wanted, tolerance):
+    """f (2k,) of least Σ weights (f − wanted)² in the cones by Clarabel, with E f from the geometry."""
+    c, n, k = held.contacts, held.bodies, len(held.contacts)
+    balance = np.zeros((3 * n, 2 * k))
+    mu = np.zeros(k)
+    np.maximum.at(mu, held.contact, held.along)
+    for row in range(k):
+        i, j, (x, y) = c.first[row], c.second[row], c.normal[row]
+        for body, sign in ((i, 1.0), (j, -1.0)):
+            balance[3 * body : 3 * body + 2, row] = sign * x, sign * y
+            balance[3 * body : 3 * body + 2, k + row] = -sign * y, sign * x
+            balance[3 * body + 2, k + row] = 0.5 / 0.7
+    cone = np.block(
+        [[np.diag(mu), np.eye(k)], [np.diag(mu), -np.eye(k)], [np.eye(k), np.zeros((k, k))]]
+    )
+    finite = np.isfinite(tolerance)
+    rows = np.vstack([balance[finite], -balance[finite], -cone])
+    right = np.concatenate(
+        [
+            held.load[finite] + tolerance[finite],
+            tolerance[finite] - held.load[finite],
+            np.zeros(3 * k),
+        ]
+    )
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-11
+    quadratic = csc_matrix(diags_array(weights))
+    found = clarabel.DefaultSolver(
+        quadratic, -weights * wanted, csc_matrix(rows), right, [clarabel.NonnegativeConeT(len(right))], settings
+    ).solve()  # fmt: skip
+    return np.array(found.x)
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.3, 2.0])
+def test_the_nearest_state_is_that_of_another_solver(mu):
+    held, force, sigma = packing(mu)
+    k, free = len(force), np.arange(40) < 8
+    tolerance = np.where(free, np.inf, least_tolerance(held, np.where(free, np.inf, 0.0)) + 0.05)
+    found = nearest(held, force, sigma, tolerance)
+    weights, wanted = np.tile(1 / sigma**2, 2), np.append(force, np.zeros(k))
+    other = other_solver(held, weights, wanted, np.repeat(tolerance, 3))
+    assert found.status == "solved"
+    np.testing.assert_allclose(np.append(found.normal, found.tangential), other, atol=3e-5)
+    assert found.distance == pytest.approx(np.sqrt((weights * (other - wanted) ** 2).sum() / k))
+    net = held.net(found.normal, found.tangential)
+    assert (np.abs(net) <= tolerance[:, None] * (1 + 1e-6)).all()
+    less = np.where(free, np.inf, tolerance - 0.06)
+    if np.all(less >= 0):
+        with pytest.raises(ValueError, match=r"tolerance: no state is within it. 0\.01 N more"):
+            nearest(held, force, sigma, less)
+
+
+def test_canonical_percussions_with_friction_are_those_of_another_solver():
+    """Of a jam at μ = 0.3: least λ² + τ²/ratio in the cones, with the impulses of the answer."""
+    crowd = jammed(40, 2)
+    law = ContactLaw(friction=0.3)
+    answer = solve(
+        crowd.snapshot, crowd.contacts, left_velocity=crowd.left_velocity, law=law, tolerance=1e-9
+    )
+    found = least_energy_within(Equilibrium.of_answer(crowd.contacts, answer))
+    held = Equilibrium.with_friction(crowd.contacts, answer)
+    every = np.zeros((2 * len(crowd.contacts), len(held.contact)))
+    every[held.contact, np.arange(len(held.contact))] = 1.0
+    every[len(crowd.contacts) + held.contact, np.arange(len(held.contact))] = held.along
+    weights = np.append(np.ones(len(crowd.contacts)), np.full(len(crowd.contacts), 3.5))
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-11
+    u = len(held.contact)
+    scale = held.scale
+    other = clarabel.DefaultSolver(
+        csc_matrix(every.T @ np.diag(weights) @ every), np.zeros(u),
+        csc_matrix(vstack([held.matrix.T, -np.eye(u)])),
+        np.append(held.matrix.T @ held.point / scale, np.zeros(u)),
+        [clarabel.ZeroConeT(held.matrix.shape[1]), clarabel.NonnegativeConeT(u)], settings,
+    ).solve()  # fmt: skip
+    expected = every @ np.array(other.x) * scale
+    np.testing.assert_allclose(
+        np.append(found.normal, found.tangential), expected, atol=1e-5 * scale
+    )
+    given = np.append(answer.reaction, answer.friction.tangential)
+    both = np.append(found.normal, found.tangential)
+    assert weights @ both**2 < 0.99 * (weights @ given**2)
+
+
+def test_with_a_tolerance_bounds_of_a_chain_widen_by_it_for_each_body():
+    """Between loads P at its ends a chain carries P; each body may take t of it: the nearer end
+    decides."""
+    n, t = 6, 0.1
+    load = np.zeros((n, 3))
+    load[[0, -1], 0] = LOAD, -LOAD
+    pairs = [[i, i + 1] for i in range(n - 1)]
+    place = np.column_stack([np.arange(n), np.zeros(n)])
+    held = Equilibrium.of_disks(place, np.full(n, 0.5), pairs, load)
+    found = [WithinTolerance(held, t).of(row) for row in np.eye(n - 1)]
+    bodies = np.array([1, 2, 3, 2, 1])
+    assert [one.upper - LOAD for one in found] == pytest.approx(bodies * t, abs=1e-9)
+    assert [one.lower - LOAD for one in found] == pytest.approx(-bodies * t, abs=1e-9)
+    assert {one.status for one in found} == {IntervalStatus.PROVEN}
+    # with one end free only the way to the other counts
+    free = WithinTolerance(held, [np.inf, t, t, t, t, t]).of(np.eye(n - 1)[0])
+    assert (free.lower, free.upper) == pytest.approx((LOAD - 5 * t, LOAD + 5 * t))
+    held = squeezed()
+    span = WithinTolerance(held, t)
+    assert span.of([1, 0]).lower == pytest.approx((LOAD - t) / (2 * MU) - t / 2, abs=1e-8)
+    assert span.of([1, 0]).status is IntervalStatus.UNBOUNDED
+    assert span.of([1, 0], tangential=True).upper == pytest.approx(LOAD / 2 + t, abs=1e-8)
+
+
+def test_least_energy_with_open_balances_shares_a_load_by_its_price():
+    """One disk pressed to a wall: f²  + (L/s)² (f̄)²… least at f = L p/(1 + p), p the price."""
+    held = Equilibrium.of_disks(
+        [[0, 0], [1, 0]], [0.5, 0.5], [[0, 1]], [[LOAD, 0, 0], [-LOAD, 0, 0]]
+    )
+    spread = 0.5 * LOAD
+    price = 2 * (held.virial / spread) ** 2  # two bodies
+    found = least_energy_within(held, spread=spread)
+    assert held.virial == pytest.approx(LOAD)
+    assert found.normal == pytest.approx([LOAD * price / (1 + price)])
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        (lambda: Equilibrium.of_disks([[0, 0]], [1], [[0, 1]], [[0, 0, 0]]), "pairs: a disk that does"),
+        (lambda: Equilibrium.of_disks([[0, 0]], [1], [[0, -1]], [[0, 0]]), "normal: that of a wall"),
+        (lambda: Equilibrium.of_disks([[0, 0]], [1], np.zeros((0, 2)), [[0, 0]], arm=0), "arm: a length"),
+        (lambda: least_energy_within(grooves([1]), spread=1), "load: virial nan N"),
+        (lambda: nearest(flower(), np.ones(12), np.zeros(12), 0), "sigma: 0 N at contact 0"),
+        (lambda: nearest(flower(), np.ones(12), np.ones(12), [1, 2]), "tolerance: shape"),
+        (lambda: ensemble(flower(), 0.0), "scale: 0.0. A force > 0"),
+        (lambda: ensemble(flower(), 1.0, -1.0), "spread: numbers ≥ 0"),
+    ],
+)  # fmt: skip
+def test_bad_input_has_a_clear_message(wrong, message):
+    with pytest.raises(ValueError, match=message):
+        wrong()
+
+
+def test_stiff_balances_are_sampled_with_few_sweeps():
+    """Six contacts share a load but for 2 % of it: draws alone step by so much and do not converge in
+    8,000 sweeps."""
+    pairs, normal = np.tile([0, -1], (6, 1)), np.tile([0.0, -1.0], (6, 1))
+    held = Equilibrium.of_disks([[0, 0]], [0.5], pairs, [[0, -LOAD, 0]], normal=normal)
+    found = ensemble(held, LOAD / 6, 0.02 * LOAD, draws=500, most_sweeps=8000, seed=1)
+    assert found.status == "converged"
+    for row in range(6):
+        law_of(found.draws[:, :, row].ravel() / LOAD, beta(1, 5), found.effective[row])
+
+
+def test_least_energy_of_a_deep_jam_is_that_of_the_solver():
+    """Its reactions add up to 34 times the load of a disk; the solver's are those of least norm."""
+    crowd = jammed(600, 2)
+    answer = solve(
+        crowd.snapshot, crowd.contacts, left_velocity=crowd.left_velocity, tolerance=1e-9
+    )
+    held = Equilibrium.of_answer(crowd.contacts, answer)
+    found = least_energy_within(held)
+    assert answer.canonical
+    assert found.status == "solved"
+    largest = answer.reaction.max()
+    assert largest > 30 * np.abs(held.load).max()
+    np.testing.assert_allclose(found.normal, answer.reaction, atol=1e-6 * largest)

@@ -1,0 +1,116 @@
+"""Where the energy of rigid steps goes, against closed forms; works and losses sum to what is gained."""
+
+import numpy as np
+import pytest
+
+from nscd import Snapshot, Walls
+from nscd.stepping import Arms, Motion, Push
+from tests.crowds import disks_at
+
+MASS, SPEED, TAU = 75.0, 2.0, 0.5
+
+
+def rightwards(position):
+    return np.tile([SPEED, 0.0], (len(position), 1))
+
+
+def steps(motion, count):
+    return [motion.advance().energy for _ in range(count)]
+
+
+def lost(energies):
+    """Along the normal and across (J)."""
+    return [
+        sum(float(each.sum()) for each in parts)
+        for parts in ([e.impact for e in energies], [e.friction for e in energies])
+    ]
+
+
+def test_an_impact_loses_what_restitution_takes():
+    """½ m_eff v² (1 − e²), in the contact that hit."""
+    pair = disks_at([[0.0, 0.0], [0.61, 0.0]], [[2.0, 0.0], [0.0, 0.0]], mass=[75.0, 25.0])
+    energies = steps(Motion(pair, step=0.01, restitution=0.6, tolerance=1e-12), 20)
+    assert lost(energies) == pytest.approx([0.5 * 75 * 25 / 100 * 4 * (1 - 0.36), 0.0], rel=1e-12)
+    assert max(abs(one.error) for one in energies) < 1e-12
+
+
+def test_a_sliding_disk_loses_the_friction_of_its_way():
+    """A disk that slides until it rolls: v from v₀ to ⅔ v₀, so ⅙ m v₀² are left to friction."""
+    floor = Walls(start=[[-1.0, 0.0]], end=[[9.0, 0.0]])
+    disk = disks_at([[0.0, 0.25]], [[3.0, 0.0]], mass=MASS)
+    motion = Motion(
+        disk, floor, step=0.01, push=Push(acceleration=(0.0, -10.0)), friction=0.2, tolerance=1e-12
+    )
+    energies = steps(motion, 100)
+    assert motion.velocity[0, 0] == pytest.approx(2.0, rel=1e-9)
+    assert lost(energies) == pytest.approx([0.0, MASS * 9 / 6], abs=1e-9)
+    assert sum(one.weight for one in energies) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_drive_gives_a_free_walker_its_energy():
+    """u_k = U (1 − (1 + h/τ)^−k): all work of the drive is kinetic."""
+    motion = Motion(
+        disks_at([[0.0, 0.0]], mass=MASS),
+        step=0.01,
+        push=Push(desired=rightwards, relaxation_time=TAU),
+    )
+    energies = steps(motion, 30)
+    speed = SPEED * (1 - 1.02**-30)
+    assert sum(one.drive for one in energies) == pytest.approx(0.5 * MASS * speed**2, rel=1e-12)
+    assert lost(energies) == [0.0, 0.0]
+
+
+def test_a_row_that_runs_into_a_wall_loses_all_that_the_drive_gave():
+    """Four disks with gaps of 5 cm: at rest, impacts have taken start and work, nearest the wall most
+    often."""
+    row = disks_at(
+        np.column_stack([-0.3 - 0.55 * np.arange(4), np.zeros(4)]), (1.0, 0.0), mass=MASS
+    )
+    walls = Walls(start=[[0.0, -1.0]], end=[[0.0, 1.0]])
+    motion = Motion(
+        row, walls, step=0.01, push=Push(desired=rightwards, relaxation_time=TAU), tolerance=1e-12
+    )
+    energies = steps(motion, 200)
+    impact, friction = lost(energies)
+    assert impact == pytest.approx(4 * 0.5 * MASS + sum(one.drive for one in energies), rel=1e-9)
+    assert friction == 0.0
+    assert np.abs(motion.velocity).max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [{}, {"restitution": 0.5}, {"friction": 0.4}, {"arms": Arms(0.1, 300.0)}, {"bodies": True}],
+)
+def test_all_that_happens_to_a_crowd_sums_up(asked):
+    """To 1e-10 of the work, of what contacts lose in sum of magnitudes."""
+    given, rng, n = dict(asked), np.random.default_rng(0), 36
+    x, y = np.meshgrid(np.arange(6), np.arange(6))
+    place = 0.5 * np.column_stack([x.ravel(), y.ravel()]) + rng.normal(0, 0.02, (n, 2))
+    if joined := given.pop("bodies", False):
+        place[1::2] = place[::2] + np.array([0.25, 0.0])
+    crowd = Snapshot(
+        position=place,
+        velocity=rng.normal(0, 1, (n, 2)),
+        radius=rng.uniform(0.15, 0.2, n),
+        mass=rng.uniform(60, 90, n),
+    )
+    if joined:
+        crowd = crowd.joined(np.arange(n) // 2)
+        given["tolerance"] = 1e-12  # momentum of bodies is balanced to the residual
+    room = [[-1, -1], [4, -1], [4, 4], [-1, 4]]
+    push = Push(
+        desired=rightwards, relaxation_time=TAU, acceleration=(0, -1), arms=given.pop("arms", None)
+    )
+    motion = Motion(
+        crowd, Walls(start=room, end=room[1:] + room[:1]), step=0.005, push=push, **given
+    )
+    energies = steps(motion, 200)
+    work = sum(abs(one.drive) + np.abs(one.impact).sum() for one in energies)
+    assert work > 1000
+    assert max(abs(one.error) for one in energies) < 1e-10 * work / len(energies)
+    moved = (
+        0.5 * crowd.mass @ (motion.velocity**2).sum(1),
+        0.5 * crowd.mass @ (crowd.velocity**2).sum(1),
+    )
+    if not asked:
+        assert sum(one.gained for one in energies) == pytest.approx(moved[0] - moved[1], rel=1e-9)
