@@ -146,7 +146,7 @@ def test_a_picture_for_a_telephone_stands_beside_the_other(tmp_path):
     images = write_pictures([section], tmp_path)
 
     def shape(png):
-        return [int.from_bytes(base64.b64decode(png)[k : k + 4]) // 150 for k in (16, 20)]
+        return [round(int.from_bytes(base64.b64decode(png)[k : k + 4]) / 150) for k in (16, 20)]
 
     assert [shape(png) for name in images for png in images[name]][:3] == [[4, 1], [1, 4], [2, 2]]
     for_telephone(Figure())  # has nothing to turn
