@@ -42,6 +42,9 @@ struct Aligned {
 };
 using Room = std::vector<double, Aligned<double>>;
 
+// |(x, y)|, the same bits in every C library
+inline double length(double x, double y) { return std::sqrt(x * x + y * y); }
+
 // The larger of two, or the one that is no number.
 inline double larger(double a, double b) { return a >= b || a != a ? a : b; }
 

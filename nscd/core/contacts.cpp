@@ -79,7 +79,7 @@ bool find_pairs(Touching& found, In position, In radius, double most, std::span<
                     ++near;
                     const double most_apart = (radius[a] + radius[b] + std::max(most, 0.0)) * MARGIN;
                     if (dx * dx + dy * dy > most_apart * most_apart) continue;
-                    const double distance = std::hypot(dx, dy), gap = distance - radius[a] - radius[b];
+                    const double distance = length(dx, dy), gap = distance - radius[a] - radius[b];
                     if (gap > most) continue;
                     push(found, a, std::size_t(b), dx, dy, distance, gap);
                     sort_in(found, begin);
@@ -101,7 +101,7 @@ void find_walls(Touching& found, In position, In radius, const Segments& walls, 
             if (y - reach > std::max(y0, y0 + ay) || y + reach < std::min(y0, y0 + ay)) continue;
             const double share = std::clamp(((x - x0) * ax + (y - y0) * ay) / (ax * ax + ay * ay), 0.0, 1.0);
             const double dx = x0 + share * ax - x, dy = y0 + share * ay - y;
-            const double distance = std::hypot(dx, dy), gap = distance - radius[a];
+            const double distance = length(dx, dy), gap = distance - radius[a];
             if (gap > most || is_of_another(walls, w, share_of(walls, w, x, y), x, y)) continue;
             push(found, a, std::size_t(w), dx, dy, distance, gap);
         }

@@ -14,7 +14,7 @@ Segments connected(In ends, double low, double period) {
     }
     if (period > 0.0) walls.far = std::max({walls.far, std::abs(low), std::abs(low + period)});
     for (int i = 0; i < 2 * w; ++i) {
-        const auto apart = [&](int j) { return std::hypot(ends[2 * i] - ends[2 * j], ends[2 * i + 1] - ends[2 * j + 1]); };
+        const auto apart = [&](int j) { return length(ends[2 * i] - ends[2 * j], ends[2 * i + 1] - ends[2 * j + 1]); };
         int nearest = 0;
         for (int j = 1; j < i; ++j)
             if (apart(j) < apart(nearest)) nearest = j;
@@ -25,7 +25,7 @@ Segments connected(In ends, double low, double period) {
             const double share = share_of(walls, i, ends[2 * e], ends[2 * e + 1]);
             const double x = ends[4 * i] + share * walls.along[2 * i], y = ends[4 * i + 1] + share * walls.along[2 * i + 1];
             const bool own = walls.vertex[e] == walls.vertex[2 * i] || walls.vertex[e] == walls.vertex[2 * i + 1];
-            if (!own && std::hypot(x - ends[2 * e], y - ends[2 * e + 1]) <= SAME_POINT_M) walls.inner[e] = 1;
+            if (!own && length(x - ends[2 * e], y - ends[2 * e + 1]) <= SAME_POINT_M) walls.inner[e] = 1;
         }
     return walls;
 }
@@ -57,7 +57,7 @@ void headed(In position, In start, In end, In outward, In place, double speed, O
     for (std::size_t i = 0; i < position.size(); i += 2) {
         const double x = position[i], y = position[i + 1];
         const double share = square > 0.0 ? std::clamp(((x - start[0]) * ax + (y - start[1]) * ay) / square, 0.0, 1.0) : 0.0;
-        const double dx = start[0] + share * ax - x, dy = start[1] + share * ay - y, distance = std::hypot(dx, dy);
+        const double dx = start[0] + share * ax - x, dy = start[1] + share * ay - y, distance = length(dx, dy);
         const bool beyond = (x - place[0]) * outward[0] + (y - place[1]) * outward[1] >= 0.0;
         const bool out = beyond || distance == 0.0;
         velocity[i] = speed * (out ? outward[0] : dx / distance);

@@ -129,7 +129,7 @@ bool Motion::step_once(double h, const Desired& desired, Report& report) {
     const Rough rough{law.friction, now.spin, inertia, now.keys, now.reaction, now.tangential};
     Stepped found = make_step(bodies, rough, h, law.restitution, gained, law.tolerance);
     double pressing = 0.0, most = 0.0;
-    for (std::size_t i = 0; i < n; ++i) pressing += masses[i] * std::hypot(free[2 * i], free[2 * i + 1]) + WEDGED * mass[i] * radius[i] / h;
+    for (std::size_t i = 0; i < n; ++i) pressing += masses[i] * length(free[2 * i], free[2 * i + 1]) + WEDGED * mass[i] * radius[i] / h;
     for (double one : found.reaction) most = std::max(most, one);
     report.time = now.time, report.residual = found.error;
     if ((!slim_ && most > UNBOUNDED * pressing) || !(found.error <= stalled * law.tolerance)) return false;
@@ -214,7 +214,7 @@ double Motion::separate() {
             for (std::size_t i = 0; i < 2 * n; i += 2) {
                 double x = now.position[i] - start[i];
                 if (walls.period > 0.0) x -= walls.period * std::nearbyint(x / walls.period);
-                most = std::max(most, std::hypot(x, now.position[i + 1] - start[i + 1]));
+                most = std::max(most, length(x, now.position[i + 1] - start[i + 1]));
             }
             return most;
         }

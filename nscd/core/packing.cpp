@@ -125,7 +125,7 @@ int grow(Out position, In radius, int placed, const Growth& of) {
             const Site site = sites.pop();
             spot = touching_both(position, radius, site.a, site.b, site.side, r);
             spot.there = spot.there && spot.x <= -r + 1e-12 && grid.around(cell_of(spot.x), cell_of(spot.y), 1, [&](Index c) {
-                const double gap = std::hypot(position[2 * c] - spot.x, position[2 * c + 1] - spot.y) - radius[c] - r;
+                const double gap = length(position[2 * c] - spot.x, position[2 * c + 1] - spot.y) - radius[c] - r;
                 return c == site.a || c == site.b || gap >= 0.0;
             });
         }
@@ -139,12 +139,12 @@ int grow(Out position, In radius, int placed, const Growth& of) {
             }
         const int column = cell_of(spot.x), row = cell_of(spot.y);
         grid.around(column, row, 2, [&](Index c) {
-            const double d = std::hypot(position[2 * c] - spot.x, position[2 * c + 1] - spot.y);
+            const double d = length(position[2 * c] - spot.x, position[2 * c + 1] - spot.y);
             if (d >= radius[c] + r + of.near) return true;
             for (int side : {-1, 1}) {
                 const Spot at = touching_both(position, radius, count, c, side, of.typical);
-                if (at.there && at.x < -of.least && std::hypot(at.x, at.y) > of.hollow)
-                    sites.push({std::hypot(at.x, std::max(std::abs(at.y) - of.half_door, 0.0)), count, c, side});
+                if (at.there && at.x < -of.least && length(at.x, at.y) > of.hollow)
+                    sites.push({length(at.x, std::max(std::abs(at.y) - of.half_door, 0.0)), count, c, side});
             }
             return true;
         });

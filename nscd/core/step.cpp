@@ -22,7 +22,7 @@ Places likely(const System& s, In before) {
     Numbers speed(s.n);
     for (int i = 0; i < s.n; ++i) {
         const int at = s.d * i;
-        const auto most = [&](In u) { return std::hypot(u[at], u[at + 1]) + (s.wide() ? s.reach[i] * std::abs(u[at + 2]) : 0.0); };
+        const auto most = [&](In u) { return length(u[at], u[at + 1]) + (s.wide() ? s.reach[i] * std::abs(u[at + 2]) : 0.0); };
         speed[i] = std::max(most(before), most(s.free));
     }
     Places some;
