@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 import time
@@ -100,9 +101,8 @@ def report(
             scene = one.with_run(impulses=True) if models else one
             made = study(scene, soft, ks, where, bars, rigid_law)
             whole_runs = study_motion(one, models, last, bars, own) if models else None
-            reported.append(
-                Reported(study=made, motion=whole_runs, reels=films_of(made, models, where, bars))
-            )
+            reels = films_of(made, models, where, last if models else math.inf, bars)
+            reported.append(Reported(study=made, motion=whole_runs, reels=reels))
         page = write_report(reported, out, command_line(), own)
         for path in write_sheets(reported, out, command_line()) if sheet else ():
             print(path)

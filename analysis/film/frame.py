@@ -257,6 +257,7 @@ class Reel:
     radius: float | None = None  # m, of a filmed crowd
     ensemble: bool = False  # see Frames
     shift: int = 0  # what was added to the ids of its file, since those of disks begin at 1
+    since: float = 0.0  # s, from when on frames count in the numbers beside it
 
     @property
     def models(self) -> list[str]:
@@ -274,8 +275,9 @@ class Reel:
 
     @property
     def strongest(self) -> Frame:
-        """Find the frame with the largest force in the first model."""
-        return max(self.shown, key=lambda frame: frame.size(self.models[0]).max(initial=0.0))
+        """Find the frame with the largest force in the first model, of those that count."""
+        counted = [frame for frame in self.shown if frame.time >= self.since]
+        return max(counted or self.shown, key=lambda frame: frame.size(self.models[0]).max(initial=0.0))
 
     @property
     def unsolved(self) -> list[Frame]:

@@ -232,6 +232,7 @@ def _reel(reel: Reel) -> dict[str, Any]:
     before = np.zeros((len(ids), 2))
     return {
         "title": reel.title,
+        "since": round(reel.since, 6),
         "engine": reel.title if reel.engine else "",
         "bodies": _bodies(reel).split(",")[0] if reel.engine else "",
         "walls": [[*wall.start_m, *wall.end_m] for wall in walls],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
@@ -126,10 +127,10 @@ FRAMES = 20
 
 
 def films_of(
-    made: Study, models: Sequence[Model], out: Path, progress: Progress | None = None
+    made: Study, models: Sequence[Model], out: Path, last_s: float, progress: Progress | None = None
 ) -> list[Reel]:
     """Film the first run of the first model, which the bars are of, and of a study; nothing where
-    one did not end well or no contact was made."""
+    one did not end well or no contact was made. last_s: how much of the end the bars are of."""
     if not made.comparisons:
         return []
     one = made.comparisons[0]
@@ -139,5 +140,7 @@ def films_of(
     folders.append(run_folder(out, scene, one.record.engine))
     for chosen in (list(dict.fromkeys(folders)), folders[1:]):
         with suppress(EngineError, DumpError, ValueError):  # frames at other times, too
-            return film_runs(chosen, Frames(step=step), progress)
+            reels = film_runs(chosen, Frames(step=step), progress)
+            since = max(0.0, reels[0].frames[-1].time - last_s)
+            return [replace(one, since=since) for one in reels]
     return []

@@ -30,7 +30,7 @@ document.querySelectorAll(".film").forEach(async (root) => {
   const middle = shown.findIndex((one) => one.number === (film.reels[0].engine ? 0 : film.reels.length >> 1));
   slider.max = film.reels[0].frames.length - 1;
   // opens where a contact carries most: in the first model in which any does
-  const peaks = ({ reel, place }) => reel.frames.map(({ f }) => (f ? f[place] : []).reduce((most, force) => Math.max(most, force), -1));
+  const peaks = ({ reel, place }) => reel.frames.map(({ f, t }) => (f && t >= reel.since ? f[place] : []).reduce((most, force) => Math.max(most, force), -1));
   const loaded = [middle, ...shown.keys()].find((i) => shown[i].kind === "force" && Math.max(...peaks(shown[i])) > 0);
   views.value = loaded === undefined ? middle : loaded;
   const view = () => shown[views.value];
