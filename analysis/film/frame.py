@@ -274,10 +274,12 @@ class Reel:
         return [frame for frame in self.frames if frame.found is not None]
 
     @property
-    def strongest(self) -> Frame:
-        """Find the frame with the largest force in the first model, of those that count."""
-        counted = [frame for frame in self.shown if frame.time >= self.since]
-        return max(counted or self.shown, key=lambda frame: frame.size(self.models[0]).max(initial=0.0))
+    def strong(self) -> Frame:
+        """Find the frame below whose largest force in the first model are 95 % of those that count, as
+        below the end of a bar."""
+        counted = [frame for frame in self.shown if frame.time >= self.since] or self.shown
+        counted.sort(key=lambda frame: frame.size(self.models[0]).max(initial=0.0))
+        return counted[int(0.95 * (len(counted) - 1))]
 
     @property
     def unsolved(self) -> list[Frame]:

@@ -528,21 +528,23 @@ def force_notes(
     spans: Mapping[str, tuple[float, float]],
     duration_s: float,
     files: tuple[Path, ...] = (),
+    average: str = "",
 ) -> list[str]:
     """Say what the largest contact force depends on most, and what limits of a chest mean beside a
-    run or a film of so many seconds; spans: as of `mattering`; files: of users' limits."""
+    run or a film of so many seconds; spans: as of `mattering`; files: of users' limits;
+    average: the word before the force where the ranges are of means."""
     words, most = Words(__package__), mattering(spans)
     named = {one.name: one for one in known_limits(files)}
     return [
-        *([words.text("matters", most=most)] if len(most) > 1 else []),
+        *([words.text("matters", most=most, average=average)] if len(most) > 1 else []),
         words.text("lasting", named=named, duration=duration_s),
     ]
 
 
 def _pictures(words: Words, reels: Sequence[Reel]) -> tuple[Picture, Picture]:
-    """The frame that carries most, of the middle reel, and all numbers over time."""
+    """A strong frame of the middle reel, and all numbers over time."""
     middle = reels[len(reels) // 2]
-    most = middle.strongest
+    most = middle.strong
     still, drawn = draw_still(middle, most), draw_series(reels)
     limits = any(axes.texts for axes in drawn.axes)  # each has its number beside it
     return (

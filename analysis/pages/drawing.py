@@ -36,7 +36,7 @@ SHADES = "viridis_r"
 # Of ranges as a page of style.html draws them: the wide bar, and limits.
 PALE_BAR, ALARM = "#B5D3E7", "#B00020"
 # Of people: below all limits pale and cold; from limit to limit warmer and darker.
-BELOW, ABOVE = "#DFE7EE", ("#FDC086", "#E6550D", "#7F0000")
+BELOW, ABOVE = "#C6DBEF", ("#FDC086", "#E6550D", "#7F0000")
 # Inches: so wide a picture has words on a telephone as large as those beside it.
 NARROW_IN = 4.4
 

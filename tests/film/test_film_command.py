@@ -101,8 +101,9 @@ def check_page(address, largest):
         page.wait_for_function("document.querySelector('.now').textContent.includes('frame')")
         drawn = page.locator(".glance .mark").count() > 0
         assert ("Red: limits" in page.locator(".glance").inner_text()) == drawn
-        most = max((key for key in largest if key[0] == "lammps"), key=largest.get)
-        assert f"frame {most[1]}:" in page.locator(".now").inner_text()
+        order = sorted((key for key in largest if key[0] == "lammps"), key=largest.get)
+        strong = order[int(0.95 * (len(order) - 1))]  # not the strongest, which is beyond the bar
+        assert f"frame {strong[1]}:" in page.locator(".now").inner_text()
         page.locator(".canvas").focus()
         page.keyboard.press("End")
         said = page.locator(".now").inner_text()

@@ -74,7 +74,7 @@ def test_the_first_screen_has_the_film_and_four_ranges_without_scrolling(reporte
         assert words(said) <= 120
         assert ("Red: limits" in said) == (page.locator(".glance .mark").count() > 0)
         assert "20 people push towards the door with 300 N each." in said
-        assert "kill in 4–6 minutes, 6\u202f227 N in 15 s (estimates). This run: 0.4 s" in said
+        assert "kill in 4–6 minutes, 6\u202f227 N in 15 s (estimates). Here: 0.4 s" in said
         values = page.locator(".glance .value").all_inner_texts()
         for text, found in zip(values, motion["four"].values(), strict=True):
             ends = [float(end) for end in text.split(" ")[0].replace("\u202f", "").split("–")]
@@ -165,9 +165,9 @@ def test_what_nobody_knows_is_varied_one_thing_at_a_time(reported):
         in notes(replace(study, models=study.models[:4]), [])[0]
     )
     widest = next(iter(range_of(study, "contact_largest").factors.values()))
-    assert matters.partition(f"** matters most: largest force {between(*widest)} N.")[2].endswith(
-        " N."
-    )
+    assert matters.partition(f"** matters most: mean largest force {between(*widest)} N.")[
+        2
+    ].endswith(" N.")
     table = limits_table([study], (own,))
     assert [row[-1] for row in table.rows if "my own" in row[2]] == ["my report, 2026"]
     forces = [row for row in table.rows if row[1] == "largest contact force"]

@@ -29,12 +29,13 @@ document.querySelectorAll(".film").forEach(async (root) => {
   shown.forEach((one, i) => views.add(new Option(one.title, i)));
   const middle = shown.findIndex((one) => one.number === (film.reels[0].engine ? 0 : film.reels.length >> 1));
   slider.max = film.reels[0].frames.length - 1;
-  // opens where a contact carries most: in the first model in which any does
+  // opens on a strong frame, below which are 95 %, as below the end of a bar: in the first model in which any is
   const peaks = ({ reel, place }) => reel.frames.map(({ f, t }) => (f && t >= reel.since ? f[place] : []).reduce((most, force) => Math.max(most, force), -1));
   const loaded = [middle, ...shown.keys()].find((i) => shown[i].kind === "force" && Math.max(...peaks(shown[i])) > 0);
   views.value = loaded === undefined ? middle : loaded;
   const view = () => shown[views.value];
-  slider.value = peaks(view()).indexOf(Math.max(...peaks(view())));
+  const sorted = peaks(view()).filter((one) => one >= 0).sort((a, b) => a - b);
+  slider.value = peaks(view()).indexOf(sorted[Math.floor(0.95 * (sorted.length - 1))]);
 
   let chosen = -1;  // the place of a person's first disk among the ids of the reel
   let timer = 0, box;
@@ -85,7 +86,7 @@ document.querySelectorAll(".film").forEach(async (root) => {
     const near = places.concat(door, places.length ? [] : [[0, 0], [1, 1]]);
     const margin = 1.5 * film.place * Math.max(...reel.radius, 1);
     const walls = reel.walls.flatMap((one) => [one.slice(0, 2), one.slice(2)]);
-    box = fitted(canvas, boxOf(near, walls, 1.5, margin), [0.24, 0.58]);
+    box = fitted(canvas, boxOf(near, walls, 1.2, margin), [0.24, 0.58]);
   }
 
   function end(reel, frame, i) {  // of the line of a contact: the other person, or the nearest of the wall
@@ -124,7 +125,7 @@ document.querySelectorAll(".film").forEach(async (root) => {
         const line = [[to(frame.at.get(a)), to(end(reel, frame, i))]];
         const widest = Math.min(10, 1.2 * scale * film.place * reel.radius[a]);
         const width = Math.max(widest / 10, widest * Math.min(1, Math.abs(size) / scales[unit]));
-        if (by === "force") stroke(pen, "#fff", width + widest / 6, line);
+        if (by === "force" && width > widest / 10) stroke(pen, "#fff", width + widest / 6, line);
         const { colour, dash } = look(by, frame, i, size);
         stroke(pen, colour, width, line, dash);
       });
