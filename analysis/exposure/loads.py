@@ -259,7 +259,7 @@ def values_of(scene: Scene, window: Window, loads: Mapping[str, Floats]) -> dict
     return values | {
         "pressure_door": float(loads["pressure"][near].mean()) if near.any() else 0.0,
         "speed_door": float(np.hypot(*now.velocity[near].T).mean()) if near.any() else 0.0,
-        "density_door": float(near.sum()) / (0.5 * np.pi * NEAR_M**2),
+        "density_door": float(loads["density"][0]),
     }
 
 

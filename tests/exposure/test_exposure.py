@@ -157,6 +157,13 @@ def test_density_is_that_of_pedpy():
         measurement_area=pedpy.MeasurementArea(half),
     )
     assert crowd["density"] == pytest.approx([measured["density"].iloc[0]], rel=1e-4)
+    # some go to another door: of two half disks that of the fuller one, not people of both over one
+    far = {"people": (1, 20), "door_start_m": (0.0, 5.0), "door_end_m": (1.0, 5.0)}
+    drive = drive_to((5.0, -0.1), (5.0, 0.1), goals=[{**far, "outward": (0.0, 1.0)}])
+    two = scene.model_copy(update={"snapshot": now, "drive": drive})
+    window = Window(start=0.0, end=0.1, now=now, **empty)
+    found = values_of(two, window, loads_of(two, window))
+    assert found["density_door"] == pytest.approx(measured["density"].iloc[0], rel=1e-4)
     near = shapely.contains_xy(half, places)
     assert crowd["crowd_pressure"] == pytest.approx(
         crowd["density"] * now.velocity[near].var(axis=0).sum()
