@@ -103,7 +103,7 @@ def new(
     from analysis.scene.anthropometry import Varied
 
     if (room is None) == (geometry is None):
-        raise ValueError("room: either --room or --geometry is needed")
+        raise ValueError("room: --room or --geometry is needed, not both")
     name = name.removesuffix(".toml")
     if (out / f"{name}.toml").exists():
         raise ValueError(f"{out / name}.toml: exists already. Give another name or --out")

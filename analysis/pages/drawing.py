@@ -225,13 +225,12 @@ def label_outer(every: Iterable[Axes], x: str = "x (m)", y: str = "y (m)") -> No
 def scene_picture(scene: Scene) -> Figure:
     """Draw the initial state: disks, walls, the door, and who moves or walks where."""
     snapshot, drive = scene.snapshot, scene.drive
-    shown = snapshot.position
-    if drive and drive.goals:
-        shown = np.concatenate([shown, *map(np.array, drive.gates)])
+    lines = [*((wall.start_m, wall.end_m) for wall in scene.walls), *(drive.gates if drive else ())]
+    shown = np.concatenate([snapshot.position, *map(np.array, lines)])
     size = size_of(shown, float(snapshot.radius.max()))
     figure, (axes,) = panels(*size)
     draw_disks(axes, snapshot, PALE_BLUE)
-    draw_walls(axes, [(wall.start_m, wall.end_m) for wall in scene.walls])
+    draw_walls(axes, lines[: len(scene.walls)])
     velocity = (
         drive.desired_velocity(snapshot.position, snapshot.ids) if drive else snapshot.velocity
     )

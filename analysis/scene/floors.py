@@ -152,7 +152,7 @@ def polygon_of(area: Any) -> shapely.Polygon:
         raise SceneError(f"area: coordinates in m within ±{MOST_M:g} are needed")
     shape = shapely.union_all(shapely.get_parts(shape))
     if not isinstance(shape, shapely.Polygon) or shape.is_empty:
-        raise SceneError(f"area: one polygon is needed, not {shape.geom_type}")
+        raise SceneError(f"area: one polygon in one piece is needed, not {shape.geom_type}")
     if not shape.is_valid:
         raise SceneError(f"area: {shapely.is_valid_reason(shape)}")
     x0, y0, x1, y1 = shape.bounds

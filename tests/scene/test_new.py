@@ -103,7 +103,7 @@ def test_a_floor_with_a_pillar(percussions, tmp_path, form):
         ("--room -8x6 --door 1", "room: -8 m by 6 m. Positive lengths are needed"),
         ("--room 8x6 --door 7", "door: 7 m. It needs 0 to the side of 6 m"),
         ("--room 3x3 --door 1", "people: 90 of mean radius 0.201 m would cover 128% of the floor"),
-        ("--door 1", "room: either --room or --geometry is needed"),
+        ("--door 1", "room: --room or --geometry is needed, not both"),
         ("--room 8x6 --door 1 --people-from Me", "people: 'Me'. There are: ANSUR II"),
         ("--room 8x6 --door 1 --people 1e9", "people: 1e+09. Above 0 and at most 5000"),
         ("--room 8x6 --door 1 --duration 1e308", "duration: 1e+308. Above 0 and at most 1"),
@@ -152,7 +152,7 @@ def test_a_door_lies_on_one_side_and_a_floor_is_one_polygon():
     with pytest.raises(SceneError, match="not on one side of the room's outline"):
         from_geometry("ell", ELL, ((1.0, 9.0), (2.0, 10.0)), Crowd(people=9))
     two = shapely.MultiPolygon([shapely.box(0, 0, 1, 1), shapely.box(2, 0, 3, 1)])
-    with pytest.raises(SceneError, match="one polygon is needed, not MultiPolygon"):
+    with pytest.raises(SceneError, match="one polygon in one piece is needed, not MultiPolygon"):
         from_geometry("two", two, DOOR, Crowd(people=1))
 
 
