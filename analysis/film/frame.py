@@ -274,12 +274,16 @@ class Reel:
         return [frame for frame in self.frames if frame.found is not None]
 
     @property
-    def strong(self) -> Frame:
-        """Find the frame below whose largest force in the first model are 95 % of those that count, as
-        below the end of a bar."""
-        counted = [frame for frame in self.shown if frame.time >= self.since] or self.shown
-        counted.sort(key=lambda frame: frame.size(self.models[0]).max(initial=0.0))
-        return counted[int(0.95 * (len(counted) - 1))]
+    def typical(self) -> Frame:
+        """Find the frame with the median largest force in the first model, of those that count and
+        carry any."""
+        largest = [frame.size(self.models[0]).max(initial=0.0) for frame in self.shown]
+        counted = [
+            (size, n)
+            for n, (size, frame) in enumerate(zip(largest, self.shown, strict=True))
+            if frame.time >= self.since and size > 0
+        ]
+        return self.shown[sorted(counted)[len(counted) // 2][1] if counted else 0]
 
     @property
     def unsolved(self) -> list[Frame]:

@@ -542,9 +542,9 @@ def force_notes(
 
 
 def _pictures(words: Words, reels: Sequence[Reel]) -> tuple[Picture, Picture]:
-    """A strong frame of the middle reel, and all numbers over time."""
+    """A typical frame of the middle reel, and all numbers over time."""
     middle = reels[len(reels) // 2]
-    most = middle.strong
+    most = middle.typical
     still, drawn = draw_still(middle, most), draw_series(reels)
     limits = any(axes.texts for axes in drawn.axes)  # each has its number beside it
     return (

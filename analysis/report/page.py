@@ -288,7 +288,7 @@ def _screen(
     model, and what folds away below, with bars of every model."""
     words, scene, motion, still = Words(__name__), one.scene, one.moved, None
     for reel in one.reels[:1]:
-        shown = reel.strong
+        shown = reel.typical
         caption = words.text("still", time=shown.time, rigid=reel.engine == RIGID)
         figure = draw_still(reel, shown, limits)
         picture = Picture(name=f"{scene.name}-forces", caption=caption, figure=figure)

@@ -49,7 +49,7 @@ def draw_sheet(one: Reported, motion: MotionStudy, command: str) -> Figure:
     figure.text(0.06, 0.938, _plain(lead(scene)), fontsize=10, va="top")
     if one.reels:
         axes = figure.add_axes((0.06, 0.6, 0.42, 0.31))
-        marks = still_on(axes, one.reels[0], one.reels[0].strong, motion.limits)
+        marks = still_on(axes, one.reels[0], one.reels[0].typical, motion.limits)
         if marks:
             axes.legend(handles=marks, fontsize=7, ncols=3, loc="upper center", frameon=False,
                         bbox_to_anchor=(0.5, 0), borderaxespad=2.5)  # fmt: skip

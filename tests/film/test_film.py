@@ -206,7 +206,7 @@ def test_runs_of_one_engine_are_kept_apart(tmp_path):
     assert len({path.parent for path in export(reels, "vtk", tmp_path)}) == 3
     said = " ".join(_what(words_of(reels), reels, ""))
     assert f"by {' and '.join(titles)}." in said
-    assert "different crowds, of 2, 2, 4 people" in said
+    assert "The runs have 2, 2, 4 people" in said
     with pytest.raises(ValueError, match=r"\.\./soft/run: is given twice"):
         film_runs([soft, few / ".." / ".." / "soft" / "run"])
 

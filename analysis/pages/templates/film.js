@@ -29,13 +29,13 @@ document.querySelectorAll(".film").forEach(async (root) => {
   shown.forEach((one, i) => views.add(new Option(one.title, i)));
   const middle = shown.findIndex((one) => one.number === (film.reels[0].engine ? 0 : film.reels.length >> 1));
   slider.max = film.reels[0].frames.length - 1;
-  // opens on a strong frame, below which are 95 %, as below the end of a bar: in the first model in which any is
+  // opens on a typical frame, near the dot of the largest force: in the first model in which any carries
   const peaks = ({ reel, place }) => reel.frames.map(({ f, t }) => (f && t >= reel.since ? f[place] : []).reduce((most, force) => Math.max(most, force), -1));
   const loaded = [middle, ...shown.keys()].find((i) => shown[i].kind === "force" && Math.max(...peaks(shown[i])) > 0);
   views.value = loaded === undefined ? middle : loaded;
   const view = () => shown[views.value];
-  const sorted = peaks(view()).filter((one) => one >= 0).sort((a, b) => a - b);
-  slider.value = peaks(view()).indexOf(sorted[Math.floor(0.95 * (sorted.length - 1))]);
+  const sorted = peaks(view()).filter((one) => one > 0).sort((a, b) => a - b);
+  slider.value = peaks(view()).indexOf(sorted[sorted.length >> 1]);
 
   let chosen = -1;  // the place of a person's first disk among the ids of the reel
   let timer = 0, box;
