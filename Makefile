@@ -222,7 +222,7 @@ wheel-test: $(VENV)/installed-test
 
 bench: install
 	@$(PIP) --editable '.[bench]'
-	for script in guard percussions trajectory; do $(PYTHON) benchmarks/$$script.py; done
+	for script in parts percussions; do $(PYTHON) benchmarks/$$script.py; done
 
 clean:
 	@rm -rf $(VENV) report paper explore site out build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -15,6 +15,7 @@ import argparse
 import subprocess
 import tempfile
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ from analysis.engines.programs.rigid import motion_of
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
 from benchmarks.machine import options, show, timed
-from nscd import Snapshot, find_contacts
+from benchmarks.rigid import overlap_of
 
 WORLD = Path(__file__).parent / "processes" / "box2d_world.py"
 SUBSTEPS, STEP_S = (1, 4, 16, 64), 0.005
@@ -45,13 +46,6 @@ def judged(u_free: Any, mass: Any, contacts: tuple[Any, ...], step: float) -> fl
         initial=0.0
     )
     return float(missed / np.hypot(*u_free.T).max())
-
-
-def overlap_of(position: Any, radius: Any, scene: Scene) -> float:
-    """The deepest overlap (m) of disks at positions."""
-    there = Snapshot(position=position, radius=radius, mass=np.ones(len(radius)))
-    found = find_contacts(there, scene.wall_segments(), tolerance=1e-3)
-    return max(0.0, -float(found.gap.min(initial=0.0)))
 
 
 Step = tuple[float, float, float, float]
@@ -110,7 +104,7 @@ def box2d(scene: Scene, steps: int, python: Path, substeps: int) -> Iterator[Ste
                 # Box2D's normals point from the first body to the second, like ours
                 contacts = first, second, found[:, 2:4], found[:, 4], found[:, 5]
                 residual = judged(free, mass, contacts, motion.step)
-                overlap = overlap_of(position, motion.radius, scene)
+                overlap = overlap_of([replace(scene.snapshot, position=position)], scene)
                 yield seconds, residual, overlap, float(found[second < 0, 5].sum())
 
 

@@ -27,34 +27,26 @@ def write_case(path: Path, case: Case) -> None:
     path.write_bytes(pickle.dumps(tuple(case)))
 
 
-def read_case(path: Path) -> Case:
-    """Read what `write_case` wrote. Ends the program if there is no such file."""
-    if not path.is_file():
-        sys.exit(f"{path}: no such file")
-    return Case(*pickle.loads(path.read_bytes()))
-
-
-def case_of(family: str, size: int, folder: Path | None) -> Case:
+def case_of(family: str, size: int, folder: Path | None, seed: int = 1) -> Case:
     """A case of a family; read from the folder, where there is one, if the same families.py has made
     it before."""
     if folder is None:
-        return FAMILIES[family](size)
+        return FAMILIES[family](size, seed)
     made_by = hashlib.sha256(Path(families.__file__).read_bytes()).hexdigest()[:8]
     folder.mkdir(parents=True, exist_ok=True)
-    path = folder / f"{family}_{size}_{made_by}.pickle"
+    path = folder / f"{family}_{size}_{seed}_{made_by}.pickle"
     if not path.exists():
-        write_case(path, FAMILIES[family](size))
-    return read_case(path)
+        write_case(path, FAMILIES[family](size, seed))
+    return Case(*pickle.loads(path.read_bytes()))
 
 
-def frames(run: Path, every: int, last: int | None = None) -> Iterator[Case]:
+def frames(run: Path, every: int) -> Iterator[Case]:
     """The contact problems of every so many frames of a run, pressed as its scene says; left out are
     those without contacts, or with overlaps that `percussions solve` refuses too."""
     scene = read_scene(run / "scene.toml")
     setting, dump = Setting.of(scene), run / "bodies.dump"
     trajectory = open_bodies(dump).trajectory
-    end = len(trajectory) if last is None else last + 1
-    for number in range(every, end, every):
+    for number in range(every, len(trajectory), every):
         snapshot = snapshot_of(trajectory[number], dump)
         try:
             contacts = setting.contacts(snapshot)

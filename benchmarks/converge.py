@@ -14,19 +14,8 @@ from analysis.advice import whole_runs
 from analysis.advice.whole_runs import stored_whole_runs
 from analysis.scene.scene import read_scene
 from analysis.support.files import write_json
+from analysis.work_precision import whole_runs as measured
 from analysis.work_precision.point import content_of, write_points
-from analysis.work_precision.whole_runs import (
-    NAME,
-    RIGID,
-    Setting,
-    WholeRunPoint,
-    crowds_of,
-    heads_of,
-    measure_whole_runs,
-    runs_of,
-    whole_runs_picture,
-    whole_runs_rows,
-)
 from benchmarks.machine import describe, options, table
 
 MODELS = (
@@ -37,12 +26,12 @@ MODELS = (
 FRAMES = 10
 
 
-def setting_of(model: str) -> Setting:
+def setting_of(model: str) -> measured.Setting:
     """Read ENGINE:NUMBER."""
     engine, _, value = model.partition(":")
-    if engine == RIGID:
-        return Setting(engine=engine, step_s=float(value))
-    return Setting(engine=engine, stiffness_N_per_m=float(value))
+    if engine == measured.RIGID:
+        return measured.Setting(engine=engine, step_s=float(value))
+    return measured.Setting(engine=engine, stiffness_N_per_m=float(value))
 
 
 def main() -> None:
@@ -55,19 +44,19 @@ def main() -> None:
         duration_s=given.duration, frames=round(FRAMES * given.duration)
     )
     settings = [setting_of(model) for model in given.models]
-    every = runs_of(settings, crowds_of(scene, given.crowds), given.out)
+    every = measured.runs_of(settings, measured.crowds_of(scene, given.crowds), given.out)
     for _, _, run in [] if given.read else every:
         print(run.folder, f"{run.record().cpu_seconds:.2f} s", flush=True)
-    found = measure_whole_runs(scene, every, read_only=True)
-    head = ["model", "crowds", "CPU s", "with impulses (s)", *heads_of(found)]
-    print(describe(), table(head, whole_runs_rows(found)), sep="\n\n")
-    write_points(given.out, found.points, NAME, WholeRunPoint)
+    found = measured.measure_whole_runs(scene, every, read_only=True)
+    head = ["model", "crowds", "CPU s", "with impulses (s)", *measured.heads_of(found)]
+    print(describe(), table(head, measured.whole_runs_rows(found)), sep="\n\n")
+    write_points(given.out, found.points, measured.NAME, measured.WholeRunPoint)
     if given.store:
         kept = [one for one in stored_whole_runs() if one.quantity not in given.store]
         new = [one for one in found.points if one.quantity in given.store]
-        content = content_of([*kept, *new], WholeRunPoint)
+        content = content_of([*kept, *new], measured.WholeRunPoint)
         write_json(Path(whole_runs.__file__).with_name(whole_runs.FILE), content)
-    whole_runs_picture(found).savefig(given.out / "converge.png", dpi=120)
+    measured.whole_runs_picture(found).savefig(given.out / "converge.png", dpi=120)
 
 
 if __name__ == "__main__":

@@ -1,26 +1,43 @@
-"""What parts of the model cost, side by side in CPU seconds: the ways of a floor of 200 walls (54 rooms
-with a doorway in each wall) for 1,000 people to one door, and one look at where all go next; 1 s of
-`arch` with a way or with arms and without, the least of several turns; and a step and a solution of
-as many bodies of five disks as disks that press into a corner.
+"""What parts of the product cost, side by side in CPU seconds.
 
-    nice -n 19 python benchmarks/parts.py [--what ways runs bodies] [--repeats 5] [--people 594]
-        [--steps 100] [--friction 0]
+    nice -n 19 python benchmarks/parts.py [--what ways runs bodies guard factors dumps]
+        [--repeats 5] [--people 594] [--steps 100] [--friction 0] [--frames 1000] [--folder DIR]
 
-A body is 0.51 m broad and 0.25 m deep (ANSUR II); the disk has its area."""
+ways: those of a floor of 200 walls (54 rooms with a doorway in each wall) for 1,000 people to one door,
+and one look at where all go next. runs: 1 s of `arch` with a way or with arms and without, the least of
+several turns. bodies: a step and a solution of as many bodies of five disks as disks that press into a
+corner; a body is 0.51 m broad and 0.25 m deep (ANSUR II), the disk has its area. guard: the same run
+with and without it, medians of several turns. factors: the factorisation of Â + CᵀΘC alone, beside
+CHOLMOD's; the last column of times is one solution by 15 factorisations and 35 solves. dumps: that of a
+crowd that flows and of one that comes to rest read, its contacts found and solved, and written as CSV
+and as Parquet; LAMMPS runs once a folder."""
 
 import argparse
+import os
+import resource
+import statistics
+import subprocess
+import sys
 import tempfile
+import time
+from dataclasses import replace
 from functools import partial
-from itertools import count, pairwise
+from itertools import count, pairwise, product
 from pathlib import Path
 
 import numpy as np
+import scipy.sparse as sparse
 
 from analysis.engines.run import simulate
+from analysis.percussions.setting import setting_beside
+from analysis.percussions.solving import DumpToSolve, executor_for, solve_dump
+from analysis.percussions.table import is_parquet
 from analysis.scene.drive import Drive
 from analysis.scene.scene import Scene, read_scene
-from benchmarks.machine import describe, in_turn, options, table, timed
-from nscd import ContactLaw, Snapshot, Walls, find_contacts, solve
+from analysis.scene.shipped_scenes import make
+from benchmarks.machine import apart, describe, in_turn, least, options, table, timed
+from benchmarks.problems.families import FAMILIES
+from nscd import ContactLaw, Snapshot, Walls, _core, find_contacts, solve
 from nscd.arrays import Floats
 from nscd.stepping import Motion, Push
 
@@ -31,6 +48,14 @@ RADII_M = np.array([0.09, 0.115, 0.125, 0.115, 0.09])
 DISK_M = 0.18
 MEETING_S, STEP_S, SOLUTIONS = 4.0, 5e-3, 20
 CORNER = Walls(start=[[0, 0], [0, 0]], end=[[99, 0], [0, 99]])
+ROOT = Path(__file__).resolve().parents[1]
+GUARDED = ("arch", "jam", "corridor", "four_disks")
+# Θ of contacts that press and of such that open, kg per kg of a disk.
+DECADES = 4.0
+# From this many disks on the product factorises by fronts: see nscd/core/factor.hpp.
+MANY = 1500
+# Residual of the solutions of dumps, and how far disks that rest on each other may be apart in them (m).
+TOLERANCE, TOUCH = 1e-10, 1e-6
 
 
 def floor(seed: int) -> tuple[Walls, Drive]:
@@ -151,10 +176,133 @@ def bodies(given: argparse.Namespace) -> str:
     return table(("people", "ms a step", "ms a solution", "contacts"), cells)
 
 
+def cpu_seconds(engine: str, scene: str, guard: str, out: str) -> float:
+    """User CPU time of one plain run, its start included."""
+    words = ["yade", "-L", "noserver", "-j1", "-n", "-x", "yade_scripts/crowd.py"]
+    words += [scene, f"guard={guard}", f"out={out}"]
+    if engine == "lammps":
+        words = ["lmp", "-in", "lammps_inputs/crowd.in", "-log", "none"]
+        words += ["-var", "scene", scene, "-var", "guard", guard, "-var", "out", out]
+    environment = os.environ | {"PYTHONDONTWRITEBYTECODE": "1", "OMP_NUM_THREADS": "1"}
+    environment["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), environment["PATH"]])
+    environment["PYTHONPATH"] = "yade_scripts"
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    subprocess.run(words, cwd=ROOT, env=environment, capture_output=True, check=True)
+    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
+
+
+def guard(given: argparse.Namespace) -> str:
+    """Time runs with and without the guard."""
+    rows = []
+    for engine, scene in product(("lammps", "yade"), GUARDED):
+        with tempfile.TemporaryDirectory() as out:
+            calls = {word: partial(cpu_seconds, engine, scene, word, out) for word in ("no", "yes")}
+            spent = map(statistics.median, in_turn(calls, given.repeats).values())
+        without, guarded = spent
+        share = f"{100 * (guarded / without - 1):+.1f} %"
+        rows.append([engine, scene, f"{without:.3f}", f"{guarded:.3f}", share])
+    return table(["engine", "scene", "without (CPU s)", "with", "more"], rows)
+
+
+def factorised(family: str, people: int) -> list[list[str]]:
+    """Time whole matrices, Θ over several decades, by the core and by CHOLMOD as cvxopt has it."""
+    from cvxopt import cholmod, matrix, spmatrix
+
+    case, draw = FAMILIES[family](people), np.random.default_rng(1)
+    contacts, crowd, none = case.contacts, case.snapshot, np.zeros(len(case.contacts))
+    normals, mass = contacts.normal_matrix(people), np.repeat(crowd.mass, 2)
+    theta = 10.0 ** draw.uniform(-DECADES, DECADES, len(contacts)) * mass.mean()
+    pressed = normals.T @ sparse.diags_array(theta) @ normals
+    whole = sparse.csc_array(sparse.diags_array(mass) + pressed)
+    lower, right = sparse.coo_array(sparse.tril(whole)), draw.normal(size=2 * people)
+    second = np.where(contacts.is_wall, -1, contacts.second)
+    ends = contacts.first.astype(np.int32), second.astype(np.int32)
+    # the core makes the matrix itself, from contacts
+    pairs = *ends, contacts.normal, crowd.position, crowd.radius, crowd.mass
+    given = spmatrix(lower.data, lower.row.tolist(), lower.col.tolist(), lower.shape)
+
+    def solved(plan: object) -> Floats:
+        x = matrix(right)
+        cholmod.solve(plan, x)
+        return np.array(x).ravel()
+
+    rows = []
+    for name, analyse, factorise, solve_with in (
+        (
+            "own",
+            partial(_core.Factor, pairs, none, none, False, people >= MANY),
+            # a Θ that it has just factorised it would take as it is
+            lambda plan: [plan.factorise(times * theta) for times in (2.0, 1.0)],
+            lambda plan: plan.solve(right.reshape(-1, 2)).ravel(),
+        ),
+        (
+            "CHOLMOD",
+            partial(cholmod.symbolic, given),
+            lambda plan: [cholmod.numeric(given, plan) for _ in range(2)],
+            solved,
+        ),
+    ):
+        one, plan = least(analyse)
+        two = 0.5 * least(partial(factorise, plan))[0]
+        three, x = least(partial(solve_with, plan))
+        size = abs(whole).sum(axis=1).max() * np.abs(x).max() + np.abs(right).max()
+        times = (f"{1e3 * spent:.2g}" for spent in (one, two, three, one + 15 * two + 35 * three))
+        missed = f"{np.abs(whole @ x - right).max() / size:.0e}"
+        rows.append([family, str(people), name, *times, missed])
+    return rows
+
+
+def factors(given: argparse.Namespace) -> str:
+    """Time the factorisation on a heap and on a jam, on one thread."""
+    rows = [row for name in ("heap", "jammed") for row in apart(factorised, name, given.people)]
+    names = ("crowd", "disks", "by", "analyse (ms)", "factorise", "solve", "in all", "residual")
+    return table(names, rows)
+
+
+def solved_dump(dump: Path, workers: int, frames: int, out: Path) -> list[object]:
+    """Time a whole dump to a table."""
+    setting = setting_beside(dump, left_velocity="desired", contact_tolerance=TOUCH)
+    job = DumpToSolve(path=dump, setting=setting, tolerance=TOLERANCE, openness="none")
+    # kernels are loaded before; of another dump to the cache, so that frames are found once more
+    replace(job, time_step=1.0, parquet=is_parquet(out)).solve(range(frames - 3, frames))
+    started, used = time.perf_counter(), sum(os.times()[:4])
+    with executor_for(job, workers) as executor:
+        found = solve_dump(job, out, executor=executor, workers=workers)
+    wall, cpu = time.perf_counter() - started, sum(os.times()[:4]) - used
+    spent = f"{wall:.2f}", f"{cpu:.2f}", f"{1e3 * wall / frames:.2f}"
+    return [out.suffix[1:], workers, *spent, found.contacts, len(found.unsolved)]
+
+
+def dumps(given: argparse.Namespace) -> str:
+    """Make the dumps unless the folder has them, and time each to both tables."""
+    rows: list[list[object]] = []
+    with tempfile.TemporaryDirectory() as brief:
+        folder = given.folder or Path(brief)
+        for name in ("arch", "jam"):
+            dump = folder / f"{name}_{given.people}_{given.frames}" / "bodies.dump"
+            if not dump.exists():
+                scene = make(name, given.people).with_run(frames=given.frames)
+                simulate(scene, "lammps", dump.parent)
+            for kind, workers in product(("csv", "parquet"), (1, 2)):
+                out = folder / f"contacts.{kind}"
+                rows.append([name, *solved_dump(dump, workers, given.frames, out)])
+    names = ("wall s", "CPU s", "ms per frame", "contacts", "not solved")
+    return table(["crowd", "table", "workers", *names], rows)
+
+
 def main() -> None:
     """Print the tables."""
-    parts = {"ways": ways, "runs": runs, "bodies": bodies}
-    given = options(__doc__, what=parts, repeats=5, people=594, steps=100, friction=0.0)
+    parts = {one.__name__: one for one in (ways, runs, bodies, guard, factors, dumps)}
+    given = options(
+        __doc__,
+        what=parts,
+        repeats=5,
+        people=594,
+        steps=100,
+        friction=0.0,
+        frames=1000,
+        folder=Path,
+    )
     print(describe())
     for name in given.what:
         print("", parts[name](given), sep="\n", flush=True)

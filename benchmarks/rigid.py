@@ -50,22 +50,11 @@ def scene_of(name: str, duration: float) -> Scene:
     return scene.with_run(duration_s=duration, frames=10, time_step_s=None, rigid_step_s=0.005)
 
 
-def frames_of(folder: Path) -> list[Snapshot]:
-    """Read every frame of a run."""
-    trajectory = open_bodies(folder / "bodies.dump").trajectory
-    return [snapshot_of(trajectory[number]) for number in range(len(trajectory))]
-
-
 def overlap_of(frames: Sequence[Snapshot], scene: Scene) -> float:
     """Measure the deepest overlap (m) in any frame."""
     walls = scene.wall_segments()
     found = [find_contacts(one, walls, tolerance=1e-3).gap.min(initial=0.0) for one in frames]
     return max(0.0, -float(min(found)))
-
-
-def residual_of(frames: Sequence[Snapshot], scene: Scene) -> float:
-    """Compute the largest residual (dimensionless) of a rigid step from each frame but the last."""
-    return max(motion_of(scene, one).advance().residual for one in frames[:-1])
 
 
 def main() -> None:
@@ -97,8 +86,10 @@ def rows(given: argparse.Namespace, work: list[tuple[float, float]]) -> Iterator
             record, simulated = simulate(made, engine, folder), scene.run.duration_s
             if title == EXACT:
                 work.append((record.particle_steps, record.cpu_seconds))
-            frames = frames_of(folder)
-            residual = "–" if soft else f"{residual_of(frames, made):.1e}"
+            trajectory = open_bodies(folder / "bodies.dump").trajectory
+            frames = [snapshot_of(trajectory[number]) for number in range(len(trajectory))]
+            again = [] if soft else [motion_of(made, one).advance() for one in frames[:-1]]
+            residual = f"{max(step.residual for step in again):.1e}" if again else "–"
             energy = 0.5 * frames[-1].mass @ (frames[-1].velocity ** 2).sum(1)
             spent = f"{record.cpu_seconds:.1f}", f"{record.cpu_seconds / simulated:.2g}"
             cells = [name, f"{simulated:g} s", title, f"{record.steps:,}", *spent]

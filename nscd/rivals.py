@@ -38,13 +38,11 @@ def first_order(
     *,
     left_velocity: ArrayLike | None = None,
     maintained: bool = False,
-    tolerance: float = 1e-10,
 ) -> FirstOrderAnswer:
     """Solve the first-order model of Maury and Venel on a snapshot.
 
     left_velocity: (n,2) m/s, u⁻; the snapshot's own where left out
     maintained: the printed equality CCᵀλ = C u⁻, whose λ may pull
-    tolerance: dimensionless, as of `solve`
 
     0 ≤ λ ⟂ CCᵀλ − C u⁻ ≥ 0, u⁺ = u⁻ − Cᵀλ, masses ignored (paper eq. (4)): u⁺ is the right velocity
     nearest to u⁻ in the sum of squares; λ is the one of least Σλ² where contacts are redundant.
@@ -56,7 +54,7 @@ def first_order(
         contacts,
         left_velocity=left_velocity,
         law=ContactLaw(maintained=maintained),
-        tolerance=tolerance,
+        tolerance=1e-10,
     )
     return FirstOrderAnswer(
         multiplier=answer.reaction,

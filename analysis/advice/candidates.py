@@ -10,7 +10,7 @@ import numpy as np
 from analysis.advice.library import NEAR, Curves, Entry, Rates, price_of
 from analysis.engines.penalty import penalty_of
 from analysis.scene.scene import Scene
-from analysis.work_precision.point import Method, Point, PointStatus
+from analysis.work_precision.point import Method, PointStatus
 from analysis.work_precision.soft import LAWS, STIFFER
 from analysis.work_precision.window import Window
 from nscd import find_contacts
@@ -149,7 +149,9 @@ def rates_of(entries: Sequence[Entry]) -> Rates:
 def _predicted(entry: Entry, curves: Curves) -> Iterable[tuple[str, float, float]]:
     """What, measured and expected error of every point that matters."""
     for point in entry.points:
-        if point.load != curves.load or not _matters(point):
+        known = point.status == PointStatus.OK and point.numerical_error is not None
+        known = known and point.model_error is not None and point.load == curves.load
+        if not known or (point.error_sum or 0.0) > NO_USE:
             continue
         if point.method == "rigid":
             assert point.tolerance is not None
@@ -162,11 +164,6 @@ def _predicted(entry: Entry, curves: Curves) -> Iterable[tuple[str, float, float
             if errors:
                 yield "numerical", point.numerical_error or 0.0, errors.numerical
                 yield "model", point.model_error or 0.0, errors.model
-
-
-def _matters(point: Point) -> bool:
-    known = point.status == PointStatus.OK and point.numerical_error is not None
-    return known and point.model_error is not None and (point.error_sum or 0.0) <= NO_USE
 
 
 # Longer steps, as shares of the safe one, can survive the window and heat the crowd unnoticed in a

@@ -28,16 +28,9 @@ from analysis.pages.numbers import percent, seconds, significant
 from analysis.percussions.snapshot import percussions_of
 from analysis.scene.scene import Scene
 from analysis.work_precision import soft
+from analysis.work_precision import window as windows
 from analysis.work_precision.point import Point, PointStatus, front
 from analysis.work_precision.rigid_solves import solve_rigid
-from analysis.work_precision.window import (
-    Answer,
-    Converged,
-    Judge,
-    Window,
-    impact_window,
-    rigid_reference,
-)
 from nscd import ContactLaw
 from nscd.contacts import connected
 from nscd.percussions import Status
@@ -110,7 +103,7 @@ SHOULDERS = (
 )
 
 
-def _islands(window: Window) -> Iterator[str]:
+def _islands(window: windows.Window) -> Iterator[str]:
     snapshot, contacts = window.scene.snapshot, window.contacts
     label = contacts.islands(len(snapshot))
     disks, home = np.bincount(label), label[contacts.first]
@@ -123,7 +116,7 @@ def _islands(window: Window) -> Iterator[str]:
         yield f"islands that nothing presses: {int(idle.sum())} with {disks[idle].sum()} disks"
 
 
-def _idle(window: Window) -> Iterator[str]:
+def _idle(window: windows.Window) -> Iterator[str]:
     snapshot, contacts = window.scene.snapshot, window.contacts
     answer = percussions_of(window.setting, snapshot, window.law, canonical=False).answer
     if answer.status != Status.SOLVED:
@@ -161,15 +154,15 @@ def tried(scene: Scene, question: Question) -> list[Point]:
     Error bars are added to the errors. Raises ValueError as `Window.check`. Nothing is found for an
     impact too large to try, and of engines nothing where they have too many steps, or no
     reference."""
-    snapshot, window = scene.snapshot, impact_window(scene)
+    snapshot, window = scene.snapshot, windows.impact_window(scene)
     if len(snapshot) > MOST_DISKS:
         return []
     window.check()
     # errors are shares of the rigid model's percussions: of e = 1, which it has not, of e → 1
     elastic = question.against == "model" and scene.contact.restitution == 1
     bouncing = ContactLaw(restitution=NEARLY_ELASTIC) if elastic else window.law
-    rigid = rigid_reference(snapshot, window.contacts, window.left_velocity, bouncing)
-    judge = Judge(window=window, name=scene.name, rigid=rigid)
+    rigid = windows.rigid_reference(snapshot, window.contacts, window.left_velocity, bouncing)
+    judge = windows.Judge(window=window, name=scene.name, rigid=rigid)
     found: list[Point] = []
     if "rigid" in question.methods and question.against == "rigid":
         found += [point for answer in solve_rigid(window) for point in judge.points(answer)]
@@ -179,7 +172,7 @@ def tried(scene: Scene, question: Question) -> list[Point]:
     return [_with_bars(point) for point in found]
 
 
-def _stepped(judge: Judge, law: str, engines: Iterable[str]) -> Iterator[Point]:
+def _stepped(judge: windows.Judge, law: str, engines: Iterable[str]) -> Iterator[Point]:
     window = judge.window
     scene = window.scene.with_contact(law=law)
     steps = scene.run.duration_s / penalty_of(scene).safe_time_step
@@ -191,7 +184,7 @@ def _stepped(judge: Judge, law: str, engines: Iterable[str]) -> Iterator[Point]:
     except soft.ReferenceError:
         return
     own, looser = (window.quantities(motion, stiffness) for motion in reference)
-    model = Converged(own=own, looser=looser, wrong="the time step is too long: wrong")
+    model = windows.Converged(own=own, looser=looser, wrong="the time step is too long: wrong")
     for share in SHARES:
         near: list[list[Point]] = []
         for times in NEARBY:
@@ -201,7 +194,7 @@ def _stepped(judge: Judge, law: str, engines: Iterable[str]) -> Iterator[Point]:
             with np.errstate(all="ignore"):
                 values = window.quantities(soft.leapfrog(soft.scene_of(window, setting)), stiffness)
             answers = (
-                Answer(
+                windows.Answer(
                     method=engine,
                     law=law,
                     time_step_share=share,
@@ -494,7 +487,7 @@ def scene_within(
     if advice.choice is None:
         raise ValueError(f"error: {words}")
     if scene.drive is not None:
-        window = Window(scene=scene).duration(scene.contact.stiffness_N_per_m)
+        window = windows.Window(scene=scene).duration(scene.contact.stiffness_N_per_m)
         # in a run people collide: the force at an instant is no mean over a window
         words += (
             f". The error is that of mean forces over {window:g} s of a crowd pressed "

@@ -14,6 +14,7 @@ from typing import Self
 
 import numpy as np
 from pydantic import TypeAdapter
+from scipy.optimize import nnls
 
 from analysis.engines import engine as engine_named
 from analysis.engines.penalty import damping_ratio_for
@@ -362,12 +363,8 @@ def price_of(method: str, law: str, entries: Sequence[Entry]) -> Price | None:
     if not runs:
         return None
     work, seconds = np.array(list(runs.values()), dtype=float).T
-    terms, fits = np.column_stack([1.0 / seconds, work / seconds]), []
-    for kept in ([0, 1], [0], [1]):
-        fitted = np.zeros(2)
-        fitted[kept] = np.linalg.lstsq(terms[:, kept], np.ones(len(seconds)))[0]
-        fits.append((fitted.min() < 0, float(np.sum((terms @ fitted - 1) ** 2)), *fitted))
-    _, _, start, disk_step = min(fits)
+    terms = np.column_stack([1.0 / seconds, work / seconds])
+    (start, disk_step), _ = nnls(terms, np.ones(len(seconds)))
     return Price(start_s=float(start), disk_step_s=float(disk_step))
 
 

@@ -10,16 +10,7 @@ from pathlib import Path
 
 from analysis.advice.library import expected_seconds, likeness_of
 from analysis.engines import engine
-from analysis.engines.softness import (
-    NO_CROWD,
-    WITH_CARE,
-    Body,
-    RigidOver,
-    judged,
-    known_bodies,
-    rigid_over_soft,
-    softness_of,
-)
+from analysis.engines import softness as how_soft
 from analysis.pages.bodies import ladder
 from analysis.pages.numbers import interval, percent, seconds, signed
 from analysis.scene.law import AS_HERTZ
@@ -212,9 +203,9 @@ class BodyAdvice:
     scene: Scene
     quantity: str
     asked: float
-    body: Body
+    body: how_soft.Body
     softness: tuple[float, float]  # s with the stiffest and with the softest of these bodies
-    rigid: RigidOver | None
+    rigid: how_soft.RigidOver | None
     engine: str  # that answers, "" where none does
     command: str  # that runs it
     cpu_seconds: float  # s, what the run should cost
@@ -242,7 +233,7 @@ def advise_bodies(
     springs of that stiffness.
 
     Raises ValueError for a quantity, a body or a scene that has no answer."""
-    known = known_bodies()
+    known = how_soft.known_bodies()
     if body not in known:
         raise ValueError(f"body: unknown {body!r}. There are: {', '.join(known)}")
     if quantity not in OF_BODIES:
@@ -251,8 +242,8 @@ def advise_bodies(
         )
     if scene.drive is None:
         raise ValueError(f"body: {scene.name} is an impact, and s is of a crowd that is driven")
-    hardest, softest = softness_of(scene, known[body])
-    found = rigid_over_soft(softest, hardest)
+    hardest, softest = how_soft.softness_of(scene, known[body])
+    found = how_soft.rigid_over_soft(softest, hardest)
     rigid = None if found is None else found[OF_BODIES[quantity]]
     offered = []
     if rigid and rigid.worst <= error and "rigid" in methods:
@@ -278,10 +269,10 @@ def advise_bodies(
 def valid_to(quantity: str) -> float:
     """Give the largest s of a soft run that answers: forces need disks that do not overlap by a
     radius."""
-    return NO_CROWD if quantity in ("flow", "door-density") else WITH_CARE
+    return how_soft.NO_CROWD if quantity in ("flow", "door-density") else how_soft.WITH_CARE
 
 
-def soft_run(scene: Scene, body: Body) -> tuple[Scene, str]:
+def soft_run(scene: Scene, body: how_soft.Body) -> tuple[Scene, str]:
     """Give a driven scene with bodies as stiff as a source says, and the options of its run: the
     law of chests, or the geometric mean of its stiffnesses with walls that hold."""
     if body.name == CHEST:
@@ -304,7 +295,7 @@ def body_lines(advice: BodyAdvice) -> Iterator[str]:
         f"{advice.scene.name}: {advice.quantity} of bodies of {stiffness} kN/m ({body.words}, "
         f"{body.source}), within {percent(advice.asked, 2)}"
     )
-    yield f"s = N F/(k r) = {interval(advice.softness, 2)}: {judged(softest)}"
+    yield f"s = N F/(k r) = {interval(advice.softness, 2)}: {how_soft.judged(softest)}"
     if rigid is None:
         yield "rigid disks: not measured against bodies so soft"
     else:
@@ -331,5 +322,5 @@ def ladder_lines(scene: Scene) -> Iterator[str]:
             yield f"    {rows[0][column]}"
         else:
             yield from (f"    {row[0]}: {row[column]}" for row in rows)
-    names = ", ".join(known_bodies())
+    names = ", ".join(how_soft.known_bodies())
     yield f"for a run with such bodies: --body, one of {names}"

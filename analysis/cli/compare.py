@@ -191,11 +191,6 @@ def _window_rows(
     return [*columns], [list(row) for row in zip(*columns.values(), strict=True)]
 
 
-def _law_words(law: ContactLaw) -> str:
-    bouncing = "inelastic" if not law.restitution else f"restitution {law.restitution:g}"
-    return f"{bouncing}, friction {law.friction:g}" if law.friction else bouncing
-
-
 def _by_snapshot(runs: Sequence[Path], time: float | None, rigid_law: ContactLaw | None) -> bool:
     """Each run with the percussions of its snapshot. Returns whether all were solved."""
     from analysis.compare.comparison import compare_run, statistics, write_contacts
@@ -210,10 +205,12 @@ def _by_snapshot(runs: Sequence[Path], time: float | None, rigid_law: ContactLaw
     heads, columns = [], []
     for folder, comparison in zip(runs, compared, strict=True):
         numbers = {"time_s": comparison.snapshot.time} | statistics(comparison)
+        law = comparison.law
+        bouncing = f"restitution {law.restitution:g}" if law.restitution else "inelastic"
         words = {
             "status": str(comparison.answer.status),
             "unit": comparison.unit,
-            "rigid_law": _law_words(comparison.law),
+            "rigid_law": bouncing + (f", friction {law.friction:g}" if law.friction else ""),
         }
         said = [*remarks(comparison)]
         write_contacts(folder / "comparison.csv", comparison)

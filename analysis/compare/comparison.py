@@ -8,15 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from analysis.dumps import (
-    DumpError,
-    DumpIndex,
-    EngineContacts,
-    contacts_at,
-    index_contacts,
-    open_bodies,
-    snapshot_of,
-)
+from analysis import dumps
 from analysis.dumps.contacts import arm_rows, integrate_contacts
 from analysis.engines.record import RunRecord, read_finished
 from analysis.percussions.setting import FORCE, law_of
@@ -72,7 +64,9 @@ class Match:
         return (self.penalty * normal).sum(1), (self.rigid * normal).sum(1)
 
 
-def match_contacts(found: SnapshotPercussions, engine: EngineContacts, determined: Flags) -> Match:
+def match_contacts(
+    found: SnapshotPercussions, engine: dumps.EngineContacts, determined: Flags
+) -> Match:
     """Match the rigid contacts of a snapshot, and their forces (impulses of an impact), with an
     engine's.
 
@@ -153,7 +147,7 @@ def frame_of(steps: tuple[int, ...], time_step: float, time: float | None, defau
     Raises DumpError for an instant that is not within the run."""
     times = np.array(steps) * time_step
     if time is not None and not times[0] <= time <= times[-1] * (1 + SAME):
-        raise DumpError(f"time: {time:g} s. The run is from {times[0]:g} to {times[-1]:g} s")
+        raise dumps.DumpError(f"time: {time:g} s. The run is from {times[0]:g} to {times[-1]:g} s")
     return int(np.argmin(np.abs(times - (default if time is None else time))))
 
 
@@ -229,12 +223,6 @@ class Comparison:
         contacts, n = self.match.contacts, len(self.snapshot)
         return contacts.sum_at_disks(penalty, n), contacts.sum_at_disks(rigid, n)
 
-    def disk_vectors(self) -> tuple[Floats, Floats]:
-        """Sum the vectors that each disk receives, penalty and rigid, each (n,2)."""
-        contacts, n = self.match.contacts, len(self.snapshot)
-        penalty, rigid = self.match.penalty, self.match.rigid
-        return contacts.momentum_change(penalty, n), contacts.momentum_change(rigid, n)
-
     def wall_loads(self) -> list[tuple[str, float, float]]:
         """List the walls: name and load (sum of normal components), penalty and rigid."""
         penalty, rigid = self.match.normal_parts()
@@ -261,11 +249,11 @@ def compare_run(
     record, scene = run.record, run.scene
     impact = scene.analysis.kind == "impact"
     if impact and time is not None:
-        raise DumpError(f"time: {time:g} s. An impact is compared over its whole run")
+        raise dumps.DumpError(f"time: {time:g} s. An impact is compared over its whole run")
     default = 0.0 if impact else scene.analysis.time_s
     number = frame_of(run.index.steps, record.time_step_s, time, default)
     ts = run.universe.trajectory[number]
-    snapshot = snapshot_of(ts, folder / "bodies.dump")
+    snapshot = dumps.snapshot_of(ts, folder / "bodies.dump")
     law = rigid_law_of(scene) if law is None else law
     found = percussions_of(scene, snapshot, law, tolerance=tolerance)
     if impact:
@@ -274,7 +262,9 @@ def compare_run(
         engine = checked_contacts(run.index, number, snapshot, scene)
         balance = _driven_balance(snapshot, ts.data, engine, np.array(scene.acceleration()))
     if not len(found.contacts) and not len(engine):
-        raise DumpError(f"{folder}: no contact at all at {snapshot.time:g} s. Nothing to compare")
+        raise dumps.DumpError(
+            f"{folder}: no contact at all at {snapshot.time:g} s. Nothing to compare"
+        )
     known = determinacy(found.contacts, len(snapshot), snapshot)
     return Comparison(
         scene=scene,
@@ -294,7 +284,7 @@ class OpenRun:
     record: RunRecord
     scene: Scene
     universe: Any
-    index: DumpIndex
+    index: dumps.DumpIndex
 
     @classmethod
     def of(cls, folder: Path) -> OpenRun:
@@ -303,25 +293,25 @@ class OpenRun:
         Raises EngineError and DumpError for a folder that does not hold one finished run of its
         scene, SceneError for the scene."""
         scene, record = read_finished(folder)
-        universe = open_bodies(folder / "bodies.dump", record.time_step_s)
-        index = index_contacts(folder / "contacts.dump")
+        universe = dumps.open_bodies(folder / "bodies.dump", record.time_step_s)
+        index = dumps.index_contacts(folder / "contacts.dump")
         if index.steps != universe.trajectory.steps:
-            raise DumpError(f"{index.path}: its steps are not those of bodies.dump beside it")
+            raise dumps.DumpError(f"{index.path}: its steps are not those of bodies.dump beside it")
         return cls(record=record, scene=scene, universe=universe, index=index)
 
 
 def checked_contacts(
-    index: DumpIndex, number: int, snapshot: Snapshot, scene: Scene
-) -> EngineContacts:
+    index: dumps.DumpIndex, number: int, snapshot: Snapshot, scene: Scene
+) -> dumps.EngineContacts:
     """Read the contacts of a frame, of which the snapshot is. Raises DumpError naming the line of one
     with a disk or a wall that does not exist."""
-    contacts, walls = contacts_at(index, number), len(scene.walls)
+    contacts, walls = dumps.contacts_at(index, number), len(scene.walls)
     wall = contacts.is_wall
     known = np.isin(contacts.first, snapshot.ids)
     known &= np.where(wall, contacts.second <= walls, np.isin(contacts.second, snapshot.ids))
     if not known.all():
         row = int(np.argmin(known))
-        raise DumpError(
+        raise dumps.DumpError(
             f"{index.path}, line {index.frames[number].line + row}: a contact of "
             f"{contacts.first[row]} and {'wall ' if wall[row] else ''}{contacts.second[row]}, "
             "which the scene has not"
@@ -349,19 +339,19 @@ def rigid_law_of(scene: Scene) -> ContactLaw:
     return nearest if elastic else law_of(scene)
 
 
-def _impulses(run: OpenRun, found: SnapshotPercussions) -> tuple[EngineContacts, Balance]:
+def _impulses(run: OpenRun, found: SnapshotPercussions) -> tuple[dumps.EngineContacts, Balance]:
     """The contacts of an impact with ∫f dt for forces, and its balance. Raises DumpError where they
     do not fit the momentum that the disks gain."""
     index, trajectory = run.index, run.universe.trajectory
 
-    def contacts_of(number: int) -> EngineContacts:
-        now = snapshot_of(trajectory[number], index.path)
+    def contacts_of(number: int) -> dumps.EngineContacts:
+        now = dumps.snapshot_of(trajectory[number], index.path)
         return checked_contacts(index, number, now, run.scene)
 
     g, times = np.array(run.scene.acceleration()), np.array(index.steps) * trajectory.dt
     whole = integrate_contacts(contacts_of, trajectory, times, found.contacts, found.snapshot, g)
     if not whole.error <= LARGEST_CLOSURE_ERROR:
-        raise DumpError(
+        raise dumps.DumpError(
             f"{index.path}: the impulses ∫f dt miss the momentum that disks gain by "
             f"{whole.error:.0%}, so they are not compared. About {whole.frames_needed} frames "
             "(run.frames) would make it 1 %"
@@ -376,7 +366,7 @@ def _impulses(run: OpenRun, found: SnapshotPercussions) -> tuple[EngineContacts,
 
 
 def _driven_balance(
-    snapshot: Snapshot, data: Any, engine: EngineContacts, acceleration: Floats
+    snapshot: Snapshot, data: Any, engine: dumps.EngineContacts, acceleration: Floats
 ) -> Balance:
     """The balance of a driven crowd, with a body force of an acceleration (2,) m/s²; NaN for what
     needs the forces of a dump that has none."""
@@ -530,12 +520,13 @@ def statistics(comparison: Comparison) -> dict[str, float | int]:
         "penalty_max": float(penalty.max()),
         "rigid_max": float(rigid.max()),
     }
-    vectors = comparison.disk_vectors()
+    n = len(comparison.snapshot)
+    received = (match.contacts.momentum_change(part, n) for part in (match.penalty, match.rigid))
     parts = {
         "contact": (penalty, rigid),
         "determined": (penalty[fixed], rigid[fixed]),
         "disk_sum": comparison.disk_sums(),
-        "disk_vector": (vectors[0].ravel(), vectors[1].ravel()),
+        "disk_vector": tuple(vectors.ravel() for vectors in received),
     }
     for name, (a, b) in parts.items():
         out[f"{name}_correlation"] = correlation(a, b)
@@ -575,6 +566,17 @@ def exponent(x: Floats, y: Floats) -> float:
     if known.sum() < 2:
         return float("nan")
     return float(np.polyfit(np.log(x[known]), np.log(y[known]), 1)[0])
+
+
+def first_above(time: Floats, values: Floats, level: float) -> Floats:
+    """Find when values (f, …) first reach a level, linear between frames: s (…), infinite for never."""
+    above = values >= level
+    frame = above.argmax(0)
+    earlier = np.maximum(frame - 1, 0)
+    before, after = (np.take_along_axis(values, one[None], 0)[0] for one in (earlier, frame))
+    share = np.divide(level - before, after - before, out=np.zeros_like(before), where=frame > 0)
+    found = time[earlier] + share * (time[frame] - time[earlier])
+    return np.asarray(np.where(above.any(0), found, np.inf))
 
 
 def _mean(values: Floats) -> float:

@@ -20,14 +20,7 @@ from typing import IO, Any, NamedTuple
 
 import numpy as np
 
-from analysis.support.reading import (
-    DAMAGED,
-    LARGEST_WHOLE,
-    NUMBER,
-    UnreadableError,
-    next_line,
-    whole_number,
-)
+from analysis.support import reading
 from nscd import _core
 
 LARGEST_STEP = 2**62
@@ -151,7 +144,7 @@ class TextFrames(Frames):
                 continue
             if scan.rows_left:
                 if end == _core.Scan.STRANGE:
-                    next_line(self, self.path, scan.lines + 1)
+                    reading.next_line(self, self.path, scan.lines + 1)
                 raise DumpError(
                     f"{self.path}: truncated: the file ends inside step {scan.last}, "
                     f"frame {self._count + len(scan)}"
@@ -172,8 +165,10 @@ class TextFrames(Frames):
         try:
             # of a compressed file, what is unpacked at once
             read: bytes = self._file.read1(BLOCK)
-        except DAMAGED as error:
-            raise UnreadableError(f"{self.path}, line {scan.lines + 1}: damaged: {error}") from None
+        except reading.DAMAGED as error:
+            raise reading.UnreadableError(
+                f"{self.path}, line {scan.lines + 1}: damaged: {error}"
+            ) from None
         self._kept += read
         return bool(read)
 
@@ -195,7 +190,7 @@ class TextFrames(Frames):
         """The next line of a head, marked where it has values of a kind. Raises DumpError at the
         end of the file."""
         self._scan.lines += 1
-        line = next_line(self, self.path, self._scan.lines)
+        line = reading.next_line(self, self.path, self._scan.lines)
         if not line:
             raise DumpError(f"{self._where}: truncated: the file ends in a head")
         self._form += line if mark is None else bytes((MARK, mark)) + b"\n"
@@ -223,7 +218,7 @@ class TextFrames(Frames):
                 units = self._line()
                 self.check_units(self._where, units)
             elif item == f"NUMBER OF {self._kind}" and step >= 0 and count < 0:
-                count = self._whole("rows", COUNT, LARGEST_WHOLE)
+                count = self._whole("rows", COUNT, reading.LARGEST_WHOLE)
             elif item.startswith("BOX BOUNDS") and count >= 0 and not ends:
                 ends = self._box(words[3:])
             elif item.split()[:1] == [self._kind] and ends:
@@ -255,10 +250,10 @@ class TextFrames(Frames):
 
     def _whole(self, what: str, mark: int, most: int) -> int:
         word = self._line(mark)
-        return whole_number(word, f"{self._where}: {what}", least=0, most=most)
+        return reading.whole_number(word, f"{self._where}: {what}", least=0, most=most)
 
     def _number(self, word: str, what: str) -> float:
-        if not NUMBER.fullmatch(word) or not abs(float(word)) <= LARGEST_LENGTH:
+        if not reading.NUMBER.fullmatch(word) or not abs(float(word)) <= LARGEST_LENGTH:
             raise DumpError(f"{self._where}: {what}: {word[:40]!r} is not a number")
         return float(word)
 
@@ -310,7 +305,7 @@ class BinaryFrames(Frames):
         boundaries, (x0, x1, y0, y1, *z), width = rest[:6], rest[6:12], rest[12]
         self.check_step(str(self.path), self._step, step)
         if (
-            not 0 <= rows <= LARGEST_WHOLE
+            not 0 <= rows <= reading.LARGEST_WHOLE
             or not np.abs([x0, x1, y0, y1, *z]).max() <= LARGEST_LENGTH
         ):
             raise DumpError(f"{where}: damaged: {rows} rows, a box of {[x0, x1, y0, y1, *z]}")

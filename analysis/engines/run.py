@@ -17,20 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from analysis.dumps import DumpError, index_contacts, index_dump
-from analysis.engines import PENALTY, engine, installed
+from analysis.engines import PENALTY, engine, guard, installed
 from analysis.engines.energy import write_energy
-from analysis.engines.guard import (
-    CENTRES_SHARE,
-    ENERGY_SHARE,
-    TIME,
-    RunStoppedError,
-    died,
-    effective_radius,
-    energy_besides,
-    full_disk,
-    garbage,
-    turning_inertia,
-)
 from analysis.engines.penalty import friction_at_joints
 from analysis.engines.process import run_command
 from analysis.engines.record import FAILED, STOPPED, EngineError, RunRecord
@@ -54,7 +42,7 @@ def check_bodies(path: Path, record: RunRecord, scene: Scene) -> Floats:
     order = np.argsort(scene.snapshot.ids)
     position, mass = scene.snapshot.position[order], scene.snapshot.mass[order]
     weight = mass[:, None] * np.array(scene.acceleration())
-    inertia = turning_inertia(scene.snapshot)[order]
+    inertia = guard.turning_inertia(scene.snapshot)[order]
     walls, before, moved = scene.wall_segments(), position, np.zeros_like(position)
     try:
         index = index_dump(path)
@@ -64,14 +52,14 @@ def check_bodies(path: Path, record: RunRecord, scene: Scene) -> Floats:
         for frame, (step, count) in enumerate(zip(index.steps, index.counts, strict=True)):
             if count != record.disks:
                 lost = f"{record.disks - count} of {record.disks} disks are lost"
-                raise garbage(record, lost, step, "lost")
+                raise guard.garbage(record, lost, step, "lost")
             table = index.table(frame)
             if not np.isfinite(table).all():
                 bad = index.columns[int(np.argmin(np.isfinite(table).all(0)))]
-                raise garbage(record, f"not a finite number in column {bad}", step, "finite")
+                raise guard.garbage(record, f"not a finite number in column {bad}", step, "finite")
             row = dict(zip(NEEDED, table[:, columns].T, strict=True))
             if other := _not_of(scene, row, start=frame == 0):
-                raise garbage(record, f"{other}: not those of the scene's disks", step)
+                raise guard.garbage(record, f"{other}: not those of the scene's disks", step)
             kinetic = 0.5 * float(
                 mass @ (row["vx"] ** 2 + row["vy"] ** 2) + inertia @ row["omegaz"] ** 2
             )
@@ -83,7 +71,7 @@ def check_bodies(path: Path, record: RunRecord, scene: Scene) -> Floats:
         raise damaged(record, error, path.parent) from None
     expected = tuple(range(0, record.steps + 1, record.frame_interval))
     if index.steps != expected:
-        raise garbage(record, f"{len(index.steps)} frames where {len(expected)} are due")
+        raise guard.garbage(record, f"{len(index.steps)} frames where {len(expected)} are due")
     return np.array(energies).T
 
 
@@ -110,41 +98,41 @@ def check_contacts(path: Path, energies: Floats, record: RunRecord, scene: Scene
     √R δ^2.5). Without drive E never grows by more than a body force gives in a step; with drive K stays
     below max(E at the start, ½ M (U + g τ)²) and the largest V so far (docs/results/guard.md)."""
     snapshot, drive = scene.snapshot, scene.drive
-    start = 0.5 * float(snapshot.mass @ (snapshot.velocity**2).sum(1)) + energy_besides(scene)
+    start = 0.5 * float(snapshot.mass @ (snapshot.velocity**2).sum(1)) + guard.energy_besides(scene)
     falls_s = drive.relaxation_time_s if drive else record.time_step_s
     speed = np.hypot(*scene.acceleration()) * falls_s + (drive.speed_m_per_s if drive else 0.0)
     desired = 0.5 * float(snapshot.mass.sum() * speed**2)
-    margin = ENERGY_SHARE * (start + desired) + 1e-12
+    margin = guard.ENERGY_SHARE * (start + desired) + 1e-12
     # a tangential spring holds energy that is not in V and comes back
     keeps_all = not drive and scene.contact.friction == 0 and not scene.giving()
     # the rigid engine writes gaps of the last step in which arms pushed, not of the frame
     late = scene.contact.arms is not None and record.stiffness_N_per_m is None
     most, stored, deepest = max(start, desired), 0.0, 0.0
-    nearest = CENTRES_SHARE * float(snapshot.radius.min())
+    nearest = guard.CENTRES_SHARE * float(snapshot.radius.min())
     try:
         index = index_contacts(path)
         if len(index.steps) != len(energies[0]):
-            raise garbage(
+            raise guard.garbage(
                 record, f"{len(index.steps)} frames of contacts for {len(energies[0])} of bodies"
             )
         for frame, step in enumerate(index.steps):
             rows = index.table(frame)
             ids = np.where(rows[:, 2:3] > 0, rows[:, :1], rows[:, :2])
             if not np.isin(ids, snapshot.ids).all():
-                raise garbage(record, "a contact of a disk that is not there", step)
+                raise guard.garbage(record, "a contact of a disk that is not there", step)
             apart, overlap, elastic = _stored(rows, scene) if len(rows) else (np.inf, 0.0, 0.0)
             if not apart >= nearest:
                 deep = f"overlap: two centres are {apart:.3g} m apart"
-                raise garbage(record, deep, step, "overlap")
+                raise guard.garbage(record, deep, step, "overlap")
             deepest = max(deepest, overlap)
             kinetic, fallen = map(float, energies[:, frame])
             energy = kinetic + (0.0 if drive else elastic * (not late) - fallen)
             stored = max(stored, elastic)
             most_now = most + stored if drive else most
-            if energy > most_now + margin + ENERGY_SHARE * abs(fallen):
+            if energy > most_now + margin + guard.ENERGY_SHARE * abs(fallen):
                 what = "kinetic energy" if drive else "kinetic energy with that of the overlaps"
                 grown = f"{what} {energy:.4g} J where at most {most_now:.4g} J can be"
-                raise garbage(record, grown, step, "energy")
+                raise guard.garbage(record, grown, step, "energy")
             if keeps_all and not late:
                 most = min(most, energy)
     except DumpError as error:
@@ -152,10 +140,10 @@ def check_contacts(path: Path, energies: Floats, record: RunRecord, scene: Scene
     return deepest
 
 
-def damaged(record: RunRecord, error: ValueError, folder: Path) -> RunStoppedError:
+def damaged(record: RunRecord, error: ValueError, folder: Path) -> guard.RunStoppedError:
     """Return the end of a run whose dumps in the folder cannot be read; the folder is not named,
     since it will be gone."""
-    return garbage(record, str(error).replace(f"{folder}/", ""))
+    return guard.garbage(record, str(error).replace(f"{folder}/", ""))
 
 
 def _stored(rows: Floats, scene: Scene) -> tuple[float, float, float]:
@@ -167,7 +155,7 @@ def _stored(rows: Floats, scene: Scene) -> tuple[float, float, float]:
     first = radius[order[np.searchsorted(ids[order], rows[:, 0])]]
     other = radius[order[np.searchsorted(ids[order], np.where(wall, rows[:, 0], rows[:, 1]))]]
     elastic = scene.contact.elastic(float(radius.mean()))
-    energy = float(elastic.energy(overlap, effective_radius(first, other, wall), wall).sum())
+    energy = float(elastic.energy(overlap, guard.effective_radius(first, other, wall), wall).sum())
     if scene.contact.arms:
         energy += float(scene.contact.arms.energy(-overlap).sum())
     apart = np.where(wall, np.inf, first + other - overlap)
@@ -223,8 +211,10 @@ def staged(folder: Path, resume: RunRecord | None = None) -> Iterator[Path]:
     try:
         try:
             yield staging
-        except RunStoppedError as end:
-            if not _holds_results(folder):
+        except guard.RunStoppedError as end:
+            # another stopped run is all that one may replace
+            known = _record_in(folder, even_stopped=True)
+            if known.exit_state in (STOPPED, FAILED) if known else not folder.exists():
                 end.record.write(staging)
                 _publish(staging, folder)
             raise
@@ -257,13 +247,6 @@ def _publish(staging: Path, folder: Path) -> None:
     shutil.rmtree(earlier, ignore_errors=True)
 
 
-def _holds_results(folder: Path) -> bool:
-    """Whether there is anything that a stopped run must not replace: all but another stopped
-    run."""
-    record = _record_in(folder, even_stopped=True)
-    return record.exit_state not in (STOPPED, FAILED) if record else folder.exists()
-
-
 DECKS = "decks"
 # LAMMPS counts no further in one run.
 MOST_STEPS = 2**31 - 1
@@ -275,7 +258,7 @@ ROW_BYTES = 500
 # each other.
 DEEP_SHARE = 0.5
 _STEP = re.compile(r"^\s*(\d{1,12})\s+[\d.e+-]+\s+\d+\s", re.ASCII)  # step, time, disks, …
-_RESUMED = re.compile(rf"^RESUMED at t = {TIME} s", re.ASCII)
+_RESUMED = re.compile(rf"^RESUMED at t = {guard.TIME} s", re.ASCII)
 # Engines with springs.
 SOFT = [known.NAME for known in PENALTY]
 
@@ -409,7 +392,7 @@ def _simulate(
             record, wall_seconds=ended.wall_seconds, cpu_seconds=ended.cpu_seconds
         )
         if ended.status != 0:
-            raise died(record, ended.status, step, ended.last, staging)
+            raise guard.died(record, ended.status, step, ended.last, staging)
         deepest = _check(scene.name, engine_name, staging, record)
         if deepest > DEEP_SHARE:
             log.warning("%s: bodies overlap by up to %.2g of a radius", scene.name, deepest)
@@ -435,8 +418,8 @@ def _check(name: str, engine_name: str, staging: Path, record: RunRecord) -> flo
         if engine_name in SOFT:
             write_energy(scene, staging, record)
         return deepest
-    except RunStoppedError:
-        if full := full_disk(staging):
+    except guard.RunStoppedError:
+        if full := guard.full_disk(staging):
             raise EngineError(f"{engine_name}, {name}: {full}") from None
         raise
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import coo_array, csc_array, csr_array, diags_array
+from scipy.sparse import coo_array, csc_array, csr_array, diags_array, vstack
 from scipy.sparse.linalg import splu
 
 from analysis.support.extras import load
@@ -90,28 +90,15 @@ class LocalProblem:
 
 def _transfer(snapshot: Snapshot, contacts: Contacts, n: int, k: int) -> csc_array:
     """H (3n,2k): what reactions along the normal and across it give to each disk."""
-    rows, columns, values = [], [], []
-    (nx, ny), pairs = contacts.normal.T, ~contacts.is_wall
-    lever = snapshot.radius
-    for sign, disk, there in (
-        (-1.0, contacts.first, np.ones(k, dtype=bool)),
-        (1.0, np.where(pairs, contacts.second, 0), pairs),
-    ):
-        on, contact = disk[there], np.flatnonzero(there)
-        x, y = nx[there], ny[there]
-        for axis, tangent, value in (
-            (0, 0, sign * x),
-            (1, 0, sign * y),
-            (0, 1, -sign * y),
-            (1, 1, sign * x),
-            # both turn the same way
-            (2, 1, -lever[on]),
-        ):
-            rows.append(3 * on + axis)
-            columns.append(2 * contact + tangent)
-            values.append(value)
-    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    found = csc_array(coo_array(entries, shape=(3 * n, 2 * k)))
+    normal, tangent, lever = contacts.normal, contacts.tangent, snapshot.radius[:, None]
+    along = np.column_stack([normal, np.zeros(k)])
+    # both turn the same way
+    first, second = (
+        np.column_stack([across, -lever[disk]])
+        for across, disk in ((-tangent, contacts.first), (tangent, contacts.second))
+    )
+    rows = vstack([contacts.rows(-along, along, n), contacts.rows(first, second, n)])
+    found = csc_array(rows.T)[:, np.arange(2 * k).reshape(2, k).T.ravel()]
     found.eliminate_zeros()
     found.sort_indices()
     return found

@@ -16,25 +16,9 @@ from analysis.engines import PENALTY, EngineError, engine
 from analysis.engines.guard import RunStoppedError
 from analysis.engines.run import EngineRun, run_ahead
 from analysis.exposure.loads import MEASURES, RunLoads, read_exposure
-from analysis.motion.inference import (
-    Difference,
-    Sample,
-    correlation_windows,
-    differences,
-    range_of_counts,
-    range_of_windows,
-)
+from analysis.motion import inference
+from analysis.pages import numbers
 from analysis.pages.names import engine_name
-from analysis.pages.numbers import (
-    NONE,
-    number,
-    percent,
-    signed,
-    significant,
-    two,
-    with_sign,
-    with_unit,
-)
 from analysis.scene.scene import Scene
 from analysis.support.parallel import Progress
 from nscd.arrays import Floats
@@ -86,12 +70,14 @@ class Model:
         chosen = [series.values[measure][series.last(self.last_s)] for series in known]
         return [values.mean(keepdims=True) for values in chosen] if measure == "flow" else chosen
 
-    def sample(self, measure: str) -> Sample:
+    def sample(self, measure: str) -> inference.Sample:
         """Give one number per replicate; of the flow how many people passed."""
         windows = self.windows(measure)
         if measure == "flow":
-            return Sample.of_counts(np.concatenate(windows) * self._counted_s(), self._counted_s())
-        return Sample.of_windows(windows)
+            return inference.Sample.of_counts(
+                np.concatenate(windows) * self._counted_s(), self._counted_s()
+            )
+        return inference.Sample.of_windows(windows)
 
     def interval(self, measure: str) -> Interval:
         """Give the mean, and the range that holds 90 % of further windows; of the flow, the counts
@@ -102,13 +88,13 @@ class Model:
         if windows:
             pooled = np.concatenate(windows)
             mean = float(pooled.mean())
-            independent = len(pooled) / correlation_windows(windows)
+            independent = len(pooled) / inference.correlation_windows(windows)
             alike = 0 if np.ptp(pooled) or measure == "flow" else len(pooled)
         if len(windows) > 1 and measure == "flow":
             sample = self.sample(measure)
-            low, high = (end * sample.unit for end in range_of_counts(sample.values))
+            low, high = (end * sample.unit for end in inference.range_of_counts(sample.values))
         elif len(windows) > 1:
-            low, high = range_of_windows(windows)
+            low, high = inference.range_of_windows(windows)
             high = min(high, 1.0) if measure == "arch_share" else high
             low, high = min(low, mean), max(high, mean)
         counts = len(windows), len(windows[0]) if windows else 0
@@ -121,12 +107,12 @@ class Model:
 
 
 @lru_cache(maxsize=64)  # a page says them in several places
-def differences_of(one: Model, other: Model) -> dict[str, Difference]:
+def differences_of(one: Model, other: Model) -> dict[str, inference.Difference]:
     """Say by how much each quantity is above that of another model, largest effects first, with one
     correction for all; empty where either has fewer than three replicates."""
     both = [key for key in COMPARED if one.windows(key) and other.windows(key)]
     mine, theirs = ({key: of.sample(key) for key in both} for of in (one, other))
-    return differences(mine, theirs)
+    return inference.differences(mine, theirs)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -146,10 +132,12 @@ def model_title(scene: Scene, name: str) -> str:
     """Name the model of a run: the engine with its stiffness or step, and friction where it has
     some."""
     if name in (known.NAME for known in PENALTY):
-        setting = f"k = {number(scene.contact.stiffness_N_per_m)} N/m"
+        setting = f"k = {numbers.number(scene.contact.stiffness_N_per_m)} N/m"
     else:
-        setting = f"h = {number(1e3 * engine(name).timing(scene).time_step)} ms"
-    friction = f", μ = {significant(scene.contact.friction)}" if scene.contact.friction else ""
+        setting = f"h = {numbers.number(1e3 * engine(name).timing(scene).time_step)} ms"
+    friction = (
+        f", μ = {numbers.significant(scene.contact.friction)}" if scene.contact.friction else ""
+    )
     return f"{engine_name(name)}, {setting}{friction}"
 
 
@@ -183,11 +171,11 @@ def study_motion(
     return MotionStudy(scene, read, crowds, last_s, failures, once, limits)
 
 
-def interval_cell(found: Interval, written: Callable[[float], str] = two) -> str:
+def interval_cell(found: Interval, written: Callable[[float], str] = numbers.two) -> str:
     """Write a mean and its range: 120 (90 – 150); the mean alone of one replicate, – of none. Where
     all windows are equal: 120 in each of 3 moments."""
     if not found.replicates:
-        return NONE
+        return numbers.NONE
     if found.alike or found.replicates == 1:
         return in_each(written(found.mean), found.alike or 1, "moments")
     return f"{written(found.mean)} ({written(found.low)} – {written(found.high)})"
@@ -201,21 +189,29 @@ def in_each(value: str, count: int, of: str) -> str:
 def more_words(value: float, relative: bool, unit: str) -> str:
     """Write a difference, two significant digits with their sign: in per cent of the other, or in
     the unit of the quantity where the other is next to zero."""
-    return signed(value) if relative else with_unit(with_sign(value, two(value)), unit)
+    return (
+        numbers.signed(value)
+        if relative
+        else numbers.with_unit(numbers.with_sign(value, numbers.two(value)), unit)
+    )
 
 
-def difference_words(found: Difference, unit: str) -> tuple[str, str, str]:
+def difference_words(found: inference.Difference, unit: str) -> tuple[str, str, str]:
     """Write a difference and the ends of its interval."""
     ends = (found.value, found.low, found.high)
     value, low, high = (more_words(end, found.relative, unit) for end in ends)
     return value, low, high
 
 
-def least_words(found: Difference, unit: str) -> str:
+def least_words(found: inference.Difference, unit: str) -> str:
     """Write the smallest difference that would have been seen: 12 %; none where no difference
     would."""
     if not isfinite(found.least):
         return "none"
     if not found.least:
         return "all equal"
-    return percent(found.least, 2) if found.relative else with_unit(two(found.least), unit)
+    return (
+        numbers.percent(found.least, 2)
+        if found.relative
+        else numbers.with_unit(numbers.two(found.least), unit)
+    )

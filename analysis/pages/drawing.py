@@ -212,14 +212,14 @@ def look(number: int, *, hollow: bool = False) -> dict[str, Any]:
     return {"color": colour, "marker": MARKERS[number], "ls": LINES[number], "mfc": face}
 
 
-def label_outer(every: Iterable[Axes], x: str = "x (m)", y: str = "y (m)") -> None:
+def label_outer(every: Iterable[Axes]) -> None:
     """Label a grid of panels at its foot and at its left."""
     for axes in every:
         place: Any = axes.get_subplotspec()
         if place.is_last_row():
-            axes.set_xlabel(x)
+            axes.set_xlabel("x (m)")
         if place.is_first_col():
-            axes.set_ylabel(y)
+            axes.set_ylabel("y (m)")
 
 
 def scene_picture(scene: Scene) -> Figure:

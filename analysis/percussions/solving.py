@@ -23,16 +23,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from analysis.dumps import Bodies, DumpError, open_bodies
+from analysis.percussions import table
 from analysis.percussions.setting import FORCE, IMPULSE, Setting
 from analysis.percussions.snapshot import NOT_CONVERGED, SnapshotPercussions, percussions_of
-from analysis.percussions.table import (
-    Openness,
-    Rows,
-    is_parquet,
-    rows_of,
-    table_columns,
-    table_file,
-)
 from analysis.support.extras import load
 from analysis.support.files import plain, write_json
 from analysis.support.parallel import Progress, Task, finished
@@ -79,7 +72,7 @@ class SolvedRows(NamedTuple):
     """Some solved frames: columns and rows of the table, and what is said of them."""
 
     columns: list[str]
-    rows: Rows
+    rows: table.Rows
     said: SolvedDump
 
 
@@ -108,7 +101,9 @@ class DumpToSolve:
     setting: Setting  # walls, drive, left velocity
     law: ContactLaw | None = None
     tolerance: float = 1e-8  # residual up to which a frame counts as solved
-    openness: Openness = "determined"  # what is said of reactions that the mechanics may leave open
+    openness: table.Openness = (
+        "determined"  # what is said of reactions that the mechanics may leave open
+    )
     threads: int = 1  # of each large frame
     parquet: bool = False  # whether rows are made for Parquet, not for CSV
 
@@ -179,14 +174,14 @@ class DumpToSolve:
             residual=float(found.residual[frames].max()),
         )
         times = None if np.isnan(bodies.times).any() else bodies.times[each]
-        cells = table_columns(
+        cells = table.table_columns(
             arrays(bodies.ids, some, found.reaction[those], impulse, window),
             self.setting,
             some,
             (times, np.array(bodies.steps)[each]),
             (str(Status.SOLVED), found.residual[each], found.velocity_error[each]),
         )
-        return SolvedRows(list(cells), rows_of(cells, self.parquet), said)
+        return SolvedRows(list(cells), table.rows_of(cells, self.parquet), said)
 
     def _one_by_one(self, bodies: Bodies, frames: Iterable[int]) -> Iterator[SolvedRows]:
         """Solve some of the frames, one after the other."""
@@ -221,7 +216,7 @@ class DumpToSolve:
                 said.unsolved.append(
                     f"{self.path}, {when}: sampling of {bad} contacts {NOT_CONVERGED}"
                 )
-            yield SolvedRows(list(cells), rows_of(cells, self.parquet), said)
+            yield SolvedRows(list(cells), table.rows_of(cells, self.parquet), said)
 
 
 def _when(step: int, seconds: float) -> str:
@@ -275,10 +270,10 @@ def solve_dump(
 
     Neither the dump nor the answers need to fit in memory. Raises DumpError for a damaged dump and
     one without any contact; then `out` stays as it was."""
-    dump = dataclasses.replace(dump, parquet=is_parquet(out))
+    dump = dataclasses.replace(dump, parquet=table.is_parquet(out))
     frames = _trajectory(dump).n_frames
     whole = SolvedDump()
-    with table_file(out) as add:
+    with table.table_file(out) as add:
         for columns, rows, said in _rows(dump, frames, executor, workers, expected):
             if said.contacts:
                 add(columns, rows)
@@ -402,7 +397,7 @@ class _Chunk:
             said = json.dumps(dataclasses.asdict(summary))
             return {SUMMARY: said, SEAL: self._seal(said)}
 
-        with table_file(self.path, about) as add:
+        with table.table_file(self.path, about) as add:
             none = None
             for block in dump.blocks(self.numbers):
                 for columns, rows, said in dump.solve(block):

@@ -7,17 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.pages.drawing import (
-    BLACK,
-    COLOURS,
-    GREY,
-    GRID,
-    LINES,
-    SKY,
-    VERMILION,
-    legend_below,
-    panels,
-)
+from analysis.pages import drawing
 from analysis.pages.html import write_html
 from analysis.pages.numbers import NONE, decimals, interval, number, percent, significant
 from analysis.pages.ranges import Chart
@@ -301,8 +291,8 @@ def _nearest(found: Hindcast) -> Iterator[list[object]]:
 
 def _looks(found: Hindcast) -> Iterator[tuple[str, dict[str, Any]]]:
     for place, name in enumerate(found.models):
-        colour = (*COLOURS, SKY, VERMILION)[place]
-        yield name, {"color": colour, "ls": LINES[place % 4], "label": _short(name)}
+        colour = (*drawing.COLOURS, drawing.SKY, drawing.VERMILION)[place]
+        yield name, {"color": colour, "ls": drawing.LINES[place % 4], "label": _short(name)}
 
 
 def _posture(found: Hindcast) -> Figure:
@@ -310,7 +300,7 @@ def _posture(found: Hindcast) -> Figure:
     arms = found.inputs.arms
     edges = np.linspace(arms.min(), arms.max(), BINS + 1)
     place = np.clip(np.searchsorted(edges, arms) - 1, 0, BINS - 1)
-    figure, (axes,) = panels(8.0, 4.5)
+    figure, (axes,) = drawing.panels(8.0, 4.5)
 
     def draw(one: Cases, **look: Any) -> None:
         errors = one.scores[ONSET]
@@ -321,30 +311,30 @@ def _posture(found: Hindcast) -> Figure:
     for name, look in _looks(found):
         draw(found.models[name], lw=1.5, **look)
     for name, style in (("copy", ":"), ("geometry", "--")):
-        draw(found.base[name], color=GREY, ls=style, label=title_of(name), lw=2, zorder=0)
+        draw(found.base[name], color=drawing.GREY, ls=style, label=title_of(name), lw=2, zorder=0)
     axes.set(
         xlabel="share of the room between chests that arms bridge", ylabel="error of onsets (s)"
     )
     axes.set_ylim(bottom=0)
-    axes.grid(color=GRID)
-    legend_below(figure, axes, 4)
+    axes.grid(color=drawing.GRID)
+    drawing.legend_below(figure, axes, 4)
     return figure
 
 
 def _heads(found: Hindcast) -> Figure:
     """Heads against time, each model's nearest case."""
     trial = found.trial
-    figure, (axes,) = panels(8.0, 4.0)
+    figure, (axes,) = drawing.panels(8.0, 4.0)
     time = trial.time - trial.start_s
-    measured, *_ = axes.plot(time, trial.along, color=BLACK, lw=3, alpha=0.5)
+    measured, *_ = axes.plot(time, trial.along, color=drawing.BLACK, lw=3, alpha=0.5)
     measured.set_label("measured")
     for name, look in _looks(found):
         lines = axes.plot(time, found.heads(name)[:, 1:], lw=1, **look)
         for line in lines[1:]:
             line.set_label("_")
     if trial.wall is not None:
-        axes.axhline(trial.wall, color=BLACK, lw=2)
+        axes.axhline(trial.wall, color=drawing.BLACK, lw=2)
     axes.set(xlabel="time after the push (s)", ylabel="along the row (m)")
-    axes.grid(color=GRID)
-    legend_below(figure, axes, 4)
+    axes.grid(color=drawing.GRID)
+    drawing.legend_below(figure, axes, 4)
     return figure

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 from scipy.integrate import cumulative_trapezoid
 
+from analysis.compare.comparison import first_above
 from analysis.scene.anthropometry import MEN, WOMEN, Group
 from analysis.support.reading import read_text
 from nscd.arrays import Floats
@@ -36,14 +37,7 @@ def speed_of(time: Floats, along: Floats) -> Floats:
 def onset(time: Floats, speed: Floats) -> Floats:
     """Find when speeds (f, …) first exceed 0.15 m/s, between frames by interpolation: s (…),
     infinite for never."""
-    above = speed > ONSET_M_PER_S
-    frame = above.argmax(0)
-    earlier = np.maximum(frame - 1, 0)
-    before, after = (np.take_along_axis(speed, one[None], 0)[0] for one in (earlier, frame))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        share = np.where(frame > 0, (ONSET_M_PER_S - before) / (after - before), 0.0)
-    found = time[earlier] + share * (time[frame] - time[earlier])
-    return np.asarray(np.where(above.any(0), found, np.inf))
+    return first_above(time, speed, ONSET_M_PER_S)
 
 
 NEEDED = ("id", "time", "x", "y")

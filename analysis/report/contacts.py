@@ -10,14 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.stats import linregress, t
 
-from analysis.compare.comparison import (
-    AT_REST,
-    FEWEST,
-    Comparison,
-    penalty_difference,
-    statistics,
-    wall_ranges,
-)
+from analysis.compare import comparison as compared
 from analysis.compare.study import Study
 from analysis.engines.penalty import penalty_of
 from analysis.pages.drawing import BLACK, BLUE, ORANGE, legend_below, panels
@@ -61,7 +54,7 @@ def fit_power(stiffnesses: Sequence[float], differences: Sequence[float]) -> Fit
     """Fit log(difference) = power · log(k) + c by least squares; None for fewer than four finite
     differences above 0. The interval is Student's, of the scatter about the line."""
     pairs = [(k, d) for k, d in zip(stiffnesses, differences, strict=True) if 0 < d < np.inf]
-    if len({k for k, _ in pairs}) < FEWEST:
+    if len({k for k, _ in pairs}) < compared.FEWEST:
         return None
     found = linregress(*np.log(np.array(pairs)).T)
     reach = float(t.ppf(0.5 + LEVEL / 2, len(pairs) - 2)) * found.stderr
@@ -85,7 +78,7 @@ def _apart(one: Snapshot, other: Snapshot) -> float:
     return float(np.hypot(*way.T).max(initial=0.0))
 
 
-def scatter(comparisons: Sequence[Comparison]) -> Figure:
+def scatter(comparisons: Sequence[compared.Comparison]) -> Figure:
     """Draw rigid against penalty, contact by contact; filled where mechanics determines the rigid
     force."""
     columns = min(len(comparisons), 4)
@@ -148,7 +141,7 @@ def _found(words: Words, study: Study, runs: Sequence[Run]) -> list[str]:
     moved = {engine: moved_between(study, engine) for engine in engines}
     said += _trends(words, runs, moved, study.anew)
     moving = max(c.balance.unbalanced for c in study.comparisons)
-    if moving > AT_REST:
+    if moving > compared.AT_REST:
         said.append(words.text("moving", share=moving))
     if study.scene.reconciliation:
         said.append(words.text("frame", frame=_real_frame(study.scene)))
@@ -182,7 +175,7 @@ def _trends(
             "moved": moved.get(engine, 0.0),
             "anew": engine in anew,
             "fits": {title: fit for title, fit in fits.items() if fit},
-            "fewest": FEWEST,
+            "fewest": compared.FEWEST,
         }
         sentence = words.text("trend", engines="ENGINES", **values)
         said.setdefault(sentence, []).append(mine[0]["engine_name"])
@@ -232,16 +225,16 @@ def runs_of(study: Study) -> list[dict[str, Any]]:
                 "csv": f"{study.scene.name}_{engine}_k{stiffness:.6g}.csv",
                 "difference_from_first_engine": None
                 if first is comparison
-                else penalty_difference(first, comparison),
+                else compared.penalty_difference(first, comparison),
                 "first_engine": engine_name(first.record.engine),
             }
         )
     return runs
 
 
-def _numbers(comparison: Comparison) -> dict[str, Any]:
+def _numbers(comparison: compared.Comparison) -> dict[str, Any]:
     record, match = comparison.record, comparison.match
-    spans = wall_ranges(comparison)
+    spans = compared.wall_ranges(comparison)
     return {
         "engine": record.engine,
         "engine_name": engine_name(record.engine),
@@ -249,7 +242,7 @@ def _numbers(comparison: Comparison) -> dict[str, Any]:
         "safe_time_step_s": penalty_of(comparison.scene).safe_time_step,
         "time_s": comparison.snapshot.time,
         "record": asdict(record) | {"particle_steps": record.particle_steps},
-        "statistics": statistics(comparison),
+        "statistics": compared.statistics(comparison),
         "status": str(comparison.answer.status),
         "solver": comparison.answer.solver,
         "percussion_seconds": comparison.answer.seconds,

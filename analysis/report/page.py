@@ -16,14 +16,7 @@ from analysis.engines.energy import CSV as ENERGY
 from analysis.engines.rigid import NAME as RIGID
 from analysis.engines.softness import VALID, softest
 from analysis.explore.page import live_of, write_explore
-from analysis.exposure.limits import (
-    QUANTITIES,
-    Quantity,
-    above_key,
-    limits_of_bodies,
-    limits_of_people,
-    limits_of_walls,
-)
+from analysis.exposure import limits as known_limits
 from analysis.exposure.loads import MEASURES
 from analysis.film.frame import Reel
 from analysis.film.page import charts_and_notes, draw_still, force_notes, packed
@@ -56,15 +49,19 @@ SAID = {"bodies": "stiffness"}
 SHORT = {"contact_largest": "largest force", "wall_line_load": "wall load", "flow": "flow"}
 
 
-def four(study: MotionStudy) -> Mapping[str, Quantity]:
+def four(study: MotionStudy) -> Mapping[str, known_limits.Quantity]:
     """Name the four numbers of a first screen by their series."""
-    limit = next(one for one in limits_of_people(study.limits) if one.name == NAMED)
+    limit = next(one for one in known_limits.limits_of_people(study.limits) if one.name == NAMED)
     above = f"people above {significant(limit.number, 4)} N at once"
     return {
-        "contact_largest": Quantity(title="largest contact force", unit="N"),
-        "wall_line_load": Quantity(title="load on the worst metre of wall", unit="kN/m"),
-        above_key(limit): Quantity(title=above, unit=f"of {len(study.scene.people)}"),
-        "flow": Quantity(title="people through the door", unit="per s"),
+        "contact_largest": known_limits.Quantity(title="largest contact force", unit="N"),
+        "wall_line_load": known_limits.Quantity(
+            title="load on the worst metre of wall", unit="kN/m"
+        ),
+        known_limits.above_key(limit): known_limits.Quantity(
+            title=above, unit=f"of {len(study.scene.people)}"
+        ),
+        "flow": known_limits.Quantity(title="people through the door", unit="per s"),
     }
 
 
@@ -99,7 +96,10 @@ def _ends(one: Model, key: str) -> tuple[float, float]:
 
 def marks_of(study: MotionStudy, key: str) -> list[float]:
     """List the limits that are drawn beside a quantity."""
-    known = {"contact_largest": limits_of_bodies, "wall_line_load": limits_of_walls}
+    known = {
+        "contact_largest": known_limits.limits_of_bodies,
+        "wall_line_load": known_limits.limits_of_walls,
+    }
     return [one.number for one in known[key](study.limits)] if key in known else []
 
 
@@ -399,20 +399,22 @@ def _assumptions(words: Words, scene: Scene, motion: MotionStudy | None) -> Sect
 def limits_table(motions: Sequence[MotionStudy], files: tuple[Path, ...] = ()) -> Table:
     """Give the limits of people and walls with their sources, and how many people are above each in
     each scene, by its first model."""
-    words, people = Words(__name__), limits_of_people(files)
+    words, people = Words(__name__), known_limits.limits_of_people(files)
     first = [one.models[0] for one in motions]
     rows: list[list[Cell]] = [
         [
             f"{significant(limit.number, 4)} {limit.unit}",
-            QUANTITIES[limit.quantity].title.removesuffix(" of a person"),
+            known_limits.QUANTITIES[limit.quantity].title.removesuffix(" of a person"),
             f"{limit.what}{limit.lasting} ({limit.population})",
             *(
-                interval_cell(one.interval(above_key(limit)), whole) if limit in people else NONE
+                interval_cell(one.interval(known_limits.above_key(limit)), whole)
+                if limit in people
+                else NONE
                 for one in first
             ),
             limit.cited,
         ]
-        for limit in (*people, *limits_of_walls(files))
+        for limit in (*people, *known_limits.limits_of_walls(files))
     ]
     scenes = [f"{one.scene.name}, of {len(one.scene.people)}" for one in motions]
     return words.table("limits", rows, scenes=scenes)
@@ -421,7 +423,9 @@ def limits_table(motions: Sequence[MotionStudy], files: tuple[Path, ...] = ()) -
 def motion_numbers(study: MotionStudy) -> dict[str, object]:
     """Give all numbers of a study, for numbers.json."""
     first = study.models[0]
-    people = {above_key(one): "people" for one in limits_of_people(study.limits)}
+    people = {
+        known_limits.above_key(one): "people" for one in known_limits.limits_of_people(study.limits)
+    }
     units = {key: measure.unit for key, measure in MEASURES.items()}
     units |= {"wall_line_load": "kN/m"} | people
     models: dict[str, object] = {}

@@ -6,14 +6,7 @@ from itertools import pairwise
 from typing import Annotated, Any, Literal, Self, TypeVar
 
 import numpy as np
-from pydantic import (
-    AfterValidator,
-    Field,
-    PrivateAttr,
-    TypeAdapter,
-    ValidationInfo,
-    model_validator,
-)
+import pydantic
 
 from analysis.scene.fields import Count, Number, Point, Positive, Schema, means_of
 from analysis.scene.way import Way, way_of
@@ -41,7 +34,7 @@ def _in_order(people: tuple[int, int]) -> tuple[int, int]:
 class Some(Schema):
     """Name some people: by their ids, the first and the last."""
 
-    people: Annotated[tuple[Count, Count], AfterValidator(_in_order)]
+    people: Annotated[tuple[Count, Count], pydantic.AfterValidator(_in_order)]
 
     def of(self, ids: Indices) -> Flags:
         """Who (n,) of these ids (n,) is named."""
@@ -55,7 +48,7 @@ class Exit(Schema):
     door_end_m: Point
     outward: Point
 
-    @model_validator(mode="before")
+    @pydantic.model_validator(mode="before")
     @classmethod
     def _ahead(cls, given: Any) -> Any:
         """Put a door far ahead where none is given."""
@@ -69,7 +62,7 @@ class Exit(Schema):
         doors = {"door_start_m": start, "door_end_m": end}
         return given | {key: (AHEAD * x, AHEAD * y) for key, (x, y) in doors.items()}
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_door(self) -> Self:
         if abs(np.hypot(*self.outward) - 1) > 1e-9:
             raise ValueError("outward must be a unit vector")
@@ -133,9 +126,9 @@ class Pace(Schema):
         """Give m U/τ (N): with how much people of this mass (kg) push who are held."""
         return mass * self.speed_m_per_s / self.relaxation_time_s
 
-    @model_validator(mode="before")
+    @pydantic.model_validator(mode="before")
     @classmethod
-    def _of_push(cls, given: Any, info: ValidationInfo) -> Any:
+    def _of_push(cls, given: Any, info: pydantic.ValidationInfo) -> Any:
         """Put speed and relaxation time in the place of the push of a person of mean mass,
         m̄ U/τ."""
         if not isinstance(given, dict) or PUSH not in given:
@@ -149,9 +142,9 @@ class Pace(Schema):
             raise ValueError(f"{PUSH}: instead of speed_m_per_s, relaxation_time_s, or both")
         _, mass = means
         if "speed_m_per_s" in rest:
-            speed = TypeAdapter(Positive).validate_python(rest["speed_m_per_s"])
+            speed = pydantic.TypeAdapter(Positive).validate_python(rest["speed_m_per_s"])
             return rest | {"relaxation_time_s": mass * speed / push}
-        time = TypeAdapter(Positive).validate_python(
+        time = pydantic.TypeAdapter(Positive).validate_python(
             rest.get("relaxation_time_s", USUAL_RELAXATION_S)
         )
         return rest | {"relaxation_time_s": time, "speed_m_per_s": push * time / mass}
@@ -174,10 +167,10 @@ class Drive(Exit, Pace):
     aim: Literal["nearest", "centre"] = "nearest"
     goals: tuple[Goal, ...] = ()
     stops: tuple[Stop, ...] = ()
-    clearance_m: Annotated[Number, Field(ge=0)] | None = None
-    _way: Way | None = PrivateAttr(None)
+    clearance_m: Annotated[Number, pydantic.Field(ge=0)] | None = None
+    _way: Way | None = pydantic.PrivateAttr(None)
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _one_goal_each(self) -> Drive:
         if self.clearance_m is not None and not all(one.has_door for one in self.doors):
             raise ValueError("clearance_m: a way leads to a door. Give door_start_m and door_end_m")

@@ -6,26 +6,18 @@ import re
 from collections.abc import Callable
 from typing import Annotated, Any
 
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    ConfigDict,
-    Field,
-    Strict,
-    ValidationInfo,
-    field_validator,
-)
+import pydantic
 
 # Engines do not read numbers whose squares or quotients underflow.
 SMALLEST = 1e-100
 
 
 # strict: neither `true` nor "1.0" is a number
-Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
-Positive = Annotated[Number, Field(gt=0)]
-Count = Annotated[int, Strict(), Field(ge=1)]
+Number = Annotated[float, pydantic.Strict(), pydantic.Field(allow_inf_nan=False)]
+Positive = Annotated[Number, pydantic.Field(gt=0)]
+Count = Annotated[int, pydantic.Strict(), pydantic.Field(ge=1)]
 # beyond this, distances leave double precision
-Length = Annotated[Number, Field(ge=-1e30, le=1e30)]
+Length = Annotated[Number, pydantic.Field(ge=-1e30, le=1e30)]
 Point = tuple[Length, Length]
 
 
@@ -35,7 +27,7 @@ def _rising(ends: Point) -> Point:
     return ends
 
 
-Period = Annotated[Point, AfterValidator(_rising)]
+Period = Annotated[Point, pydantic.AfterValidator(_rising)]
 
 
 def _file_name(name: str) -> str:
@@ -45,23 +37,23 @@ def _file_name(name: str) -> str:
 
 
 # It becomes a part of paths, and must not lead out of their folder.
-FileName = Annotated[str, AfterValidator(_file_name)]
+FileName = Annotated[str, pydantic.AfterValidator(_file_name)]
 # Mean radius (m) and mean mass (kg) of the disks of a file.
 Means = tuple[float, float]
 
 
-def means_of(info: ValidationInfo) -> Means | None:
+def means_of(info: pydantic.ValidationInfo) -> Means | None:
     """The means of the disks of the file that is read, where there are any."""
     ask: Callable[[], Means | None] = (info.context or {}).get("means", lambda: None)
     return ask()
 
 
-class Schema(BaseModel):
+class Schema(pydantic.BaseModel):
     """A table of a scene file: no key that is not known, numbers that are numbers."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    @field_validator("*")
+    @pydantic.field_validator("*")
     @classmethod
     def _underflows_nowhere(cls, value: Any) -> Any:
         for part in value if isinstance(value, tuple) else (value,):

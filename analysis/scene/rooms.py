@@ -56,12 +56,6 @@ class Crowd:
     law: str = "hooke"
     friction: float = 0.0
 
-    def push_of(self, mass: float) -> float:
-        """Compute the push (N) of a person of mean mass (kg)."""
-        if self.speed is None or self.relaxation is None:
-            return self.push
-        return mass * self.speed / self.relaxation
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Inside:
@@ -220,7 +214,9 @@ def _notes(
 ) -> str:
     radius, mass = snapshot.radius, snapshot.mass
     where = "before a door" if len(ways) == 1 else f"before {len(ways)} doors"
-    push = crowd.push_of(float(mass.mean()))
+    push = crowd.push
+    if crowd.speed is not None and crowd.relaxation is not None:
+        push = float(mass.mean()) * crowd.speed / crowd.relaxation
     notes = f"""{crowd.people} people of radius {radius.mean():.3f} ± {radius.std():.3f} m and mass
 {mass.mean():.1f} ± {mass.std():.1f} kg, push with {push:g} N. They wait at random places
 {where} (seed {crowd.varied.seed}). Disks cover {cover_of(radius, floor):.0%} of the floor."""

@@ -14,17 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
-from analysis.pages.drawing import (
-    BLACK,
-    DARK_GREY,
-    GREY,
-    NARROW_IN,
-    ORANGE,
-    SKY,
-    VERMILION,
-    WHITE,
-    YELLOW,
-)
+from analysis.pages import drawing
 from analysis.pages.html import write_html
 from analysis.pages.numbers import NONE, number, percent, significant
 from analysis.pages.section import Cell, Picture, Section, Table
@@ -35,18 +25,18 @@ from analysis.support.files import write_json, write_rows
 
 # Okabe–Ito, of clearly different lightness, with a letter and a hatch of its own
 LOOKS = {
-    Outcome.STABLE: (WHITE, "S", ""),
-    Outcome.INACCURATE: (YELLOW, "I", ".."),
-    Outcome.ENERGY_GAIN: (ORANGE, "E", "//"),
-    Outcome.LOST: (VERMILION, "L", "xx"),
-    Outcome.NOT_CONVERGED: (SKY, "N", "\\\\"),
-    Outcome.REFUSED: (GREY, "R", "--"),
+    Outcome.STABLE: (drawing.WHITE, "S", ""),
+    Outcome.INACCURATE: (drawing.YELLOW, "I", ".."),
+    Outcome.ENERGY_GAIN: (drawing.ORANGE, "E", "//"),
+    Outcome.LOST: (drawing.VERMILION, "L", "xx"),
+    Outcome.NOT_CONVERGED: (drawing.SKY, "N", "\\\\"),
+    Outcome.REFUSED: (drawing.GREY, "R", "--"),
 }
 
 
 def draw_overview(maps: Sequence[Map], *, narrow: bool = False) -> Figure:
     """Draw how the attempts of each case ended, and (not narrow) its boundaries over theory."""
-    size = (NARROW_IN if narrow else 7.2, 1.1 + (0.24 if narrow else 0.3) * len(maps))
+    size = (drawing.NARROW_IN if narrow else 7.2, 1.1 + (0.24 if narrow else 0.3) * len(maps))
     figure = Figure(figsize=size, layout="constrained")
     every = figure.subplots(1, 1 if narrow else 2, sharey=True, squeeze=False)[0]
     places, done = range(len(maps)), np.zeros(len(maps))
@@ -54,7 +44,7 @@ def draw_overview(maps: Sequence[Map], *, narrow: bool = False) -> Figure:
         ended = [sum(cell.outcome is outcome for cell in one.cells.values()) for one in maps]
         if any(ended):
             share = 100 * np.array(ended) / [len(one.cells) for one in maps]
-            look = {"color": colour, "hatch": hatch, "ec": DARK_GREY, "lw": 0.6}
+            look = {"color": colour, "hatch": hatch, "ec": drawing.DARK_GREY, "lw": 0.6}
             every[0].barh(places, share, left=done, label=f"{letter}  {outcome}", **look)
             done += share
     titles = [textwrap.fill(words_of(one.case)["title"], 26) for one in maps]
@@ -62,12 +52,16 @@ def draw_overview(maps: Sequence[Map], *, narrow: bool = False) -> Figure:
     every[0].set(xlabel="attempts (%)", xlim=(0, 100))
     every[0].invert_yaxis()
     for axes in every[1:]:
-        axes.axvline(1.0, color=BLACK, lw=1)
+        axes.axvline(1.0, color=drawing.BLACK, lw=1)
         for place, one in enumerate(maps):
             edges = [edge for edge in one.boundaries if np.isfinite(edge.theory)]
             for edge, y in zip(edges, place + np.linspace(-0.25, 0.25, len(edges)), strict=True):
-                axes.plot([edge.low / edge.theory, edge.high / edge.theory], [y] * 2, color=BLACK)
-                axes.plot([edge.measured / edge.theory], [y], "D", color=BLACK, mfc="white", ms=4)
+                axes.plot(
+                    [edge.low / edge.theory, edge.high / edge.theory], [y] * 2, color=drawing.BLACK
+                )
+                axes.plot(
+                    [edge.measured / edge.theory], [y], "D", color=drawing.BLACK, mfc="white", ms=4
+                )
         axes.set_xlabel("boundary measured / by theory")
     figure.legend(loc="outside lower center", ncols=2 if narrow else 6, fontsize=8, frameon=False)
     return figure
@@ -80,8 +74,9 @@ def draw_map(made: Map, *, narrow: bool = False) -> Figure:
     columns, rows = case.columns.values, case.rows.values
     labels = [tick(value) for value in rows]
     wide = 0.34 if narrow else 0.78 if len(columns) <= 10 else 0.62
-    width = 1.9 + (0.06 if narrow else 0.11) * max(map(_width, rows)) + wide * len(columns)
-    least = NARROW_IN if narrow else 6.0
+    longest = max(5 if isinstance(row, float) else len(str(row)) for row in rows)
+    width = 1.9 + (0.06 if narrow else 0.11) * longest + wide * len(columns)
+    least = drawing.NARROW_IN if narrow else 6.0
     figure = Figure(figsize=(max(width, least), 1.8 + 0.46 * len(rows)), layout="constrained")
     axes = figure.add_subplot()
     _draw_cells(axes, made)
@@ -111,7 +106,9 @@ def _draw_cells(axes: Axes, made: Map) -> None:
         x, y = columns.index(column), rows.index(row)
         colour, letter, hatch = LOOKS[cell.outcome]
         axes.add_patch(
-            Rectangle((x - 0.5, y - 0.5), 1, 1, fc=colour, ec=DARK_GREY, hatch=hatch, lw=0.6)
+            Rectangle(
+                (x - 0.5, y - 0.5), 1, 1, fc=colour, ec=drawing.DARK_GREY, hatch=hatch, lw=0.6
+            )
         )
         letter += "!" if cell.silent else ""
         axes.text(x, y, letter, ha="center", va="center", fontsize=9, bbox=box)
@@ -126,23 +123,27 @@ def _draw_boundaries(axes: Axes, made: Map) -> bool:
         if place is None:
             continue
         compared = True
-        axes.plot([place] * 2, [y - 0.5, y + 0.5], color=BLACK, lw=2.5, solid_capstyle="butt")
+        axes.plot(
+            [place] * 2, [y - 0.5, y + 0.5], color=drawing.BLACK, lw=2.5, solid_capstyle="butt"
+        )
         if (middle := _place(made.case.columns, edge.measured)) is not None:
-            axes.plot([middle], [y - 0.34], marker="D", color=BLACK, mfc="white", ms=6)
+            axes.plot([middle], [y - 0.34], marker="D", color=drawing.BLACK, mfc="white", ms=6)
     return compared
 
 
 def _handles(made: Map, compared: bool) -> list[Patch | Line2D]:
     outcomes = {cell.outcome for cell in made.cells.values()}
     handles: list[Patch | Line2D] = [
-        Patch(fc=colour, hatch=hatch, ec=DARK_GREY, label=f"{letter}  {outcome}")
+        Patch(fc=colour, hatch=hatch, ec=drawing.DARK_GREY, label=f"{letter}  {outcome}")
         for outcome, (colour, letter, hatch) in LOOKS.items()
         if outcome in outcomes
     ]
     if compared:
-        handles.append(Line2D([], [], color=BLACK, lw=2.5, label="boundary by theory"))
+        handles.append(Line2D([], [], color=drawing.BLACK, lw=2.5, label="boundary by theory"))
         label = "boundary measured"
-        handles.append(Line2D([], [], color=BLACK, marker="D", mfc="white", ls="", label=label))
+        handles.append(
+            Line2D([], [], color=drawing.BLACK, marker="D", mfc="white", ls="", label=label)
+        )
     if any(cell.silent for cell in made.cells.values()):
         handles.append(Line2D([], [], ls="", label="!  its own status: 0 or solved"))
     return handles
@@ -151,10 +152,6 @@ def _handles(made: Map, compared: bool) -> list[Patch | Line2D]:
 def tick(value: Row) -> str:
     """Write the value of a row or column."""
     return significant(value, 4) if isinstance(value, float) else str(value)
-
-
-def _width(value: Row) -> int:
-    return 5 if isinstance(value, float) else len(str(value))
 
 
 def _place(axis: Axis, value: float) -> float | None:

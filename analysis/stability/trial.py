@@ -286,11 +286,6 @@ def rigid_cell(said: str, well: str, *ills: Ill) -> Cell:
     return cell(said, (float("nan"),) * len(ENGINE_QUANTITIES), well, *ills)
 
 
-def refused_cell(why: Exception) -> Cell:
-    """Make a cell of something that the product turned down before anything ran."""
-    return rigid_cell("refused", "", (True, Outcome.REFUSED, str(why)))
-
-
 def solver_cell(
     answer: Percussions, reference: Floats, scale: float, *ills: Ill, more: tuple[float, ...] = ()
 ) -> Cell:

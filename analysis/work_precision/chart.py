@@ -9,31 +9,11 @@ from pathlib import Path
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import MAKERS, make
 from analysis.support.parallel import Progress, Task, do_all, workers
+from analysis.work_precision import soft
+from analysis.work_precision import window as windows
 from analysis.work_precision.continuum import COARSE, SIDES, continuum_ladder
 from analysis.work_precision.point import Point, PointStatus
 from analysis.work_precision.rigid_solves import solve_rigid, solve_rivals
-from analysis.work_precision.soft import (
-    FULL,
-    LAWS,
-    QUICK,
-    STIFFER,
-    Grid,
-    SoftSetting,
-    kept_reference,
-    prepare_window,
-    run_soft,
-    scene_of,
-    settings_of,
-    soft_engines,
-)
-from analysis.work_precision.window import (
-    Converged,
-    Judge,
-    Quantity,
-    RigidReference,
-    Window,
-    rigid_reference,
-)
 
 # What starting a process is worth, in particle-steps.
 START = 3e5
@@ -48,9 +28,9 @@ class Measured:
     scaling: the points of cost against size; none for a scene of fixed size, or a quick chart."""
 
     scene: Scene  # as it was given
-    window: Window
-    rigid: RigidReference  # the rigid reference
-    quantities: tuple[Quantity, ...]
+    window: windows.Window
+    rigid: windows.RigidReference  # the rigid reference
+    quantities: tuple[windows.Quantity, ...]
     points: tuple[Point, ...]
     no_continuum: str  # why there is no continuum; "" if there is
     warnings: tuple[str, ...]  # what went wrong on the way
@@ -64,9 +44,9 @@ class Measured:
 
 
 def measure(
-    window: Window,
+    window: windows.Window,
     name: str,
-    settings: Sequence[SoftSetting],
+    settings: Sequence[soft.SoftSetting],
     folder: Path,
     executor: Executor,
     progress: Progress | None = None,
@@ -80,20 +60,23 @@ def measure(
     pairs = sorted({(s.law, s.stiffness_N_per_m) for s in settings})
     groups = {
         "models": [_integration(window, folder, *pair) for pair in pairs],
-        "runs": [_run(window, folder, setting) for setting in settings],
+        "runs": [
+            Task(call=soft.run_soft, arguments=(window, one, folder), work=_work(window, one))
+            for one in settings
+        ],
         **_solutions(window, folder, mesh_sides),
     }
     tasks = [task for group in groups.values() for task in group]
     label = f"{name}: {len(window.scene.snapshot)} disks"
     results = iter(do_all(tasks, executor, label, progress))
     done = {name: [next(results) for _ in group] for name, group in groups.items()}
-    models: dict[tuple[str, float | None], Converged] = dict(
+    models: dict[tuple[str, float | None], windows.Converged] = dict(
         zip(pairs, done["models"], strict=True)
     )
     (rigid,), ((continuum, no_continuum),) = done["rigid"], done["continuum"]
     answers = [replace(run, model=models[run.law, run.stiffness_N_per_m]) for run in done["runs"]]
     answers += [answer for solved in done["solved"] for answer in solved]
-    judge = Judge(window=window, name=name, rigid=rigid)
+    judge = windows.Judge(window=window, name=name, rigid=rigid)
     failed = [(law, k, models[law, k].why) for law, k in pairs if models[law, k].own is None]
     return Measured(
         scene=window.scene,
@@ -106,20 +89,18 @@ def measure(
     )
 
 
-def _integration(window: Window, folder: Path, law: str, stiffness: float) -> Task:
-    setting = SoftSetting(engine="", law=law, stiffness_N_per_m=stiffness, share=1.0)
+def _integration(window: windows.Window, folder: Path, law: str, stiffness: float) -> Task:
+    setting = soft.SoftSetting(engine="", law=law, stiffness_N_per_m=stiffness, share=1.0)
     return Task(
-        call=kept_reference,
+        call=soft.kept_reference,
         arguments=(window, law, stiffness, folder),
         work=INTEGRATION * _work(window, setting),
     )
 
 
-def _run(window: Window, folder: Path, setting: SoftSetting) -> Task:
-    return Task(call=run_soft, arguments=(window, setting, folder), work=_work(window, setting))
-
-
-def _solutions(window: Window, folder: Path, mesh_sides: Sequence[float]) -> dict[str, list[Task]]:
+def _solutions(
+    window: windows.Window, folder: Path, mesh_sides: Sequence[float]
+) -> dict[str, list[Task]]:
     size = len(window.scene.snapshot)
     given = (window.scene.snapshot, window.contacts, window.left_velocity, window.law)
     meshed = (window, mesh_sides, folder / "continuum")
@@ -129,14 +110,14 @@ def _solutions(window: Window, folder: Path, mesh_sides: Sequence[float]) -> dic
             Task(call=call, arguments=(window,), work=2e5 + 1e3 * size)
             for call in (solve_rigid, solve_rivals)
         ],
-        "rigid": [Task(call=rigid_reference, arguments=given, work=1e5 + size**2)],
+        "rigid": [Task(call=windows.rigid_reference, arguments=given, work=1e5 + size**2)],
         "continuum": [Task(call=continuum_ladder, arguments=meshed, work=work)],
     }
 
 
-def _work(window: Window, setting: SoftSetting) -> float:
+def _work(window: windows.Window, setting: soft.SoftSetting) -> float:
     """Particle-steps, and what starting a process is worth."""
-    scene = scene_of(window, setting)
+    scene = soft.scene_of(window, setting)
     steps = scene.run.duration_s / (scene.run.time_step_s or 1.0)
     return START + len(scene.snapshot) * steps
 
@@ -144,7 +125,7 @@ def _work(window: Window, setting: SoftSetting) -> float:
 ACCURACY = 0.01
 LINES, CROWDS = (5, 10, 20, 40, 80), (75, 150, 300, 600)
 # Cost against size: of the middle stiffness of the chart.
-SIZES = Grid(stiffer=STIFFER[len(STIFFER) // 2 :][:1], shares=(1.0, 4.0, 8.0))
+SIZES = soft.Grid(stiffer=soft.STIFFER[len(soft.STIFFER) // 2 :][:1], shares=(1.0, 4.0, 8.0))
 
 
 def build_chart(
@@ -162,25 +143,17 @@ def build_chart(
     Everything that takes long is kept in runs/work_precision/<scene>: a build that was interrupted
     goes on where it stopped. Raises ValueError as `workers` and `prepare_window` do."""
     folder = (runs / "work_precision" / scene.name).absolute()
-    engines = soft_engines()
-    missing = [name for name in LAWS if name not in engines]
+    engines = soft.soft_engines()
+    missing = [name for name in soft.LAWS if name not in engines]
     sides = COARSE if quick else SIDES
     with workers(processes, scheduler) as executor:
-        window = prepare_window(scene, folder, progress)
-        settings = list(settings_of(window, engines, QUICK if quick else FULL))
+        window = soft.prepare_window(scene, folder, progress)
+        settings = list(soft.settings_of(window, engines, soft.QUICK if quick else soft.FULL))
         measured = measure(window, scene.name, settings, folder, executor, progress, sides)
         sizes = () if quick else tuple(scaling(scene, engines, folder, executor, progress))
     absent = [f"{name} is not found: it is not on the chart" for name in missing]
     warnings = (*absent, *measured.warnings)
     return replace(measured, scene=scene, scaling=sizes, warnings=warnings, quick=quick)
-
-
-def sizes_of(scene: Scene) -> tuple[int, ...]:
-    """Give the sizes at which a scene of the product is made again; none for a scene of fixed size,
-    or one of the user's."""
-    if scene.name not in MAKERS:
-        return ()
-    return CROWDS if scene.drive else LINES
 
 
 def scaling(
@@ -191,11 +164,13 @@ def scaling(
     progress: Progress | None = None,
 ) -> Iterator[Point]:
     """Yield for each size and method the cheapest point whose numerical error, of what the disks
-    receive, is within ACCURACY. A method without such a point at a size is left out there."""
-    for size in sizes_of(scene):
+    receive, is within ACCURACY. A method without such a point at a size is left out there; none of a
+    scene of fixed size, or one of the user's."""
+    sizes = CROWDS if scene.drive else LINES
+    for size in sizes if scene.name in MAKERS else ():
         place = folder / f"{size}_disks"
-        window = prepare_window(make(scene.name, size), place)
-        settings = list(settings_of(window, engines, SIZES))
+        window = soft.prepare_window(make(scene.name, size), place)
+        settings = list(soft.settings_of(window, engines, SIZES))
         made = measure(window, scene.name, settings, place, executor, progress, SIDES)
         yield from cheapest(p for p in made.points if p.quantity.startswith("disk_"))
 

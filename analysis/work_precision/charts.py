@@ -11,28 +11,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from analysis.pages.drawing import (
-    BLACK,
-    BLUE,
-    DARK_GREY,
-    DARK_YELLOW,
-    GREEN,
-    GREY,
-    GRID,
-    ORANGE,
-    PINK,
-    SKY,
-    VERMILION,
-    YELLOW,
-    lead,
-    panels,
-)
+from analysis.pages import drawing
 from analysis.work_precision.point import Point, PointStatus, front, pareto_front
 from analysis.work_precision.window import Quantity
 from nscd.arrays import Floats
 
 # Edges of what is too light for a thin line.
-DARK = {GREY: DARK_GREY, YELLOW: DARK_YELLOW}
+DARK = {drawing.GREY: drawing.DARK_GREY, drawing.YELLOW: drawing.DARK_YELLOW}
 # Least distance of two labels at the side of a panel, as a share of its height.
 APART = 0.05
 
@@ -55,27 +40,29 @@ class Look:
 
 
 LOOKS = {
-    "lammps_hooke": Look("LAMMPS, linear", BLUE, "o", "-"),
-    "lammps_hertz": Look("LAMMPS, Hertz", ORANGE, "s", "--"),
-    "yade_hooke": Look("YADE, linear", GREEN, "D", ":"),
-    "rigid_auto": Look("rigid, the product's choice", BLACK, "^", "-"),
-    "rigid_interior_point": Look("rigid, interior point", VERMILION, "v", "--"),
-    "rigid_active_set": Look("rigid, active set", PINK, "<", "-."),
-    "rigid_projected_gradient": Look("rigid, projected gradient", SKY, ">", ":"),
-    "rigid_gauss_seidel": Look("rigid, Gauss–Seidel", GREY, "p", "-"),
-    "continuum_deformable": Look("continuum (11), deformable", YELLOW, (4, 1, 0), "-", 9),
-    "continuum_first_order": Look("continuum (20), first order", YELLOW, (6, 1, 0), "--", 9),
-    "first_order": Look("first-order model", BLACK, "*", "", 9),
-    "social_force": Look("social force", VERMILION, "P", "", 9),
-    "loehner_printed": Look("Löhner, as printed", PINK, "X", "", 9),
-    "loehner_text": Look("Löhner, cases exchanged", SKY, "h", "", 9),
+    "lammps_hooke": Look("LAMMPS, linear", drawing.BLUE, "o", "-"),
+    "lammps_hertz": Look("LAMMPS, Hertz", drawing.ORANGE, "s", "--"),
+    "yade_hooke": Look("YADE, linear", drawing.GREEN, "D", ":"),
+    "rigid_auto": Look("rigid, the product's choice", drawing.BLACK, "^", "-"),
+    "rigid_interior_point": Look("rigid, interior point", drawing.VERMILION, "v", "--"),
+    "rigid_active_set": Look("rigid, active set", drawing.PINK, "<", "-."),
+    "rigid_projected_gradient": Look("rigid, projected gradient", drawing.SKY, ">", ":"),
+    "rigid_gauss_seidel": Look("rigid, Gauss–Seidel", drawing.GREY, "p", "-"),
+    "continuum_deformable": Look("continuum (11), deformable", drawing.YELLOW, (4, 1, 0), "-", 9),
+    "continuum_first_order": Look(
+        "continuum (20), first order", drawing.YELLOW, (6, 1, 0), "--", 9
+    ),
+    "first_order": Look("first-order model", drawing.BLACK, "*", "", 9),
+    "social_force": Look("social force", drawing.VERMILION, "P", "", 9),
+    "loehner_printed": Look("Löhner, as printed", drawing.PINK, "X", "", 9),
+    "loehner_text": Look("Löhner, cases exchanged", drawing.SKY, "h", "", 9),
 }
 
 
 def look_of(point: Point) -> Look:
     """Choose how a point's method is drawn; one that is not known here gets a plain look and its
     own name."""
-    return LOOKS.get(point.key, Look(point.key, GREY, "d", "-"))
+    return LOOKS.get(point.key, Look(point.key, drawing.GREY, "d", "-"))
 
 
 # The name of a curve: x and y where it ends, words, colour.
@@ -89,7 +76,7 @@ def label_curves(axes: Axes, labels: Iterable[Label]) -> None:
     ends = (np.log([y for _, y, *_ in found]) - low) / (high - low)
     for (x, y, words, colour), height in zip(found, spread(ends, APART), strict=True):
         beside = {"fontsize": 9, "va": "center", "annotation_clip": False}
-        lead(axes, words, (x, y), (1.03, height), colour, **beside)
+        drawing.lead(axes, words, (x, y), (1.03, height), colour, **beside)
 
 
 def spread(places: Floats, apart: float) -> Floats:
@@ -105,7 +92,7 @@ def spread(places: Floats, apart: float) -> Floats:
 
 def tidy(axes: Axes) -> None:
     """Give logarithmic axes a quiet grid and few ticks."""
-    axes.grid(True, which="major", color=GRID, lw=0.6)
+    axes.grid(True, which="major", color=drawing.GRID, lw=0.6)
     axes.set_axisbelow(True)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(LogLocator(numticks=9))
@@ -123,7 +110,7 @@ _sum: Error = attrgetter("error_sum")
 
 def total_picture(points: Sequence[Point], quantity: Quantity) -> Figure:
     """Draw the sum of both errors of one quantity against CPU time, with the Pareto fronts."""
-    figure, (axes,) = panels(7.0, 4.6)
+    figure, (axes,) = drawing.panels(7.0, 4.6)
     _draw_total(axes, [p for p in points if p.quantity == quantity.name])
     return figure
 
@@ -139,13 +126,13 @@ def work_precision_picture(points: Sequence[Point], quantity: Quantity, title: s
     stiffness, and both together (their sum) against CPU time with the Pareto fronts. A cross: no
     answer, or one that is wrong by more than 100 %."""
     chosen = [p for p in points if p.quantity == quantity.name]
-    figure, (numerical, model, total) = panels(17, 6, 1, 3)
+    figure, (numerical, model, total) = drawing.panels(17, 6, 1, 3)
     _draw_cost(numerical, [p for p in chosen if p.numerical_bar is not None], _numerical)
     numerical.set_title("Numerical error: what a finer setting buys")
     numerical.set_ylabel("error from the method's own model")
     bars = [p.numerical_bar for p in chosen if p.numerical_bar and p.stiffness_N_per_m]
     if bars:
-        numerical.axhline(max(bars), color=BLACK, lw=0.8, ls=DOTS, zorder=1)
+        numerical.axhline(max(bars), color=drawing.BLACK, lw=0.8, ls=DOTS, zorder=1)
     _draw_model(model, chosen)
     model.set_title("Model error: what no finer setting helps against")
     model.set_ylabel("error of the converged model, from the rigid one")
@@ -184,7 +171,7 @@ def _draw_cost(axes: Axes, points: Sequence[Point], error: Error) -> None:
                     _cost(point), _clipped(error(point)), marker="x", ms=6, mew=1.2,
                     color=look.edge, zorder=4, clip_on=False,
                 )  # fmt: skip
-    axes.axhline(WHOLE, color=GREY, lw=0.8, ls="--", zorder=0)
+    axes.axhline(WHOLE, color=drawing.GREY, lw=0.8, ls="--", zorder=0)
     axes.set(xscale="log", yscale="log", xlabel="CPU time (s)")
     known = [_clipped(value) for p in points if (value := error(p)) is not None]
     axes.set_ylim(0.3 * min(known, default=1e-6), HIGHEST)
@@ -195,7 +182,7 @@ def _draw_cost(axes: Axes, points: Sequence[Point], error: Error) -> None:
 def _draw_fronts(axes: Axes, points: Sequence[Point]) -> None:
     limits = axes.get_xlim()
     soft = [p for p in points if p.stiffness_N_per_m is not None]
-    for some, colour, line in ((points, BLACK, "-"), (soft, DARK_GREY, DASHES)):
+    for some, colour, line in ((points, drawing.BLACK, "-"), (soft, drawing.DARK_GREY, DASHES)):
         if best := pareto_front(some):
             x = [*(_cost(p) for p in best), limits[1]]
             y = [_clipped(p.error_sum) for p in best]
@@ -231,7 +218,7 @@ def _draw_model(axes: Axes, points: Sequence[Point]) -> None:
         )  # fmt: skip
         labels.append((y[-1], look))
         heights += y
-    axes.axhline(WHOLE, color=GREY, lw=0.8, ls="--", zorder=0)
+    axes.axhline(WHOLE, color=drawing.GREY, lw=0.8, ls="--", zorder=0)
     axes.set(xscale="log", yscale="log", xlabel="contact stiffness k (N/m)")
     if not any(p.stiffness_N_per_m for p in points):
         # no engine is there: levels alone
@@ -247,7 +234,7 @@ def _draw_model(axes: Axes, points: Sequence[Point]) -> None:
 def scaling_picture(points: Sequence[Point], accuracy: float) -> Figure:
     """Draw CPU time against the number of disks, one curve per method, each at its cheapest setting
     within the accuracy."""
-    figure, (axes,) = panels(8, 5.2)
+    figure, (axes,) = drawing.panels(8, 5.2)
     labels = []
     for points_of_one in _by_method(points):
         curve = sorted(points_of_one, key=lambda p: p.disks)
@@ -271,14 +258,21 @@ def scaling_picture(points: Sequence[Point], accuracy: float) -> Figure:
 
 def _handles(bars: bool) -> list[Line2D]:
     handles = [
-        Line2D([], [], color=DARK_GREY, marker=".", ls="none", label="other settings"),
-        Line2D([], [], color=BLACK, marker="x", ls="none", label="no answer, or wrong by > 100 %"),
-        Line2D([], [], color=BLACK, lw=0.8, label="Pareto front of all methods"),
+        Line2D([], [], color=drawing.DARK_GREY, marker=".", ls="none", label="other settings"),
+        Line2D(
+            [],
+            [],
+            color=drawing.BLACK,
+            marker="x",
+            ls="none",
+            label="no answer, or wrong by > 100 %",
+        ),
+        Line2D([], [], color=drawing.BLACK, lw=0.8, label="Pareto front of all methods"),
     ]
     if bars:
         soft, bar = "Pareto front of soft contacts", "error bar of soft references"
-        handles.append(Line2D([], [], color=DARK_GREY, lw=0.8, ls=DASHES, label=soft))
-        handles.append(Line2D([], [], color=BLACK, lw=0.8, ls=DOTS, label=bar))
+        handles.append(Line2D([], [], color=drawing.DARK_GREY, lw=0.8, ls=DASHES, label=soft))
+        handles.append(Line2D([], [], color=drawing.BLACK, lw=0.8, ls=DOTS, label=bar))
     return handles
 
 

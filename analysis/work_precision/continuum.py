@@ -13,18 +13,9 @@ from skfem import MeshTri1
 
 from analysis.scene.scene import Drive, Scene
 from analysis.support.cache import keep, kept
+from analysis.work_precision import window as windows
 from analysis.work_precision.point import PointStatus
 from analysis.work_precision.rigid_solves import STATUS, timed
-from analysis.work_precision.window import (
-    CONTACT_FORCE,
-    DISK_FORCE,
-    DISPLACEMENT,
-    WALL_FORCE,
-    Answer,
-    Converged,
-    Values,
-    Window,
-)
 from nscd.arrays import Floats, Indices
 from nscd.bodies import Snapshot
 from nscd.continuum.collision import collide
@@ -109,7 +100,7 @@ def _border(outline: Floats, hall: Room) -> tuple[Border, ...]:
 RING = np.arange(6) * np.pi / 3
 PLACES = np.vstack([[[0.0, 0.0]], np.sqrt(2 / 3) * np.column_stack([np.cos(RING), np.sin(RING)])])
 WEIGHTS = np.array([0.25, *[0.125] * 6])
-COMPARED = (DISK_FORCE, WALL_FORCE, DISPLACEMENT)
+COMPARED = (windows.DISK_FORCE, windows.WALL_FORCE, windows.DISPLACEMENT)
 # Nearer to the door than this (m) nobody has a direction.
 AT_THE_DOOR = 1e-9
 
@@ -122,7 +113,7 @@ class ContinuumModel(StrEnum):
     FIRST_ORDER = "first_order"
 
 
-def solve_continuum(window: Window, model: ContinuumModel, side_m: float) -> Answer:
+def solve_continuum(window: windows.Window, model: ContinuumModel, side_m: float) -> windows.Answer:
     """Solve a model on the crowd's region (see `crowd_room`) with P1 elements and a mesh graded to
     the jambs.
 
@@ -136,8 +127,8 @@ def solve_continuum(window: Window, model: ContinuumModel, side_m: float) -> Ans
 
 
 def solve_models(
-    window: Window, side_m: float, models: Sequence[ContinuumModel] = tuple(ContinuumModel)
-) -> tuple[Answer, ...]:
+    window: windows.Window, side_m: float, models: Sequence[ContinuumModel] = tuple(ContinuumModel)
+) -> tuple[windows.Answer, ...]:
     """Solve each model on the same mesh, without its time. Raises ValueError as `crowd_room`
     does."""
     room = crowd_room(window.scene)
@@ -150,8 +141,8 @@ def solve_models(
 
 
 def _solve(
-    window: Window, model: ContinuumModel, room: Room, mesh: MeshTri1, side_m: float
-) -> Answer:
+    window: windows.Window, model: ContinuumModel, room: Room, mesh: MeshTri1, side_m: float
+) -> windows.Answer:
     disks, drive = window.scene.snapshot, window.scene.drive
     assert drive is not None
     left, at = _walking(drive), _samples(disks, room, mesh)
@@ -176,9 +167,11 @@ def _solve(
     # as for the rigid model impulses over τ are constant forces
     tau = drive.relaxation_time_s
     values = {
-        DISK_FORCE: (disks.mass[:, None] * change).ravel() / tau,
-        WALL_FORCE: impulse / tau,
-        DISPLACEMENT: window.rigid_motion(window.left_velocity + change).displacement[1].ravel(),
+        windows.DISK_FORCE: (disks.mass[:, None] * change).ravel() / tau,
+        windows.WALL_FORCE: impulse / tau,
+        windows.DISPLACEMENT: window.rigid_motion(window.left_velocity + change)
+        .displacement[1]
+        .ravel(),
     }
     return answer_of(model, side_m, values, STATUS[status], reason)
 
@@ -186,19 +179,19 @@ def _solve(
 def answer_of(
     model: ContinuumModel,
     side_m: float,
-    values: Values | None,
+    values: windows.Values | None,
     status: PointStatus = PointStatus.OK,
     reason: str = "",
-) -> Answer:
+) -> windows.Answer:
     """Make the answer of a model on a mesh with triangles of side_m; values of COMPARED, None where
     there are none."""
-    return Answer(
+    return windows.Answer(
         method="continuum",
         law=str(model),
         mesh_side_m=side_m,
         cpu_seconds=None,
         values=values,
-        lacks=(CONTACT_FORCE,),
+        lacks=(windows.CONTACT_FORCE,),
         status=status,
         reason=reason,
     )
@@ -272,8 +265,8 @@ EDITION = 2
 
 
 def continuum_ladder(
-    window: Window, sides: Sequence[float], path: Path
-) -> tuple[list[Answer], str]:
+    window: windows.Window, sides: Sequence[float], path: Path
+) -> tuple[list[windows.Answer], str]:
     """Solve both models on meshes of these sides (in mean radii), finest last, each answer with its
     model, converged, and why there is none of all this; the references, which take long, are kept
     in `path`_*.npz."""
@@ -293,11 +286,11 @@ def continuum_ladder(
     return [replace(answer, model=models[answer.law]) for answer in answers], ""
 
 
-def converged(coarse: Answer, fine: Answer) -> Converged:
+def converged(coarse: windows.Answer, fine: windows.Answer) -> windows.Converged:
     """Make the converged model of its answers on meshes twice and four times as fine as the finest
     of a ladder."""
     sure = coarse.status == fine.status == PointStatus.OK
-    return Converged(
+    return windows.Converged(
         own=fine.values if sure else None,
         looser=coarse.values if sure else None,
         why=f"the reference is {fine.status}: {fine.reason or coarse.reason}",
@@ -305,7 +298,7 @@ def converged(coarse: Answer, fine: Answer) -> Converged:
     )
 
 
-def _kept(window: Window, side_m: float, path: Path) -> tuple[Answer, ...]:
+def _kept(window: windows.Window, side_m: float, path: Path) -> tuple[windows.Answer, ...]:
     """Both models from the file, or made and, if both are `ok`, kept there."""
     file = path.with_name(f"{path.name}_{side_m:.6g}m.npz")
     key = f"{window.scene.digest()} {EDITION}"

@@ -12,13 +12,8 @@ from analysis.pages.names import engine_name
 from analysis.pages.numbers import number, significant
 from analysis.pages.section import Picture, Section
 from analysis.pages.words import Words
+from analysis.work_precision import charts
 from analysis.work_precision.chart import ACCURACY, Measured
-from analysis.work_precision.charts import (
-    look_of,
-    scaling_picture,
-    total_picture,
-    work_precision_picture,
-)
 from analysis.work_precision.point import Point, PointStatus, pareto_front, write_points
 from analysis.work_precision.window import Quantity
 
@@ -41,7 +36,11 @@ def write_chart(chart: Measured, folder: Path, command: str, more: Sequence[Sect
     first, compared = _first(words, chart), _compared(words, chart)
     sections = [_section(words, chart, quantity) for quantity in quantities]
     sections += _unfinished(words, points, quantities) + _scaling(words, chart.scaling)
-    sections += [*more, *_bodies(words, chart)]
+    sections += more
+    if chart.scene.drive is not None:  # what all of this says about people as soft as they are
+        title, said, table = words.text("bodies"), words.text("softness"), ladder_table(chart.scene)
+        section = Section(number="bodies", title=title, introduction=[said], tables=[table])
+        sections.append(section)
     return write_html(
         folder / "index.html",
         "chart.html",
@@ -85,7 +84,9 @@ def _first(words: Words, chart: Measured) -> Section:
         title=words.text("result"),
         introduction=[words.text("lead", disks=disks, contacts=contacts)],
         words=said,
-        pictures=[Picture(name=name, caption=caption, figure=total_picture(points, quantity))],
+        pictures=[
+            Picture(name=name, caption=caption, figure=charts.total_picture(points, quantity))
+        ],
         warnings=chart.warnings,
     )
 
@@ -132,7 +133,7 @@ def _section(words: Words, chart: Measured, quantity: Quantity) -> Section:
         "soft": _largest(_soft(points)),
         "continuum": _largest(p for p in points if p.mesh_side_m is not None),
     }
-    figure = work_precision_picture(points, quantity, chart.scene.name)
+    figure = charts.work_precision_picture(points, quantity, chart.scene.name)
     fronts = {"front": pareto_front(points), "soft_front": pareto_front(_soft(points))}
     title = f"{quantity.words[:1].upper()}{quantity.words[1:]} ({quantity.unit})"
     caption = words.text("known", bars=bars)
@@ -164,7 +165,7 @@ def _row(point: Point) -> dict[str, str]:
     elif point.tolerance is not None:
         setting = f"tolerance {number(point.tolerance)}"
     return {
-        "method": look_of(point).label,
+        "method": charts.look_of(point).label,
         "disks": number(point.disks),
         "setting": setting,
         "CPU s": number(point.cpu_seconds),
@@ -200,7 +201,7 @@ def _scaling(words: Words, points: Sequence[Point]) -> list[Section]:
     if not points:
         return []
     caption = words.text("scaling_picture")
-    figure = scaling_picture(points, ACCURACY)
+    figure = charts.scaling_picture(points, ACCURACY)
     return [
         Section(
             number="scaling",
@@ -210,14 +211,6 @@ def _scaling(words: Words, points: Sequence[Point]) -> list[Section]:
             tables=[words.table("sizes", _rows(points, SIZES))],
         )
     ]
-
-
-def _bodies(words: Words, chart: Measured) -> list[Section]:
-    """What all of this says about people as soft as they are."""
-    if chart.scene.drive is None:
-        return []
-    title, said, table = words.text("bodies"), words.text("softness"), ladder_table(chart.scene)
-    return [Section(number="bodies", title=title, introduction=[said], tables=[table])]
 
 
 def _largest(points: Iterable[Point]) -> float | None:

@@ -11,17 +11,9 @@ import numpy as np
 from analysis.percussions.snapshot import percussions_of
 from analysis.work_precision.point import PointStatus
 from analysis.work_precision.window import CONTACT_FORCE, DISK_FORCE, WALL_FORCE, Answer, Window
-from nscd import find_contacts
+from nscd import find_contacts, rivals
 from nscd.arrays import Floats
 from nscd.percussions import Percussions, Status
-from nscd.rivals import (
-    FirstOrderAnswer,
-    LoehnerReading,
-    SocialForceLaw,
-    first_order,
-    loehner_force,
-    social_force,
-)
 from nscd.solve import SOLVERS
 
 # The others sweep over contacts that dissipate nothing.
@@ -65,14 +57,14 @@ def solve_rivals(window: Window) -> list[Answer]:
     a driven crowd only, since a force is no impulse."""
     snapshot, setting = window.scene.snapshot, window.setting
 
-    def call() -> FirstOrderAnswer:
+    def call() -> rivals.FirstOrderAnswer:
         contacts = setting.contacts(snapshot)
-        return first_order(snapshot, contacts, left_velocity=window.left_velocity)
+        return rivals.first_order(snapshot, contacts, left_velocity=window.left_velocity)
 
     found = [_moved(window, call, "first_order")]
     if window.driven:
         laws = [("social_force", partial(_social, window))]
-        laws += [(f"loehner_{r}", partial(_loehner, window, r)) for r in LoehnerReading]
+        laws += [(f"loehner_{r}", partial(_loehner, window, r)) for r in rivals.LoehnerReading]
         for method, law in laws:
             (on_disks, of_contacts), seconds = timed(law)
             values = {CONTACT_FORCE: of_contacts, DISK_FORCE: on_disks.ravel()}
@@ -83,7 +75,7 @@ def solve_rivals(window: Window) -> list[Answer]:
 
 def _moved(
     window: Window,
-    call: Callable[[], Percussions | FirstOrderAnswer],
+    call: Callable[[], Percussions | rivals.FirstOrderAnswer],
     method: str,
     solver: str = "",
     tolerance: float | None = None,
@@ -103,22 +95,22 @@ def _moved(
 
 def _social(window: Window) -> tuple[Floats, Floats]:
     """Forces on each disk (n,2) N and of each touching contact (k,) N."""
-    scene, law = window.scene, SocialForceLaw()
+    scene, law = window.scene, rivals.SocialForceLaw()
     reach = law.reach(LEFT_OUT_N)
     pairs = find_contacts(scene.snapshot, scene.wall_segments(), tolerance=reach)
-    forces = social_force(scene.snapshot, pairs, law)
+    forces = rivals.social_force(scene.snapshot, pairs, law)
     touching = pairs.gap <= scene.analysis.contact_tolerance_m
     return forces.resultant(), forces.normal[touching]
 
 
-def _loehner(window: Window, reading: LoehnerReading) -> tuple[Floats, Floats]:
+def _loehner(window: Window, reading: rivals.LoehnerReading) -> tuple[Floats, Floats]:
     """The same by Löhner's law, whose f_max is what each wants to exert, m u_d/τ."""
     scene = window.scene
     assert scene.drive is not None
     wish = scene.drive.push(scene.snapshot.mass)
     near = scene.analysis.contact_tolerance_m
     pairs = find_contacts(scene.snapshot, scene.wall_segments(), tolerance=near)
-    forces = loehner_force(scene.snapshot, pairs, wish, reading, tolerance=near)
+    forces = rivals.loehner_force(scene.snapshot, pairs, wish, reading, tolerance=near)
     return forces.resultant(), forces.on_first
 
 

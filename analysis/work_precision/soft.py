@@ -26,16 +26,8 @@ from analysis.scene.scene import Scene
 from analysis.support.cache import keep, kept
 from analysis.support.machine import machine
 from analysis.support.parallel import Progress
+from analysis.work_precision import window as windows
 from analysis.work_precision.point import PointStatus
-from analysis.work_precision.window import (
-    Answer,
-    Converged,
-    Motion,
-    Window,
-    driven_window,
-    impact_window,
-    today,
-)
 from nscd import Snapshot, Walls, _core, find_contacts
 from nscd.arrays import Floats, Indices
 from nscd.contacts import connected
@@ -57,7 +49,7 @@ class SoftModel:
                 f"contact.friction: {scene.contact.friction:g}. "
                 "Charts and advice are for frictionless contacts"
             )
-        self._disks, walls = scene.snapshot, scene.wall_segments()
+        self._name, self._disks, walls = scene.name, scene.snapshot, scene.wall_segments()
         pairs = find_contacts(scene.snapshot, tolerance=reach)
         # not the walls of `find_contacts`: which of those that meet answers for a point changes
         # with the motion
@@ -92,10 +84,11 @@ class SoftModel:
             pace = drive.speed_m_per_s, drive.relaxation_time_s
             _core.soft_drive(out, position, velocity, *pace, *legs)
 
-    def passes_a_wall(self, before: Floats, after: Floats) -> bool:
-        """Tell whether a centre that goes straight from `before` to `after` (n,2) m crosses a wall,
-        whose force would then turn round."""
-        return _core.crosses(before, after, *self._ends)
+    def stay_inside(self, before: Floats, after: Floats) -> None:
+        """Raise ReferenceError where a centre that goes straight from `before` to `after` (n,2) m
+        crosses a wall, whose force would then turn round."""
+        if _core.crosses(before, after, *self._ends):
+            raise ReferenceError(f"{self._name}: the centre of a disk has passed a wall")
 
 
 def _near(snapshot: Snapshot, walls: Walls, reach: float) -> tuple[Indices, Indices]:
@@ -139,8 +132,8 @@ class SoftReference(NamedTuple):
     looser: the same with a tolerance 100 times looser; their difference bounds the error as long as
     the integration converges."""
 
-    motion: Motion  # its answer
-    looser: Motion
+    motion: windows.Motion  # its answer
+    looser: windows.Motion
 
 
 def soft_reference(scene: Scene, tolerance: float = TOLERANCE) -> SoftReference:
@@ -151,14 +144,16 @@ def soft_reference(scene: Scene, tolerance: float = TOLERANCE) -> SoftReference:
     return SoftReference(_integrate(scene, TIGHTER * tolerance, reach), looser)
 
 
-def leapfrog(scene: Scene) -> Motion:
+def leapfrog(scene: Scene) -> windows.Motion:
     """Integrate the soft model with the scene's time step as both engines do: positions move with
     the velocity of the half step, and so do dashpots see the one of half a step before. Raises what
     `SoftModel` raises."""
     return _reaching(scene, lambda reach: _step(scene, reach))[0]
 
 
-def kept_reference(window: Window, law: str, stiffness: float, folder: Path) -> Converged:
+def kept_reference(
+    window: windows.Window, law: str, stiffness: float, folder: Path
+) -> windows.Converged:
     """Give the soft model of a window, converged: as kept in the folder, or computed and kept
     there."""
     scene = window.variant(law, stiffness)
@@ -169,17 +164,17 @@ def kept_reference(window: Window, law: str, stiffness: float, folder: Path) -> 
         try:
             made = soft_reference(scene)._asdict()
         except ReferenceError as error:
-            return Converged(why=str(error), wrong=wrong)
+            return windows.Converged(why=str(error), wrong=wrong)
         parts = [(name, field) for name in made for field in ("displacement", "velocity")]
         found = {f"{name}_{field}": getattr(made[name], field) for name, field in parts}
         keep(file, key, found)
     own, looser = (
         window.quantities(
-            Motion(found[f"{name}_displacement"], found[f"{name}_velocity"]), stiffness
+            windows.Motion(found[f"{name}_displacement"], found[f"{name}_velocity"]), stiffness
         )
         for name in SoftReference._fields
     )
-    return Converged(own=own, looser=looser, wrong=wrong)
+    return windows.Converged(own=own, looser=looser, wrong=wrong)
 
 
 def _speed(scene: Scene) -> float:
@@ -192,7 +187,9 @@ def _speed(scene: Scene) -> float:
     return max(speed, scene.drive.speed_m_per_s * share)
 
 
-def _reaching(scene: Scene, integrate: Callable[[float], Motion]) -> tuple[Motion, float]:
+def _reaching(
+    scene: Scene, integrate: Callable[[float], windows.Motion]
+) -> tuple[windows.Motion, float]:
     """What `integrate` gives with contacts looked for as far (m) as it takes, and how far: a crowd
     can squeeze somebody out faster than anybody wants to walk."""
     reach = 2.0 * (_speed(scene) * scene.run.duration_s + 1e-4)
@@ -204,7 +201,7 @@ def _reaching(scene: Scene, integrate: Callable[[float], Motion]) -> tuple[Motio
         reach = max(2.0 * reach, 1.5 * farthest)
 
 
-def _step(scene: Scene, reach: float) -> Motion:
+def _step(scene: Scene, reach: float) -> windows.Motion:
     model, penalty = SoftModel(scene, reach), penalty_of(scene)
     start = np.array(scene.snapshot.position)
     moved, velocity = np.zeros_like(start), np.array(scene.snapshot.velocity)
@@ -215,15 +212,15 @@ def _step(scene: Scene, reach: float) -> Motion:
     for step in range(1, penalty.steps + 1):
         before = start + moved
         moved += dt * velocity
-        _stay_inside(scene, model, before, start + moved)
+        model.stay_inside(before, start + moved)
         model.accelerate(acceleration, start + moved, velocity)
         if step in (penalty.steps // 2, penalty.steps):
             frames.append((moved.copy(), velocity + 0.5 * dt * acceleration))
         velocity += dt * acceleration
-    return Motion(*(np.stack(part) for part in zip(*frames, strict=True)))
+    return windows.Motion(*(np.stack(part) for part in zip(*frames, strict=True)))
 
 
-def _integrate(scene: Scene, tolerance: float, reach: float) -> Motion:
+def _integrate(scene: Scene, tolerance: float, reach: float) -> windows.Motion:
     snapshot, model = scene.snapshot, SoftModel(scene, reach)
     n = len(snapshot)
     period = float(
@@ -250,18 +247,13 @@ def _integrate(scene: Scene, tolerance: float, reach: float) -> Motion:
             message = solver.step()
             steps += 1
             after = snapshot.position + period * solver.y[: 2 * n].reshape(n, 2)
-            _stay_inside(scene, model, before, after)
+            model.stay_inside(before, after)
             if solver.status == "failed" or steps > MOST_REFERENCE_STEPS:
                 raise ReferenceError(f"{scene.name}: {message or f'no end after {steps} steps'}")
         start = solver.y
         states.append(start.reshape(2, n, 2))
     moved = period * np.stack([state[0] for state in states])
-    return Motion(moved, np.stack([state[1] for state in states]))
-
-
-def _stay_inside(scene: Scene, model: SoftModel, before: Floats, after: Floats) -> None:
-    if model.passes_a_wall(before, after):
-        raise ReferenceError(f"{scene.name}: the centre of a disk has passed a wall")
+    return windows.Motion(moved, np.stack([state[1] for state in states]))
 
 
 # Times the scene's stiffness. Those of people stand in analysis/engines/bodies.toml.
@@ -304,7 +296,9 @@ FULL = Grid()
 QUICK = Grid(stiffer=(1.0, 1e2), shares=(1 / 4, 1.0, 4.0), of_engine={"yade": (1.0,)})
 
 
-def settings_of(window: Window, engines: Sequence[str], grid: Grid = FULL) -> Iterator[SoftSetting]:
+def settings_of(
+    window: windows.Window, engines: Sequence[str], grid: Grid = FULL
+) -> Iterator[SoftSetting]:
     """Yield all settings of a grid, short of those that would take too long."""
     n = len(window.scene.snapshot)
     own = window.scene.contact.stiffness_N_per_m
@@ -317,7 +311,7 @@ def settings_of(window: Window, engines: Sequence[str], grid: Grid = FULL) -> It
                 yield setting
 
 
-def scene_of(window: Window, setting: SoftSetting) -> Scene:
+def scene_of(window: windows.Window, setting: SoftSetting) -> Scene:
     """Make the scene to run: two frames, and a time step at most `share` of the safe one that
     divides the window."""
     variant = window.variant(setting.law, setting.stiffness_N_per_m)
@@ -332,7 +326,7 @@ def run_folder(folder: Path, setting: SoftSetting) -> Path:
     return folder / f"{setting.engine}_{setting.law}_{size}"
 
 
-def run_soft(window: Window, setting: SoftSetting, folder: Path) -> Answer:
+def run_soft(window: windows.Window, setting: SoftSetting, folder: Path) -> windows.Answer:
     """Run the window with the setting's engine, or take what is in the folder: the finished run, or
     how it failed. Its CPU seconds are the engine's, start included.
 
@@ -341,7 +335,8 @@ def run_soft(window: Window, setting: SoftSetting, folder: Path) -> Answer:
     note = place.with_name(place.name + ".json")
     key = f"{scene.digest()} {_version(setting.engine)}"
     known = kept(note, key)
-    if known is None or not _is_there(known, place):
+    done = known and known.get("status") == PointStatus.OK
+    if known is None or (done and not (place / "bodies.dump").exists()):
         known = _run(scene, setting, place)
         keep(note, key, known)
     values, status, reason = None, PointStatus(known["status"]), known["reason"]
@@ -350,7 +345,7 @@ def run_soft(window: Window, setting: SoftSetting, folder: Path) -> Answer:
             values = window.quantities(_motion(scene, place), setting.stiffness_N_per_m)
         except (DumpError, EngineError) as error:
             status, reason = PointStatus.FAILED, str(error)
-    return Answer(
+    return windows.Answer(
         method=setting.engine,
         law=setting.law,
         time_step_s=penalty_of(scene).time_step,
@@ -393,24 +388,20 @@ def _run(scene: Scene, setting: SoftSetting, folder: Path) -> dict[str, Any]:
             seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
             status, reason = PointStatus.FAILED, str(error).splitlines()[0]
     ended = {"status": str(status), "reason": reason, "cpu_seconds": seconds}
-    return ended | {"machine": machine(), "date": today()}
+    return ended | {"machine": machine(), "date": windows.today()}
 
 
-def _is_there(known: dict[str, Any], folder: Path) -> bool:
-    return known.get("status") != PointStatus.OK or (folder / "bodies.dump").exists()
-
-
-def _motion(scene: Scene, folder: Path) -> Motion:
+def _motion(scene: Scene, folder: Path) -> windows.Motion:
     """The motion at the last two frames of the run."""
     trajectory = open_bodies(folder / "bodies.dump", penalty_of(scene).time_step).trajectory
     if len(trajectory) != 3:
         raise DumpError(f"{folder}: {len(trajectory)} frames where 3 are due")
     frames = [snapshot_of(trajectory[frame]) for frame in (1, 2)]
     moved = np.stack([frame.position for frame in frames]) - scene.snapshot.position
-    return Motion(moved, np.stack([frame.velocity for frame in frames]))
+    return windows.Motion(moved, np.stack([frame.velocity for frame in frames]))
 
 
-def prepare_window(scene: Scene, folder: Path, progress: Progress | None = None) -> Window:
+def prepare_window(scene: Scene, folder: Path, progress: Progress | None = None) -> windows.Window:
     """Make the window of a scene; what it takes to find its start is kept in the folder.
 
     An impact and the frame of a real crowd are taken as they stand. Any other driven crowd is first
@@ -420,11 +411,11 @@ def prepare_window(scene: Scene, folder: Path, progress: Progress | None = None)
     EngineError where no engine can run it."""
     check_chart(scene)
     if scene.drive is None:
-        window = impact_window(scene)
+        window = windows.impact_window(scene)
     elif scene.reconciliation is not None:
-        window = driven_window(scene, scene.snapshot.position)
+        window = windows.driven_window(scene, scene.snapshot.position)
     else:
-        window = driven_window(scene, _pressed(scene, folder, progress))
+        window = windows.driven_window(scene, _pressed(scene, folder, progress))
     window.check()
     return window
 
@@ -435,7 +426,7 @@ def check_chart(scene: Scene) -> None:
     scene.check_plain("charts are")
     law_of(scene)
     if scene.drive is None:
-        impact_window(scene).check()
+        windows.impact_window(scene).check()
 
 
 def pressing(scene: Scene) -> Scene | None:

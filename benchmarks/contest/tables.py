@@ -101,10 +101,8 @@ def _best_peer(peers: pd.DataFrame) -> str:
 def _short_time(seconds: float) -> str:
     if np.isnan(seconds):
         return "–"
-    if seconds >= 0.9995:
-        return f"{seconds:.2g} s" if seconds < 9.95 else f"{seconds:.0f} s"
-    ms = 1e3 * seconds
-    return f"{ms:.0f} ms" if ms >= 9.95 else f"{ms:.2g} ms"
+    unit, size = ("s", seconds) if seconds >= 0.9995 else ("ms", 1e3 * seconds)
+    return f"{size:.0f} {unit}" if size >= 9.95 else f"{size:.2g} {unit}"
 
 
 # marker and dashes tell the lines apart without colour

@@ -6,9 +6,8 @@ runs of its sectors.
 
 A sector is the people of one door, pressed as in the scene `arch`; people of different sectors do
 not touch, so that each is a run of its own. Every model runs a sector for 1 s and for 3 s: the
-difference is what its steps cost without its start. Memory of all people in one run is of a few
-steps. Prints the tables of docs/timing.md; runs that are in the folder are not run
-again."""
+difference is what its steps cost without its start. Prints the table of docs/timing.md; runs that
+are in the folder are not run again."""
 
 import argparse
 import json
@@ -23,11 +22,10 @@ from analysis.pages.numbers import number
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
 from analysis.support.files import write_json
-from analysis.support.machine import machine
-from benchmarks.machine import apart, options, table
+from benchmarks.machine import apart, options, show
 
-# Simulated seconds of the two runs of a sector, and of the one of all people.
-SHORT_S, LONG_S, BRIEF_S = 1.0, 3.0, 0.05
+# Simulated seconds of the two runs of a sector.
+SHORT_S, LONG_S = 1.0, 3.0
 GB, HOUR = 1e9, 3600.0
 KINDS = {"bodies.dump": "ATOMS", "contacts.dump": "ENTRIES"}
 
@@ -68,47 +66,28 @@ def sector_row(stiffness: float | None, given: argparse.Namespace) -> list[str]:
     hours = given.doors * given.hours * second
     frames = given.doors * given.hours * HOUR / given.frame_seconds
     scene, name = scene_of(people, stiffness, LONG_S)
+    s = softness(scene)
     return [
-        name_of(stiffness),
+        f"LAMMPS, {stiffness:.0e} N/m" if stiffness else "rigid",
         f"{1e3 * engine(name).timing(scene).time_step:.2g} ms",
         f"{number(second, 2)} s",
         number(hours, 2),
         number(given.seeds * hours, 2),
         f"{longer['memory'] / GB:.2f} GB",
         f"{number(frames * longer['frame'] / GB, 2)} GB",
-        judgement(people, stiffness),
+        f"{s:.2g}, {judged(s).split(':')[0]}" if stiffness else "–",
     ]
 
 
-def name_of(stiffness: float | None) -> str:
-    """Name a model."""
-    return f"LAMMPS, {stiffness:.0e} N/m" if stiffness else "rigid"
-
-
-def judgement(people: int, stiffness: float | None) -> str:
-    """How soft a crowd is, and what that means."""
-    if stiffness is None:
-        return "–"
-    s = softness(scene_of(people, stiffness, LONG_S)[0])
-    return f"{s:.2g}, {judged(s).split(':')[0]}"
-
-
 def main() -> None:
-    """Measure, and print the tables."""
+    """Measure, and print the table."""
     given = options(
         __doc__, "folder", people=50_000, doors=40, hours=1.0, seeds=10,
         stiffness=(1e6, 1e7, 1e8), frame_seconds=1.0,
     )  # fmt: skip
-    models = (None, *given.stiffness)
-    print(machine())
     costs = ["core hours", f"of {given.seeds} crowds"]
     head = ["model", "step", "CPU time of 1 s of a sector", *costs, "memory", "dumps", "s"]
-    print("", table(head, (sector_row(one, given) for one in models)), sep="\n")
-    together = []
-    for one in models:
-        memory = measured(given.people, one, BRIEF_S, given.folder)["memory"]
-        together.append([name_of(one), f"{memory / GB:.2f} GB", judgement(given.people, one)])
-    print("", table(["all in one run", "memory", "s"], together), sep="\n")
+    show(head, (sector_row(one, given) for one in (None, *given.stiffness)))
 
 
 if __name__ == "__main__":

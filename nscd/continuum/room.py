@@ -165,36 +165,33 @@ def room_of_outline(
     return Room(outline=np.array(points), border=tuple(pieces), pillars=standing)
 
 
-def room_of_walls(walls: Walls, *, exits: ArrayLike = (), free: ArrayLike = ()) -> Room:
-    """Make the room that walls, exits and free borders enclose together.
+def room_of_walls(walls: Walls, *, exits: ArrayLike = ()) -> Room:
+    """Make the room that walls and exits enclose together.
 
-    exits, free: (k,2,2) m, by their ends.
+    exits: (k,2,2) m, by their ends.
 
-    Walls, exits and free borders meet end to end; closed loops of walls inside are pillars. Raises
-    ValueError where they leave a gap, enclose more than one room, or an exit or free border reaches
-    over a wall, that is, an exit wider than its space."""
-    openings: tuple[tuple[str, Border, ArrayLike], ...]
-    openings = (("exits", "exit", exits), ("free", "free", free))
+    Walls and exits meet end to end; closed loops of walls inside are pillars. Raises ValueError where
+    they leave a gap, enclose more than one room, or an exit reaches over a wall, that is, is wider
+    than its space."""
     lines = [shapely.LineString(pair) for pair in zip(walls.start, walls.end, strict=True)]
     kinds: list[Border] = ["wall"] * len(lines)
     extent = max(float(np.ptp(np.vstack([walls.start, walls.end]), axis=0).max()), 1e-300)
-    for field, kind, given in openings:
-        pairs = np.asarray(given, dtype=np.float64)
-        pairs = pairs.reshape(0, 2, 2) if pairs.size == 0 else pairs
-        for number, ends in enumerate(read_only(pairs, (-1, 2, 2), field)):
-            opening = shapely.LineString(ends)
-            for wall, line in enumerate(lines[: len(walls)]):
-                if opening.intersection(line.buffer(ROUNDING * extent)).length > 1e-6 * extent:
-                    wide = f"number {number} ({opening.length:g} m wide)"
-                    raise ValueError(f"{field}: {wide} reaches over wall {wall + 1}")
-            lines.append(opening)
-            kinds.append(kind)
+    pairs = np.asarray(exits, dtype=np.float64)
+    pairs = pairs.reshape(0, 2, 2) if pairs.size == 0 else pairs
+    for number, ends in enumerate(read_only(pairs, (-1, 2, 2), "exits")):
+        opening = shapely.LineString(ends)
+        for wall, line in enumerate(lines[: len(walls)]):
+            if opening.intersection(line.buffer(ROUNDING * extent)).length > 1e-6 * extent:
+                wide = f"number {number} ({opening.length:g} m wide)"
+                raise ValueError(f"exits: {wide} reaches over wall {wall + 1}")
+        lines.append(opening)
+        kinds.append("exit")
     rooms, cuts, dangles, _ = shapely.polygonize_full(lines)
     faces = shapely.get_parts(rooms)
     loose = [*shapely.get_parts(cuts), *shapely.get_parts(dangles)]
     if len(faces) == 0 or loose:
         x, y = _loose_end(lines)
-        add = "Add a wall, an exit or a free border there"
+        add = "Add a wall or an exit there"
         raise ValueError(f"walls: the room is not closed at ({x:g}, {y:g}) m. {add}")
     largest = max(faces, key=lambda face: shapely.Polygon(face.exterior).area)
     if len(faces) != 1 + len(largest.interiors):

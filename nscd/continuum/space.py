@@ -7,16 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sparse
-from skfem import (
-    Basis,
-    ElementLineP1,
-    ElementLineP2,
-    ElementTriP1,
-    ElementTriP2,
-    ElementVector,
-    FacetBasis,
-    Mesh,
-)
+import skfem
 
 from nscd.arrays import Floats, Indices
 from nscd.continuum.left_velocity import Field
@@ -51,7 +42,7 @@ class Space:
     Raises ValueError for another order, a mesh without a boundary "wall", or one whose wall is
     empty."""
 
-    mesh: Mesh
+    mesh: skfem.Mesh
     order: int = 1
 
     def __post_init__(self) -> None:
@@ -70,14 +61,16 @@ class Space:
     def _scalar(self) -> Any:
         line = self.dimension == 1
         if self.order == 1:
-            return ElementLineP1() if line else ElementTriP1()
-        return ElementLineP2() if line else ElementTriP2()
+            return skfem.ElementLineP1() if line else skfem.ElementTriP1()
+        return skfem.ElementLineP2() if line else skfem.ElementTriP2()
 
     @cached_property
     def basis(self) -> Any:
         """skfem basis of w; its quadrature is exact for products of two fields with a linear
         density, and more for P1."""
-        return Basis(self.mesh, ElementVector(self._scalar), intorder=2 * self.order + 2)
+        return skfem.Basis(
+            self.mesh, skfem.ElementVector(self._scalar), intorder=2 * self.order + 2
+        )
 
     @cached_property
     def scalar(self) -> Any:
@@ -100,8 +93,8 @@ class Space:
         facets = (self.mesh.boundaries or {}).get(name)
         if facets is None or len(facets) == 0:
             return None
-        return FacetBasis(
-            self.mesh, ElementVector(self._scalar), facets=facets, intorder=2 * self.order + 2
+        return skfem.FacetBasis(
+            self.mesh, skfem.ElementVector(self._scalar), facets=facets, intorder=2 * self.order + 2
         )
 
     @cached_property
@@ -197,7 +190,9 @@ class Space:
 def _nodal(space: Space, basis: Any, values: Floats) -> Floats:
     """Values at vertices (n,), linear in between, at the quadrature points (elements, q) of a
     basis."""
-    linear = basis.with_element(ElementLineP1() if space.dimension == 1 else ElementTriP1())
+    linear = basis.with_element(
+        skfem.ElementLineP1() if space.dimension == 1 else skfem.ElementTriP1()
+    )
     vector = np.empty(linear.N)
     vector[linear.nodal_dofs[0, : len(values)]] = values
     return np.asarray(linear.interpolate(vector))

@@ -73,7 +73,6 @@ class Equilibrium:
         *,
         friction: ArrayLike = 0.0,
         normal: ArrayLike | None = None,
-        arm: ArrayLike | None = None,
     ) -> Equilibrium:
         """Make the balance of n disks.
 
@@ -82,10 +81,9 @@ class Equilibrium:
         load: (n,3) N, N, N·m, or (n,2): forces and torques that are not of these contacts
         friction: μ, of all or (k,)
         normal: (k,2) from first to second; between the centres where left out
-        arm: m, of all or (n,), that torques are divided by; the radius where left out
 
         Raises ValueError naming the field for a wrong shape, no finite number, a disk that does not
-        exist, a negative μ and an arm that is not positive."""
+        exist and a negative μ."""
         place = read_only(position, (-1, 2), "position")
         n, whole = len(place), whole_numbers(pairs, (-1, 2), "pairs")
         first, second = whole.T
@@ -110,14 +108,10 @@ class Equilibrium:
         loads = np.asarray(load, dtype=np.float64)
         columns = loads.shape[1] if loads.ndim == 2 and loads.shape[1] in (2, 3) else 3
         loads = np.pad(read_only(load, (n, columns), "load"), ((0, 0), (0, 3 - columns)))
-        lever = np.broadcast_to(np.asarray(size if arm is None else arm, dtype=np.float64), (n,))
-        if not (np.isfinite(lever) & (lever > 0)).all():
-            raise ValueError("arm: a length > 0 m is needed")
         two = np.flatnonzero(mu > 0)
         contact = np.concatenate([np.arange(k), two])
         along = np.concatenate([mu, -mu[two]])
         matrix = edges(snapshot, contacts.select(contact), along)
-        scaled = np.column_stack([np.ones((n, 2)), size / lever]).ravel()
         shifted = loads[:, :2] - loads[:, :2].mean(0) if n else loads[:, :2]
         length = float(np.hypot(*branch.T).sum())
         return cls(
@@ -125,8 +119,8 @@ class Equilibrium:
             bodies=n,
             contact=contact,
             along=along,
-            matrix=csr_array(matrix * scaled),
-            load=(loads / np.column_stack([np.ones((n, 2)), lever])).ravel(),
+            matrix=csr_array(matrix),
+            load=(loads / np.column_stack([np.ones((n, 2)), size])).ravel(),
             virial=float("nan")
             if wall.any() or not k
             else -float((shifted * place).sum()) / length,

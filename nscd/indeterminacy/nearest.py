@@ -56,34 +56,24 @@ def nearest(
     return least_of(held, np.tile(1 / spread**2, 2), np.append(wanted, np.zeros(k)), tolerance)
 
 
-def least_energy_within(
-    held: Equilibrium,
-    tolerance: ArrayLike = 0.0,
-    *,
-    spread: ArrayLike = 0.0,
-    ratio: float = TANGENTIAL,
-) -> ForceState:
-    """Find the state of least Σ f_n² + f_t²/ratio, which soft contacts choose that are loaded from rest
+def least_energy_within(held: Equilibrium, spread: ArrayLike = 0.0) -> ForceState:
+    """Find the state of least Σ f_n² + f_t²/TANGENTIAL, which soft contacts choose that are loaded from rest
     and hold or slide as the unknowns say: with `Equilibrium.of_answer` the canonical percussions of an
     answer with friction.
 
-    tolerance: N, what each balance may be open by at most
-    spread: N, s: balances may be open besides, at the price of Σ (net/s)² in units of the mean f_n²
+    spread: N, s: balances may be open, at the price of Σ (net/s)² in units of the mean f_n²
         of the loads (`virial`); 0: they may not
-    ratio: stiffness along the tangent over that along the normal
 
     Raises ValueError as `nearest` does."""
-    if not ratio > 0:
-        raise ValueError(f"ratio: {ratio}. A number > 0 is needed")
     k, soft = len(held.contacts), held.rows(spread, "spread")
-    weights = np.append(np.ones(k), np.full(k, 1 / ratio))
+    weights = np.append(np.ones(k), np.full(k, 1 / TANGENTIAL))
     if not soft.any():
-        return least_of(held, weights, np.zeros(2 * k), tolerance)
+        return least_of(held, weights, np.zeros(2 * k), 0.0)
     if not held.virial > 0:
         raise ValueError(f"load: virial {held.virial:g} N. Loads that press, all known, are needed")
     with np.errstate(divide="ignore"):
         price = (held.virial / soft) ** 2
-    return least_of(held, weights, np.zeros(2 * k), tolerance, price)
+    return least_of(held, weights, np.zeros(2 * k), 0.0, price)
 
 
 def least_energy(

@@ -60,7 +60,7 @@ def test_a_queue_carries_what_is_behind_each(mass):
     behind = front - drive
     np.testing.assert_allclose(arch.carried(), front + behind, rtol=1e-10)
     np.testing.assert_allclose(arch.resultants(), drive, rtol=1e-10)
-    assert arch.largest(arch.carried()) == 0
+    assert arch.person_of_most(arch.carried()) == 0
     np.testing.assert_allclose(arch.distance(), 0.25 + 0.5 * np.arange(6))
     np.testing.assert_allclose(arch.angle_degrees(), 0, atol=1e-12)
     np.testing.assert_array_equal(arch.rings(), [0, 0, 1, 1, 2, 2])
@@ -85,7 +85,7 @@ def test_people_beyond_the_exit_are_left_out():
     moved = replace(arch.snapshot, position=arch.snapshot.position + np.array([1.0, 0.0]))
     gone = replace(arch, snapshot=moved)
     np.testing.assert_array_equal(gone.inside(), [False, False, True, True])
-    assert gone.largest(np.array([9.0, 8.0, 1.0, 2.0])) == 3
+    assert gone.person_of_most(np.array([9.0, 8.0, 1.0, 2.0])) == 3
     np.testing.assert_array_equal(gone.rings(), [-1, -1, 0, 0])
 
 

@@ -16,14 +16,7 @@ from nscd.continuum.collision import CollisionAnswer, collide
 from nscd.continuum.left_velocity import toward_exit
 from nscd.continuum.medium import DENSITY, PERSON, TABLE_1, table_1_medium
 from nscd.continuum.mesh import mesh_of
-from nscd.continuum.rivals.density_laws import (
-    TurbulencePressure,
-    crowd_pressure,
-    exponential_speed,
-    kladek_speed,
-    measured_speed,
-    power_pressure,
-)
+from nscd.continuum.rivals import density_laws
 from nscd.continuum.space import Space
 
 FREE_SPEED, GREATEST, STEP = TABLE_1.free_speed, TABLE_1.greatest_density, TABLE_1.time_step
@@ -63,12 +56,18 @@ def solved(density: float, answer: CollisionAnswer) -> Solved:
     space, pressure = answer.space, body_pressure(answer)
     speed = np.hypot(*answer.right_field.reshape(2, -1))
     given, people = (space.points, speed, map_of().points), density * space.weights
-    speeds = (measured_speed(*given, people=people, printed=printed) for printed in (False, True))
-    measured, printed = (float(crowd_pressure(density, v)) for v in speeds)
+    speeds = (
+        density_laws.measured_speed(*given, people=people, printed=printed)
+        for printed in (False, True)
+    )
+    measured, printed = (float(density_laws.crowd_pressure(density, v)) for v in speeds)
     here = float(pressure.max()), float(np.average(pressure, weights=map_of().area))
-    models = power_pressure(density), TurbulencePressure().pressure(density)
+    models = (
+        density_laws.power_pressure(density),
+        density_laws.TurbulencePressure().pressure(density),
+    )
     power, turbulence = (PERSON * float(value) for value in models)
-    laws = float(exponential_speed(density)), float(kladek_speed(density))
+    laws = float(density_laws.exponential_speed(density)), float(density_laws.kladek_speed(density))
     pressures = PERSON * measured, printed, power, turbulence
     return Solved(density, *here, *pressures, mean_speed(answer), laws, answer)
 
@@ -82,19 +81,19 @@ def curves(free: list[Solved], adapted: dict[float, float]) -> Figure:
     forces.plot(density, largest / STEP, "o-", color=BLUE, label="(11) over δt, largest")
     forces.plot(density, mean / STEP, "o--", **hollow, label="(11) over δt, mean")
     forces.plot(density, measured, "s-.", color=ORANGE, label="(M1)")
-    forces.plot(fine, PERSON * power_pressure(fine), "-", color=BLACK, label="(M2)")
+    forces.plot(fine, PERSON * density_laws.power_pressure(fine), "-", color=BLACK, label="(M2)")
     forces.set(yscale="log", ylabel="pressure (N/m)", title="(a) in one unit")
     numbers.plot(density, largest / PERSON, "o-", color=BLUE, label="(11), largest, not divided")
     numbers.plot(density, mean / PERSON, "o--", **hollow, label="(11), mean, not divided")
     numbers.plot(density, printed, "D:", color=PINK, label="(M1) as printed")
-    numbers.plot(fine, power_pressure(fine), "-", color=BLACK, label="(M2)")
+    numbers.plot(fine, density_laws.power_pressure(fine), "-", color=BLACK, label="(M2)")
     numbers.set(ylabel="number per person, units mixed", title="(a) as plain numbers")
     speed = [s.mean_speed for s in free]
     speeds.plot(density, speed, "o-", color=BLUE, label="(11), 2 m/s wanted")
     walking = list(adapted), list(adapted.values())
     speeds.plot(*walking, "^--", mfc="none", color=GREEN, label="(11), speed of (L2) wanted")
-    speeds.plot(fine, exponential_speed(fine), "-.", color=ORANGE, lw=2, label="(L1)")
-    speeds.plot(fine, kladek_speed(fine), "-", color=BLACK, label="(L2)")
+    speeds.plot(fine, density_laws.exponential_speed(fine), "-.", color=ORANGE, lw=2, label="(L1)")
+    speeds.plot(fine, density_laws.kladek_speed(fine), "-", color=BLACK, label="(L2)")
     speeds.set(ylabel="speed (m/s)", title="(b) mean speed", ylim=(-0.05, None))
     for axes in (forces, numbers, speeds):
         axes.set_xlabel("density (people/m²)")
@@ -115,7 +114,7 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
     free = [solved(density, collided(density, FREE_SPEED)) for density in DENSITIES]
     if progress:
         progress("Fig. 10", 0.5)
-    wanted = {density: float(kladek_speed(density)) for density in DENSITIES}
+    wanted = {density: float(density_laws.kladek_speed(density)) for density in DENSITIES}
     adapted = {d: mean_speed(collided(d, speed)) for d, speed in wanted.items() if speed > 0}
     first, last = free[0], free[-1]
     here = next(s for s in free if s.density == DENSITY)

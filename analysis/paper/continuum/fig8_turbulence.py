@@ -26,15 +26,9 @@ from nscd.continuum.left_velocity import Field, random_speeds, toward_exit
 from nscd.continuum.medium import DENSITY, PERSON, TABLE_1, table_1_medium
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.pressure import BodyFields, body_fields, percussion_density, pressure
+from nscd.continuum.rivals import turbulence
 from nscd.continuum.rivals.cells import Cells
 from nscd.continuum.rivals.density_laws import TurbulencePressure
-from nscd.continuum.rivals.turbulence import (
-    Congestion,
-    TurbulenceLaw,
-    TurbulenceStep,
-    time_step_dependence,
-    turbulence_step,
-)
 from nscd.continuum.room import Room, square_room
 from nscd.continuum.space import Space
 
@@ -123,17 +117,17 @@ def _space(side: float, size: float, order: int) -> Space:
 
 
 @cache
-def _step(case: Case, setting: Setting) -> TurbulenceStep:
+def _step(case: Case, setting: Setting) -> turbulence.TurbulenceStep:
     room, mesh = _mesh(setting.side, setting.mesh)
     law = TurbulencePressure()
     at_rest = np.where(Cells(mesh).open, 0.0, setting.person * law.pressure(DENSITY))
-    given = (law, law.continuous(), at_rest, Congestion())
+    given = (law, law.continuous(), at_rest, turbulence.Congestion())
     pressures = dict(zip(Pressing, given, strict=True))
     person, friction = setting.person, setting.friction
     pressing: Any = pressures[setting.pressing]
-    model = TurbulenceLaw(pressure=pressing, friction=friction, mass_per_person=person)
+    model = turbulence.TurbulenceLaw(pressure=pressing, friction=friction, mass_per_person=person)
     left = left_velocity(case, room, setting.seed)
-    return turbulence_step(mesh, DENSITY, left, model, time_step=setting.time_step)
+    return turbulence.turbulence_step(mesh, DENSITY, left, model, time_step=setting.time_step)
 
 
 @cache
@@ -400,7 +394,9 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
     found = [tried(one, plain, errors) for one in told(every, "readings of Fig. 8", progress)]
     room, triangles = _mesh(SIDE, 2 * mesh)
     left = left_velocity(Case.UNIFORM, room, 1)
-    taken = time_step_dependence(triangles, DENSITY, left, TurbulenceLaw(), STEPS)
+    taken = turbulence.time_step_dependence(
+        triangles, DENSITY, left, turbulence.TurbulenceLaw(), STEPS
+    )
     forces = [step.force for step in taken]
     # largest mean force over the least; that of the shortest step over the next: 1 at a limit
     grown, settled = max(forces) / min(forces), forces[0] / forces[1]

@@ -114,9 +114,9 @@ def four_disk_restitution(e: float) -> float:
     return max(0.0, (5 * e - 1) / (5 - e))
 
 
-def influence(mass: ArrayLike, left: ArrayLike, step: float = 1e-3) -> Floats:
-    """∂λ¹²/∂u_j⁻ (n,) kg of the inelastic impact, by central differences of `step` m/s."""
-    base = np.asarray(left, dtype=np.float64)
+def influence(mass: ArrayLike, left: ArrayLike) -> Floats:
+    """∂λ¹²/∂u_j⁻ (n,) kg of the inelastic impact, by central differences of 1e-3 m/s."""
+    base, step = np.asarray(left, dtype=np.float64), 1e-3
     changes = [
         percussions(mass, base + shift, ContactLaw()).reaction[0]
         - percussions(mass, base - shift, ContactLaw()).reaction[0]

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.figure import Figure
 
-from analysis.compare.comparison import compare_run, exponent, penalty_difference, statistics
+from analysis.compare import comparison
 from analysis.dumps import open_bodies
 from analysis.engines.run import EngineRun
 from analysis.pages import drawing, numbers
@@ -92,8 +92,7 @@ class Columns:
 
     def first(self, arrival: Floats) -> Floats:
         """Find the earliest arrival (n,) s in each column, (c,) s, NaN where it was not reached."""
-        times = np.where(self.within & np.isfinite(arrival)[:, None], arrival[:, None], np.inf)
-        first = times.min(0)
+        first = np.where(self.within, arrival[:, None], np.inf).min(0)
         return np.where(np.isfinite(first), first, np.nan)
 
 
@@ -176,27 +175,15 @@ class Push:
         times, speeds = map(np.array, zip(*frames, strict=True))
         pushing = float(np.hypot(*scene.snapshot.velocity.T).max())
         columns = Columns(scene.snapshot)
-        self.first = columns.first(crossing_times(times, speeds, REACHED * pushing))
+        self.first = columns.first(comparison.first_above(times, speeds, REACHED * pushing))
         self.speed = front_speed(columns.place, self.first)
         tolerance = scene.analysis.contact_tolerance_m
         contacts = find_contacts(scene.snapshot, scene.wall_segments(), tolerance=tolerance)
         self.long_waves = long_wave_speed(scene, contacts)
         # the paper's percussions are inelastic, whatever the soft contacts are
-        self.comparison = compare_run(run.folder, law=ContactLaw())
-        self.numbers = statistics(self.comparison)
+        self.comparison = comparison.compare_run(run.folder, law=ContactLaw())
+        self.numbers = comparison.statistics(self.comparison)
         self.difference = self.numbers["contact_relative_difference"]
-
-
-def crossing_times(times: Floats, values: Floats, level: float) -> Floats:
-    """Find when each column of values (frames, n) first reaches the level (s), linear between
-    frames; NaN where never."""
-    above, each_column = values >= level, np.arange(values.shape[1])
-    frame = above.argmax(0)
-    before = np.maximum(frame - 1, 0)
-    start, end = values[before, each_column], values[frame, each_column]
-    share = np.divide(level - start, end - start, out=np.zeros_like(start), where=frame > 0)
-    crossing = times[before] + share * (times[frame] - times[before])
-    return np.where(above.any(0), crossing, np.nan)
 
 
 class Final(NamedTuple):
@@ -290,7 +277,7 @@ def waves(pushes: Sequence[Push]) -> dict[tuple[str, float], list[Push]]:
 def front_powers(pushes: Sequence[Push]) -> list[float]:
     """Find the a of speed ∝ kᵃ of the front of soft contacts, by engine and restitution."""
     lines = (np.array([(p.stiffness, p.speed) for p in of]).T for of in waves(pushes).values())
-    powers = [exponent(*line) for line in lines]
+    powers = [comparison.exponent(*line) for line in lines]
     return [power for power in powers if np.isfinite(power)]
 
 
@@ -511,7 +498,7 @@ def _share(push: Push, pushes: Sequence[Push]) -> list[Cell]:
     alike = (push.numbers[f"contact{name}"] for name in ("_correlation", "s_only_penalty"))
     same = [p for p in pushes if (p.stiffness, p.restitution) == (push.stiffness, push.restitution)]
     others = [p.comparison for p in same if p.engine != push.engine]
-    other = penalty_difference(push.comparison, others[0]) if others else numbers.NONE
+    other = comparison.penalty_difference(push.comparison, others[0]) if others else numbers.NONE
     return [*law, push.difference, *alike, push.comparison.balance.closure_error, other]
 
 

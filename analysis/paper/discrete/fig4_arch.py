@@ -70,7 +70,7 @@ def dissipation_trials(arch: Arch, dissipations: Sequence[float] = DISSIPATIONS)
         law = ContactLaw(dissipation=k, tangential_dissipation=None if across else 0.0)
         answer = arch.under(law)
         tried = replace(arch, answer=answer)
-        most = tried.largest(tried.carried())
+        most = tried.person_of_most(tried.carried())
         forces = tried.normal_forces(), answer.reaction / arch.window
         bounds = pressed_crowd.carried_interval(tried, most)
         return Trial(k, across, tried, most, *bounds, *forces, answer.energy_change / before)
@@ -111,7 +111,7 @@ def sample_of(arch: Arch, seed: int) -> Sample:
     rings of 1 m, over mean_N."""
     carried, resultants = arch.carried(), arch.resultants()
     distance, inside = arch.distance(), arch.inside()
-    most, most_resultant = arch.largest(carried), arch.largest(resultants)
+    most, most_resultant = arch.person_of_most(carried), arch.person_of_most(resultants)
     lower, upper = pressed_crowd.carried_interval(arch, most)
     forces = np.where(inside[arch.contacts.first], arch.normal_forces(), 0.0)
     strongest, mean = int(np.argmax(forces)), float(carried[inside].mean())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import logging
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -25,12 +25,12 @@ from analysis.pages.section import Cell, Picture, Section
 from analysis.pages.words import Words
 from analysis.paper.answers import told, unsolved
 from analysis.paper.discrete.engine_runs import SeededRun, each, end_of, seeded_runs
-from analysis.percussions.snapshot import percussions_of
+from analysis.percussions.snapshot import SnapshotPercussions, percussions_of
 from analysis.scene.packing import heap
 from analysis.scene.scene import Drive, Scene
 from analysis.scene.shipped_scenes import MASS_KG, make
 from analysis.support.parallel import Progress
-from nscd import ContactLaw, Contacts, Percussions, Snapshot, solve
+from nscd import ContactLaw, Percussions, Snapshot, solve
 from nscd.arrays import Flags, Floats, Indices
 from nscd.indeterminacy.intervals import IntervalStatus, interval, weights_of_disk
 from nscd.indeterminacy.linear import ProgramError
@@ -44,17 +44,13 @@ NEIGHBOURHOOD_M = 1.5
 OPENS_M_PER_S = 1e-6
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Arch:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class Arch(SnapshotPercussions):
     """A snapshot of a driven crowd and its percussions for the desired velocity as u⁻ (paper (1),
     (7) corrected): n people, k contacts."""
 
     drive: Drive
-    snapshot: Snapshot
-    contacts: Contacts
-    left_velocity: Floats  # (n,2) m/s
     window: float  # s, the relaxation time τ that turns percussions p into forces p/τ
-    answer: Percussions
 
     @classmethod
     def of(cls, scene: Scene, snapshot: Snapshot) -> Arch:
@@ -63,14 +59,8 @@ class Arch:
         if scene.drive is None:
             raise ValueError(f"drive: scene {scene.name} has none, so nobody presses")
         found = percussions_of(scene, snapshot, tolerance=1e-10)
-        return cls(
-            drive=scene.drive,
-            snapshot=snapshot,
-            contacts=found.contacts,
-            left_velocity=found.left_velocity,
-            window=scene.drive.relaxation_time_s,
-            answer=found.answer,
-        )
+        known = {field.name: getattr(found, field.name) for field in fields(found)}
+        return cls(drive=scene.drive, **known)
 
     def under(self, law: ContactLaw) -> Percussions:
         """Solve the percussions of the same snapshot and left velocity under another contact
@@ -115,7 +105,7 @@ class Arch:
         approach = self.contacts.approach_velocity(self.answer.right_velocity)
         return int((approach < -OPENS_M_PER_S).sum())
 
-    def largest(self, values: Floats) -> int:
+    def person_of_most(self, values: Floats) -> int:
         """Find the person inside who has the largest value (n,)."""
         return int(np.argmax(np.where(self.inside(), values, -np.inf)))
 
@@ -179,7 +169,7 @@ def snapshot(arch: Arch) -> Figure:
     shown = velocity[moving] / 4
     drawing.draw_vectors(axes[1], position[moving], shown, width=0.0025, color=drawing.BLACK)
     for axis, values in zip(axes[2:], (arch.resultants(), arch.carried()), strict=True):
-        most = position[arch.largest(values)]
+        most = position[arch.person_of_most(values)]
         place = (0.4, np.copysign(max(abs(most[1]) + 0.6, 1.6), most[1]))
         arrow = {"arrowstyle": "->", "color": drawing.BLACK, "lw": 1.5}
         axis.annotate("largest", most, place, fontsize=9, arrowprops=arrow)
@@ -336,7 +326,7 @@ def _maxima_rows(arch: Arch) -> list[Sequence[Cell]]:
     rows: list[Sequence[Cell]] = []
     sums = ("sum of normal magnitudes", arch.carried()), ("vector sum", arch.resultants())
     for name, values in sums:
-        most, inside = arch.largest(values), values[arch.inside()]
+        most, inside = arch.person_of_most(values), values[arch.inside()]
         sizes = inside.mean(), *np.quantile(inside, (0.5, 0.95)), values[most]
         place = arch.distance()[most], arch.angle_degrees()[most]
         # equilibrium fixes every vector sum

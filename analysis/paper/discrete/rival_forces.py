@@ -19,18 +19,8 @@ from analysis.scene.drive import Drive
 from analysis.scene.real.separate import reconcile
 from analysis.scene.scene import Scene
 from analysis.support.parallel import Progress
-from nscd import Contacts, Percussions, Snapshot, Walls, _core, find_contacts, solve
-from nscd.arrays import Flags, Floats
-from nscd.rivals import (
-    FirstOrderAnswer,
-    LoehnerForces,
-    LoehnerReading,
-    SocialForceLaw,
-    SocialForces,
-    first_order,
-    loehner_force,
-    social_force,
-)
+from nscd import Contacts, Percussions, Snapshot, Walls, _core, find_contacts, rivals, solve
+from nscd.arrays import Floats
 
 RADIUS_M = 0.25
 MASS_KG = 75.0
@@ -43,10 +33,12 @@ def pair_forces(gap: Floats, radius: float, limit: float) -> dict[str, Floats]:
     radii, masses = np.full(2 * n, radius), np.full(2 * n, MASS_KG)
     pairs = Snapshot(position=np.concatenate([left, right]), radius=radii, mass=masses)
     contacts = find_contacts(pairs, tolerance=float(max(gap.max(), 0.0)) + 1e-9)
-    social = social_force(pairs, contacts)
+    social = rivals.social_force(pairs, contacts)
     forces = {"repulsion": social.repulsion, "body": social.body, "social": social.normal}
-    for reading in LoehnerReading:
-        forces[reading] = loehner_force(pairs, contacts, limit, reading, tolerance=1e-12).on_first
+    for reading in rivals.LoehnerReading:
+        forces[reading] = rivals.loehner_force(
+            pairs, contacts, limit, reading, tolerance=1e-12
+        ).on_first
     return forces
 
 
@@ -83,44 +75,46 @@ def chain_forces(scene: Scene, relaxation_time: float) -> tuple[Chain, list[str]
     loehner_printed, loehner_text: at touch, the mean of what the two receive."""
     snapshot, walls = scene.snapshot, scene.wall_segments()
     found = percussions_of(scene, snapshot, tolerance=1e-10)
-    contacts, model = found.contacts, first_order(snapshot, found.contacts)
+    contacts, model = found.contacts, rivals.first_order(snapshot, found.contacts)
     drive = snapshot.mass * snapshot.velocity[:, 0] / relaxation_time
     warnings = unsolved_of(scene.name, found.answer, model)
-    law = SocialForceLaw()
+    law = rivals.SocialForceLaw()
     rest, error = _social_rest(snapshot, walls, drive, law)
     if error > 1e-6:
         left = f"a force of {error:.1e} N is left unbalanced"
         warnings.append(f"{scene.name}, social force at rest: {left}")
     nearest = all_pairs(rest, walls)
-    nearest = nearest.select(_next_to(nearest, len(rest)))
+    follows = nearest.second == nearest.first + 1
+    # the last disk and the wall are neighbours too
+    nearest = nearest.select(np.where(nearest.is_wall, nearest.first == len(rest) - 1, follows))
     tolerance = scene.analysis.contact_tolerance_m
     chain = {
         "mass": snapshot.mass,
         "percussion": (found.answer.impulse * contacts.normal).sum(1) / relaxation_time,
         "first_order": model.multiplier * snapshot.mass.mean() / relaxation_time,
-        "social": social_force(snapshot, contacts, law).normal,
+        "social": rivals.social_force(snapshot, contacts, law).normal,
         "social_section": _across_sections(snapshot, all_pairs(snapshot, walls), law),
-        "social_at_rest": social_force(rest, nearest, law).normal,
+        "social_at_rest": rivals.social_force(rest, nearest, law).normal,
         "gap_at_rest": nearest.gap,
     }
-    for reading in LoehnerReading:
-        loehner = loehner_force(snapshot, contacts, drive, reading, tolerance=tolerance)
+    for reading in rivals.LoehnerReading:
+        loehner = rivals.loehner_force(snapshot, contacts, drive, reading, tolerance=tolerance)
         chain[f"loehner_{reading}"] = mean_received(loehner)
     return chain, warnings
 
 
-def unsolved_of(name: str, answer: Percussions, model: FirstOrderAnswer) -> list[str]:
+def unsolved_of(name: str, answer: Percussions, model: rivals.FirstOrderAnswer) -> list[str]:
     """List which of the two answers for a scene are not solved, and why."""
     return unsolved([(f"{name}, percussions", answer), (f"{name}, first-order model", model)])
 
 
-def mean_received(found: LoehnerForces) -> Floats:
+def mean_received(found: rivals.LoehnerForces) -> Floats:
     """Give what the two of a pair receive on average, and the disk at a wall, (k,) N."""
     both = 0.5 * (found.on_first + found.on_second)
     return np.asarray(np.where(found.pairs.is_wall, found.on_first, both), dtype=np.float64)
 
 
-def gap_that_carries(force: float, law: SocialForceLaw) -> float:
+def gap_that_carries(force: float, law: rivals.SocialForceLaw) -> float:
     """Find the gap (m; negative: an overlap) at which the social force of one pair is `force` N."""
     low, high = -1.0, law.reach(min(LEFT_OUT_N, force))
 
@@ -131,7 +125,7 @@ def gap_that_carries(force: float, law: SocialForceLaw) -> float:
 
 
 def _social_rest(
-    snapshot: Snapshot, walls: Walls, drive: Floats, law: SocialForceLaw
+    snapshot: Snapshot, walls: Walls, drive: Floats, law: rivals.SocialForceLaw
 ) -> tuple[Snapshot, float]:
     """The chain where the social forces of all pairs balance the drive, and the largest unbalanced
     force (N)."""
@@ -145,7 +139,7 @@ def _social_rest(
         return replace(snapshot, position=position, velocity=np.zeros_like(position))
 
     def unbalanced(place: Floats) -> Floats:
-        forces = social_force(at(place), all_pairs(at(place), walls), law)
+        forces = rivals.social_force(at(place), all_pairs(at(place), walls), law)
         return np.asarray(forces.resultant()[:, 0] + drive)
 
     found = root(unbalanced, snapshot.position[:, 0] - spread, tol=1e-12)
@@ -154,17 +148,11 @@ def _social_rest(
 
 def all_pairs(snapshot: Snapshot, walls: Walls) -> Contacts:
     """Find the pairs whose social force is beyond LEFT_OUT_N, walls included."""
-    return find_contacts(snapshot, walls, tolerance=SocialForceLaw().reach(LEFT_OUT_N))
+    return find_contacts(snapshot, walls, tolerance=rivals.SocialForceLaw().reach(LEFT_OUT_N))
 
 
-def _next_to(pairs: Contacts, n: int) -> Flags:
-    """Which pairs are neighbours in the chain, the last disk and the wall among them."""
-    follows = pairs.second == pairs.first + 1
-    return np.asarray(np.where(pairs.is_wall, pairs.first == n - 1, follows))
-
-
-def _across_sections(snapshot: Snapshot, pairs: Contacts, law: SocialForceLaw) -> Floats:
-    force = social_force(snapshot, pairs, law).normal
+def _across_sections(snapshot: Snapshot, pairs: Contacts, law: rivals.SocialForceLaw) -> Floats:
+    force = rivals.social_force(snapshot, pairs, law).normal
     other = np.where(pairs.is_wall, len(snapshot), pairs.second)
     section = np.arange(len(snapshot))[:, None]
     across = (pairs.first <= section) & (section < other)
@@ -180,7 +168,7 @@ def chain_rows(chain: Chain) -> list[tuple[float, ...]]:
 
 PERCUSSIONS, FIRST_ORDER, SOCIAL = "percussions p/τ", "first-order model λ m̄/τ", "social force"
 PRINTED, TEXT = "Löhner as printed", "Löhner, cases exchanged"
-READINGS = {PRINTED: LoehnerReading.PRINTED, TEXT: LoehnerReading.TEXT}
+READINGS = {PRINTED: rivals.LoehnerReading.PRINTED, TEXT: rivals.LoehnerReading.TEXT}
 
 
 class Forces(NamedTuple):
@@ -218,9 +206,9 @@ class ArchForces:
         contacts, n = match.contacts.select(match.in_rigid), len(snapshot)
         penalty, rigid = (part[match.in_rigid] for part in match.normal_parts())
         desired, time = drive.desired_velocity(snapshot.position), drive.relaxation_time_s
-        model = first_order(snapshot, contacts, left_velocity=desired)
+        model = rivals.first_order(snapshot, contacts, left_velocity=desired)
         self.wish = snapshot.mass * np.hypot(*desired.T) / time
-        social = social_force(snapshot, contacts)
+        social = rivals.social_force(snapshot, contacts)
         self.by_law = {
             PERCUSSIONS: _symmetric(contacts, rigid, n),
             self.engine: _symmetric(contacts, penalty, n),
@@ -229,7 +217,9 @@ class ArchForces:
         }
         tolerance = scene.analysis.contact_tolerance_m
         for name, reading in READINGS.items():
-            found = loehner_force(snapshot, contacts, self.wish, reading, tolerance=tolerance)
+            found = rivals.loehner_force(
+                snapshot, contacts, self.wish, reading, tolerance=tolerance
+            )
             received = mean_received(found)
             self.by_law[name] = Forces(received, found.magnitude_sum(), found.resultant())
         ends = np.array(drive.door_start_m) + np.array(drive.door_end_m)
@@ -265,13 +255,13 @@ class WithoutOverlap:
         crowd = arch.snapshot
         found = reconcile(crowd.position, crowd.radius, walls, door, np.array(drive.outward))
         apart = replace(crowd, position=found.position)
-        every = social_force(apart, all_pairs(apart, walls))
+        every = rivals.social_force(apart, all_pairs(apart, walls))
         touching = every.pairs.gap <= scene.analysis.contact_tolerance_m
-        only = social_force(apart, every.pairs.select(touching))
+        only = rivals.social_force(apart, every.pairs.select(touching))
         wider = replace(apart, position=1.1 * found.position)
         room = Walls(start=1.1 * walls.start, end=1.1 * walls.end)
         self.contact, self.carried = only.normal, every.magnitude_sum()
-        self.carried_apart = social_force(wider, all_pairs(wider, room)).magnitude_sum()
+        self.carried_apart = rivals.social_force(wider, all_pairs(wider, room)).magnitude_sum()
         self.friction = float(np.hypot(*only.sliding.T).max())
 
 
@@ -283,7 +273,7 @@ def loehner_beyond_touch(arch: ArchForces, reach: float) -> Mapping[str, float]:
     apart = pairs.gap > tolerance
     out = {}
     for name, reading in READINGS.items():
-        found = loehner_force(arch.snapshot, pairs, arch.wish, reading, tolerance=tolerance)
+        found = rivals.loehner_force(arch.snapshot, pairs, arch.wish, reading, tolerance=tolerance)
         both = np.stack([found.on_first, found.on_second])
         out[name] = float(both[:, apart].sum() / both.sum())
     return out
@@ -341,7 +331,7 @@ class Congestion(NamedTuple):
 def congestion_of(crowd: Blocked) -> Congestion:
     """Solve a blocked crowd by both models, and with other masses."""
     arch, n = crowd.arch, len(crowd.arch.snapshot)
-    model = first_order(arch.snapshot, arch.contacts, left_velocity=arch.left_velocity)
+    model = rivals.first_order(arch.snapshot, arch.contacts, left_velocity=arch.left_velocity)
     random = np.random.default_rng([crowd.seed, round(crowd.stiffness)])
     unequal = []
     for mass in random.uniform(LEAST_KG, MOST_KG, (DRAWS, n)):
@@ -383,7 +373,7 @@ class Evacuation(NamedTuple):
 
     speed: float  # m/s, desired
     seed: int
-    looks: list[SocialForces]
+    looks: list[rivals.SocialForces]
     crowd: Snapshot  # at the last look
     left: int  # how many have left by then
 
@@ -435,7 +425,7 @@ def evacuate(speed: float, seed: int, people: int = PEOPLE, until: float = UNTIL
             inside = crowd.position[:, 0] < 0
             pairs = find_contacts(crowd, tolerance=0.0)
             touching = pairs.select(inside[pairs.first] & inside[pairs.second])
-            looks.append(social_force(crowd, touching))
+            looks.append(rivals.social_force(crowd, touching))
     left = int((crowd.position[:, 0] >= 0).sum())
     return Evacuation(speed=speed, seed=seed, looks=looks, crowd=crowd, left=left)
 
@@ -449,7 +439,7 @@ def evacuations(tell: Progress) -> list[Evacuation]:
 def advance(crowd: Snapshot, walls: Walls, drive: Drive, steps: int) -> Snapshot:
     """Move a crowd by so many steps of the semi-implicit Euler method: m du/dt = m (u_d − u)/τ plus
     the social forces of people and walls."""
-    law = SocialForceLaw()
+    law = rivals.SocialForceLaw()
     constants = law.strength, law.decay, law.body_stiffness, law.sliding_friction
     position, velocity = crowd.position.copy(), crowd.velocity.copy()
     for done in range(0, steps, RENEWED):

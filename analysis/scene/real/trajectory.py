@@ -16,15 +16,8 @@ import pandas as pd
 import pedpy
 from scipy.spatial import cKDTree
 
+from analysis.support import reading
 from analysis.support.foreign import Node, read_foreign
-from analysis.support.reading import (
-    LARGEST_WHOLE,
-    NUMBER,
-    UnreadableError,
-    lines_of,
-    open_file,
-    read_text,
-)
 from nscd.arrays import Floats, Indices
 
 Unit = Literal["m", "cm"]
@@ -101,11 +94,11 @@ def _read_rows(file: Path, named: bool) -> tuple[list[str], pd.DataFrame]:
     head: list[str] = []
     like: list[bool] = []
     values, lines = array("d"), array("q")
-    with open_file(file) as content:
-        for number, line in enumerate(lines_of(content, file), start=1):
+    with reading.open_file(file) as content:
+        for number, line in enumerate(reading.lines_of(content, file), start=1):
             text = line.decode("utf-8", "replace").removeprefix("\ufeff").strip()
             cells = _cells(text)
-            numbers = [bool(NUMBER.fullmatch(cell)) for cell in cells]
+            numbers = [bool(reading.NUMBER.fullmatch(cell)) for cell in cells]
             where = f"{file}, line {number}: {text[:60]!r}"
             if "\r" in text:
                 raise TrajectoryError(f"{where} has a carriage return. Lines end in \\n or \\r\\n")
@@ -163,17 +156,17 @@ def load(file: Path, unit: Unit | None, frame_rate: float | None) -> Loaded:
                 reader = _vadere if end == "traj" else _named if end in NAMED else _text
                 data, rate = reader(given, head, table)
         for name in ("id", "frame"):
-            whole = (np.abs(data[name]) < LARGEST_WHOLE) & (data[name] % 1 == 0)
+            whole = (np.abs(data[name]) < reading.LARGEST_WHOLE) & (data[name] % 1 == 0)
             if not whole.all():
                 place = whole.idxmin()
                 raise given.refuse(
                     f"{data.index.name or 'row'} {place}: {name}: {data[name][place]:g}. A whole "
-                    f"number below {LARGEST_WHOLE} is needed"
+                    f"number below {reading.LARGEST_WHOLE} is needed"
                 )
         return data.astype({"id": np.int64, "frame": np.int64}), rate
     except TrajectoryError:
         raise
-    except UnreadableError as error:
+    except reading.UnreadableError as error:
         raise TrajectoryError(str(error)) from None
     except Exception as error:  # of pandas, numpy, json and PedPy
         raise given.refuse(f"it cannot be read: {first_line(error)}") from None
@@ -185,7 +178,7 @@ def _text(given: _Given, head: list[str], table: pd.DataFrame) -> Loaded:
     said = UNIT.findall("\n".join(comments).lower())
     unit: Unit | None = ("cm" if said[-1] == "cm" else "m") if said else None
     words = [word for line in comments if "framerate" in line for word in line.split()]
-    rates = [float(word) for word in words if NUMBER.fullmatch(word)]
+    rates = [float(word) for word in words if reading.NUMBER.fullmatch(word)]
     return given.loaded(table.iloc[:, :4].set_axis(PLAIN, axis=1), unit, next(iter(rates), None))
 
 
@@ -219,7 +212,7 @@ def _timed(given: _Given, rows: pd.DataFrame) -> Loaded:
 
 def _pathfinder_json(given: _Given) -> Loaded:
     # person → time → position
-    content = json.loads(read_text(given.file, LARGEST_JSON), object_pairs_hook=_once)
+    content = json.loads(reading.read_text(given.file, LARGEST_JSON), object_pairs_hook=_once)
     rows = [
         (int(who), float(when), *(float(seen["position"][axis]) for axis in "xy"))
         for who, person in content.items()
@@ -259,7 +252,7 @@ def _archive(given: _Given) -> Loaded:
 
 
 def _fps(given: _Given, said: object) -> float:
-    if said is None or not NUMBER.fullmatch(str(said)):
+    if said is None or not reading.NUMBER.fullmatch(str(said)):
         raise given.refuse(f"fps: {str(said)[:40]}. A number is needed")
     return float(str(said))
 

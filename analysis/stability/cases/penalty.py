@@ -284,7 +284,7 @@ def initial_overlap(overlap: float, row: Of | str, folder: Path) -> Cell:
         # LAMMPS' deck needs the energy at the start: not of centres that coincide
         frames = run_frames(scene, engine, folder)
     except ValueError as error:
-        return trial.refused_cell(error)
+        return trial.rigid_cell("refused", "", (True, Outcome.REFUSED, str(error)))
     released = float(frames.kinetic.max()) if len(frames.kinetic) else NAN
     share = released / (MASS_KG * WALKING_M_PER_S**2)
     slight, joules = share > SLIGHT_RELEASE, f"{released:.3g} J from rest"

@@ -10,17 +10,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 from analysis.percussions.dense_reference import dense_percussions
+from analysis.stability import crowds
 from analysis.stability.case import Cell, Of, Outcome, case
-from analysis.stability.crowds import (
-    MASS_KG,
-    RADIUS_M,
-    contacts_of,
-    corner_walls,
-    disks,
-    end_walls,
-    line,
-    rhombus,
-)  # fmt: skip
 from analysis.stability.trial import SOLVER_QUANTITIES, SOLVERS, TOLERANCE, cell, solver_cell
 from nscd import ContactLaw, Contacts, Percussions, Snapshot, Status, solve
 from nscd._core import MOST_SWEEPS
@@ -43,8 +34,10 @@ def mass_ratio_solvers(ratio: float, solver: str, folder: Path) -> Cell:
     n = ACROSS**2
     light = (np.arange(n) + np.arange(n) // ACROSS) % 2 == 0
     left = np.random.default_rng(1).normal(size=(n, 2))
-    snapshot = disks(rhombus(ACROSS), left, MASS_KG * np.where(light, 1 / ratio, 1.0))
-    contacts = contacts_of(snapshot, corner_walls(ACROSS))
+    snapshot = crowds.disks(
+        crowds.rhombus(ACROSS), left, crowds.MASS_KG * np.where(light, 1 / ratio, 1.0)
+    )
+    contacts = crowds.contacts_of(snapshot, crowds.corner_walls(ACROSS))
     _, reference = dense_percussions(snapshot, contacts, left)
     answer = solve(snapshot, contacts, solver=solver)
     return solver_cell(answer, reference, float(np.abs(left).max()))
@@ -58,10 +51,10 @@ CONTRACTION = ("contraction ρ a sweep", "cos²(π/(2n))", "(1−ρ) measured / 
 
 def chain(n: int) -> tuple[Snapshot, Contacts]:
     """Make n touching disks that move at 1 m/s along x into a wall, and their n contacts."""
-    position = line(n)
-    walls = end_walls(-4 * RADIUS_M, position[-1, 0] + RADIUS_M)[1:]
-    snapshot = disks(position, (1.0, 0.0))
-    return snapshot, contacts_of(snapshot, walls)
+    position = crowds.line(n)
+    walls = crowds.end_walls(-4 * crowds.RADIUS_M, position[-1, 0] + crowds.RADIUS_M)[1:]
+    snapshot = crowds.disks(position, (1.0, 0.0))
+    return snapshot, crowds.contacts_of(snapshot, walls)
 
 
 def contraction(n: int) -> float:
@@ -140,8 +133,8 @@ CHOICES = (
 
 def pressed_corner(across: int) -> tuple[Snapshot, Contacts]:
     """Make across² disks on the triangular lattice that run into the corner of two walls."""
-    snapshot = disks(rhombus(across), (-1.0, -0.8))
-    return snapshot, contacts_of(snapshot, corner_walls(across))
+    snapshot = crowds.disks(crowds.rhombus(across), (-1.0, -0.8))
+    return snapshot, crowds.contacts_of(snapshot, crowds.corner_walls(across))
 
 
 def chosen(row: Of, snapshot: Snapshot, contacts: Contacts) -> Percussions:
@@ -230,12 +223,12 @@ def restitution(below: float, solver: str, folder: Path) -> Cell:
     """Let the first of DISKS in a line run into the others with e = 1 − below, against the answer
     in exact arithmetic for the same k."""
     speed = [1, *[0] * (DISKS - 1)]
-    snapshot = disks(line(DISKS), along_x(speed))
-    contacts = contacts_of(snapshot)
+    snapshot = crowds.disks(crowds.line(DISKS), along_x(speed))
+    contacts = crowds.contacts_of(snapshot)
     law = ContactLaw(restitution=1 - below)
     k = law.coefficients(contacts.inverse_mass(snapshot.mass))[0]
     start = [Fraction(u) for u in speed]
-    exact, _ = exact_line([int(MASS_KG)] * DISKS, start, [Fraction(float(c)) for c in k])
+    exact, _ = exact_line([int(crowds.MASS_KG)] * DISKS, start, [Fraction(float(c)) for c in k])
     answer = solve(snapshot, contacts, law=law, solver=solver)
     return solver_cell(answer, along_x(map(float, exact)), 1.0)
 
@@ -278,11 +271,11 @@ OPENING = (0.005, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0, 1.5)
 def opening_contacts(opening: float, dissipation: float, folder: Path) -> Cell:
     """Solve three touching disks: the first runs at 1 m/s into the second, at rest, and the third
     leaves it at `opening` m/s; k = dissipation · m of both contacts."""
-    snapshot = disks(line(3), along_x((1.0, 0.0, opening)))
-    law = ContactLaw(dissipation=dissipation * MASS_KG, tangential_dissipation=0.0)
-    answer = solve(snapshot, contacts_of(snapshot), law=law)
+    snapshot = crowds.disks(crowds.line(3), along_x((1.0, 0.0, opening)))
+    law = ContactLaw(dissipation=dissipation * crowds.MASS_KG, tangential_dissipation=0.0)
+    answer = solve(snapshot, crowds.contacts_of(snapshot), law=law)
     exact, change = exact_energy(opening, dissipation)
-    before = 0.5 * MASS_KG * (1 + opening**2)
+    before = 0.5 * crowds.MASS_KG * (1 + opening**2)
     gain = answer.energy_change / before
     reason = f"energy {gain:+.3g} of the start, exact {change / before:+.3g}"
     return solver_cell(
@@ -296,7 +289,7 @@ def opening_contacts(opening: float, dissipation: float, folder: Path) -> Cell:
 
 def exact_energy(opening: float, dissipation: float) -> tuple[list[float], float]:
     """Compute u⁺ (3) m/s and the change of energy (J) of an attempt in exact arithmetic."""
-    mass = int(MASS_KG)
+    mass = int(crowds.MASS_KG)
     speed = [Fraction(1), Fraction(0), Fraction(opening)]
     after, change = exact_line([mass] * 3, speed, [Fraction(dissipation) * mass] * 2)
     return [float(u) for u in after], float(change)

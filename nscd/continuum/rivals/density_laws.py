@@ -72,41 +72,24 @@ class TurbulencePressure:
         return np.where(rho <= self.critical_density, 0.0, high * rho - self.c2)
 
 
-def power_pressure(
-    density: ArrayLike,
-    *,
-    coefficient: float = TABLE_1.pressure_coefficient,
-    exponent: float = TABLE_1.pressure_exponent,
-) -> Floats:
-    """Compute (M2), p = p₀ρ^γ, people/s².
+def power_pressure(density: ArrayLike) -> Floats:
+    """Compute (M2), p = p₀ρ^γ, people/s², with p₀ and γ of Table 1.
 
     density: ρ > 0, people/m², of any shape.
-    coefficient: people^(1−γ) m^(2γ)/s², p₀ > 0.
-    exponent: γ > 1.
 
-    Raises ValueError for another density or constant."""
-    positive(coefficient=coefficient, exponent=exponent)
-    if exponent <= 1:
-        raise ValueError(f"exponent: {exponent:g}. More than 1 is needed")
-    return np.asarray(coefficient * _density(density) ** exponent)
+    Raises ValueError for another density."""
+    powers = _density(density) ** TABLE_1.pressure_exponent
+    return np.asarray(TABLE_1.pressure_coefficient * powers)
 
 
-def exponential_speed(
-    density: ArrayLike,
-    *,
-    free_speed: float = TABLE_1.free_speed,
-    greatest_density: float = TABLE_1.greatest_density,
-    steepness: float = TABLE_1.speed_decay,
-) -> Floats:
-    """Compute (L1), u = u_max exp(−α(ρ/ρ_max)²), m/s, printed as ρ(u).
+def exponential_speed(density: ArrayLike) -> Floats:
+    """Compute (L1), u = u_max exp(−α(ρ/ρ_max)²), m/s, printed as ρ(u), with the constants of Table 1.
 
-    density, greatest_density: ρ > 0 and ρ_max, people/m²; the speed at ρ_max is not 0.
-    free_speed: m/s, u_max.
-    steepness: α.
+    density: ρ > 0, people/m²; the speed at ρ_max is not 0.
 
-    Raises ValueError for another density or a constant that is not positive."""
-    positive(free_speed=free_speed, greatest_density=greatest_density, steepness=steepness)
-    return np.asarray(free_speed * np.exp(-steepness * (_density(density) / greatest_density) ** 2))
+    Raises ValueError for another density."""
+    share = _density(density) / TABLE_1.greatest_density
+    return np.asarray(TABLE_1.free_speed * np.exp(-TABLE_1.speed_decay * share**2))
 
 
 def kladek_speed(
@@ -114,18 +97,18 @@ def kladek_speed(
     *,
     free_speed: float = TABLE_1.free_speed,
     greatest_density: float = TABLE_1.greatest_density,
-    decay: float = 1.913,
 ) -> Floats:
     """Compute (L2), u = u_max(1 − exp(−γ(1/ρ − 1/ρ_max))), m/s, printed as ρ(u); 0 above ρ_max.
 
     density, greatest_density: ρ > 0 and ρ_max, people/m²; Weidmann's own ρ_max is 5.4.
     free_speed: m/s, u_max; Weidmann's own is 1.34.
-    decay: people/m², Weidmann's γ; Table 1's γ = 2 is the exponent of (M2).
+
+    γ = 1.913 people/m² is Weidmann's; Table 1's γ = 2 is the exponent of (M2).
 
     Raises ValueError for another density or a constant that is not positive."""
-    positive(free_speed=free_speed, greatest_density=greatest_density, decay=decay)
+    positive(free_speed=free_speed, greatest_density=greatest_density)
     gap = np.maximum(1 / _density(density) - 1 / greatest_density, 0.0)
-    return np.asarray(-free_speed * np.expm1(-decay * gap))
+    return np.asarray(-free_speed * np.expm1(-1.913 * gap))
 
 
 def measured_speed(
