@@ -524,9 +524,7 @@ def charts_and_notes(reels: Sequence[Reel]) -> tuple[list[Chart], list[str]]:
 
 
 def force_notes(
-    spans: Mapping[str, tuple[float, float]],
-    duration_s: float,
-    files: tuple[Path, ...] = (),
+    spans: Mapping[str, tuple[float, float]], duration_s: float, files: tuple[Path, ...] = ()
 ) -> list[str]:
     """Say what the largest contact force depends on most, and what limits of a chest mean beside a
     run or a film of so many seconds; spans: as of `mattering`; files: of users' limits."""
