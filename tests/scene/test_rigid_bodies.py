@@ -82,6 +82,8 @@ def test_people_are_bodies_in_their_push_and_goals(scene):
     drive = scene.drive
     assert scene.mean_push == pytest.approx(drive.push(60.0))
     assert scene.push_range == pytest.approx((drive.push(60.0),) * 2)
+    wanted = drive.desired_velocity(scene.snapshot.bodies.centre, np.array([1, 5]))
+    assert (Setting.of(scene).left(scene.snapshot)[0] == wanted.repeat(2, axis=0)).all()
     goal = {"people": (1, 5), "outward": (1.0, 0.0)}
     ends = {"door_start_m": drive.door_start_m, "door_end_m": drive.door_end_m}
     goals = (Goal(**goal, **ends),)
