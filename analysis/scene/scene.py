@@ -117,8 +117,8 @@ class Scene(Room):
 
     def rerouted(self) -> Scene:
         """Return the scene with the ways of its people between its walls, where its drive has a
-        clearance."""
-        if self.drive is None or self.drive.clearance_m is None:
+        clearance and somebody is there."""
+        if self.drive is None or self.drive.clearance_m is None or not len(self.snapshot):
             return self
         radius = float(self.snapshot.radius.max())
         return self.model_copy(update={"drive": self.drive.routed(self.wall_segments(), radius)})
