@@ -201,11 +201,10 @@ def test_who_is_shut_in_beyond_the_line_of_a_door_is_refused():
     walls = between(outer, [(7, 5), (8, 5), (8, 6), (7, 6), (7, 5.3)])
     door = {"door_start_m": (3.0, 5.0), "door_end_m": (3.0, 7.0), "outward": (1.0, 0.0)}
     drive = Drive(speed_m_per_s=1, relaxation_time_s=1, clearance_m=0.15, aim="centre", **door)
-    drive = drive.routed(walls, 0.2)
     people = disks_at([[1.0, 8.0], [8.5, 8.0], [7.5, 5.5]], radius=0.2)
     assert drive.hidden(walls, people).tolist() == [False, True, True]
     with pytest.raises(ValueError, match=r"the way of person 3 to the door .* is narrower"):
-        drive.check_way(walls, people)
+        drive.routed(walls, 0.2).check_way(walls, people)
 
 
 def test_a_door_narrower_than_a_person_is_no_way():
