@@ -186,6 +186,11 @@ class Snapshot:
         return None if same else of
 
     @property
+    def centres(self) -> Floats:
+        """Give (n,2) m, the centre of the body of each disk, where a drive acts."""
+        return self.position if self.bodies is None else self.bodies.centre[self.bodies.number]
+
+    @property
     def inertia(self) -> Floats:
         """Compute (n,) kg m², the moment of inertia m r²/2 of each disk about its centre."""
         inertia: Floats = 0.5 * self.mass * self.radius**2

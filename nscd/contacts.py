@@ -152,11 +152,7 @@ class Contacts:
 
 
 def sum_at_disks(
-    first: Indices | Index32,
-    second: Indices | Index32,
-    on_first: Floats,
-    on_second: Floats,
-    n: int,
+    first: Indices | Index32, second: Indices | Index32, on_first: Floats, on_second: Floats, n: int
 ) -> Floats:
     """Sum at each of n disks what it has of its contacts: on_first, on_second (k,…) → (n,…)."""
     pairs = second >= 0

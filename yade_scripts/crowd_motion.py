@@ -17,18 +17,22 @@ class Motion:
         rows = zip(
             disks.radius, disks.mass, disks.position, disks.velocity, disks.spin, strict=True
         )
-        self.states = [self._add(material, *row) for row in rows]
+        self.states = [self._add(*row) for row in rows]
         order = np.argsort(self.of, kind="stable")
         members = np.split(order, np.cumsum(np.bincount(self.of))[:-1])
         self.who = [self._join(number, some.tolist()) for number, some in enumerate(members)]
+        for number in range(len(self.of)):
+            O.bodies[number].mat = O.materials[material]
         self.movers = [O.bodies[one].state for one in self.who]
         # YADE gives its own vectors, not copies of them: they go on with the run
         self.velocities, self.moves = (
             [state.vel for state in states] for states in (self.states, self.movers)
         )
 
-    def _add(self, material, radius, mass, position, velocity, spin):
-        body = utils.sphere((*map(float, position), 0.0), float(radius), material=material)
+    def _add(self, radius, mass, position, velocity, spin):
+        # YADE takes the centre of a clump by densities, those of its disks' own materials
+        own = utils.FrictMat(density=mass / (4 / 3 * np.pi * radius**3))
+        body = utils.sphere((*map(float, position), 0.0), float(radius), material=own)
         body.state.mass = float(mass)
         self._send(body.state, velocity, spin)
         return O.bodies[O.bodies.append(body)].state

@@ -22,15 +22,7 @@ from analysis.cli.app import (
     show,
     warn,
 )
-from analysis.cli.options import (
-    Count,
-    Openness,
-    Out,
-    Positive,
-    Processes,
-    Share,
-    Taken,
-)
+from analysis.cli.options import Count, Openness, Out, Positive, Processes, Share, Taken
 
 if TYPE_CHECKING:
     from analysis.percussions import SnapshotPercussions

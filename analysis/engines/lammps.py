@@ -13,11 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.dumps import (
-    CONTACT_COLUMNS,
-    DumpError,
-    index_dump,
-)
+from analysis.dumps import CONTACT_COLUMNS, DumpError, index_dump
 from analysis.dumps.contacts import add_arms
 from analysis.engines.base import Engine
 from analysis.engines.guard import energy_besides, speed_most

@@ -40,10 +40,7 @@ QUANTITIES: Mapping[str, Quantity] = {
     "contact_sum": Quantity("sum of a person's contact forces", "N", "person", "contact_sum_N"),
     "resultant": Quantity("resultant of a person's contact forces", "N", "person", "resultant_N"),
     "pressure": Quantity(
-        "sum of a person's contact forces per metre of outline",
-        "N/m",
-        "person",
-        "pressure_N_per_m",
+        "sum of a person's contact forces per metre of outline", "N/m", "person", "pressure_N_per_m"
     ),
     "wall_load": Quantity("load on a wall", "N", "wall", "load_N"),
     "wall_line_load": Quantity(

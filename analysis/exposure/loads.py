@@ -477,7 +477,9 @@ def stops_of(run: RunLoads, limit: Limit) -> tuple[Stop, ...]:
     over = above & (run.running(above) >= (limit.duration_s or 0.0) - 1e-9)
     first = run.time[over.argmax(axis=0)]
     found = sorted((float(first[n]), run.ids[n]) for n in np.flatnonzero(over.any(axis=0)).tolist())
-    return tuple(Stop(people=(one, one), time_s=round(time, 9)) for time, one in found)
+    people, who = people_of(run.scene.snapshot)
+    last = dict(zip(people.ids[who].tolist(), run.scene.snapshot.ids.tolist(), strict=True))
+    return tuple(Stop(people=(one, last[one]), time_s=round(time, 9)) for time, one in found)
 
 
 def write_stops(run: RunLoads, limit: Limit, folder: Path) -> tuple[int, Path]:

@@ -202,9 +202,6 @@ def _markdown() -> MarkdownIt:
 
 _MARKDOWN = _markdown()
 _SLOTS = jinja2.Environment(
-    undefined=jinja2.StrictUndefined,
-    trim_blocks=True,
-    lstrip_blocks=True,
-    finalize=_chosen_digits,
+    undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, finalize=_chosen_digits
 )
 _SLOTS.filters |= FILTERS

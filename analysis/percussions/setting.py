@@ -174,7 +174,9 @@ class Setting:
         if drive and drive.needs_way:
             drive = drive.routed(self.walls or NO_WALLS, float(snapshot.radius.max()))
         time = snapshot.time if isinstance(snapshot, Snapshot) else snapshot.time_of_rows
-        wanted = drive.desired_velocity(snapshot.position, snapshot.ids, time) if drive else None
+        # frames of bodies of several disks are not solved at once
+        place = snapshot.centres if isinstance(snapshot, Snapshot) else snapshot.position
+        wanted = drive.desired_velocity(place, snapshot.ids, time) if drive else None
         if self.kind == "desired":
             if drive is None or wanted is None:
                 if g.any():  # a crowd at rest: whatever the time, forces are the same

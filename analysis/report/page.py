@@ -146,10 +146,7 @@ def notes(study: MotionStudy, drawn: Sequence[Chart]) -> list[str]:
         varied=[SAID.get(one, one) for one in FACTORS if one in varied],
         units=[one.unit for one in drawn if one.shown],
     )
-    return [
-        bars,
-        *force_notes(factors, study.scene.run.duration_s, study.limits, "mean "),
-    ]
+    return [bars, *force_notes(factors, study.scene.run.duration_s, study.limits, "mean ")]
 
 
 def verdicts(study: MotionStudy) -> list[str]:

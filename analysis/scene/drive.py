@@ -12,11 +12,14 @@ from analysis.scene.fields import Count, Number, Point, Positive, Schema, means_
 from analysis.scene.way import Way, way_of
 from nscd import Snapshot, Walls, _core
 from nscd.arrays import Flags, Floats, Indices
+from nscd.segments import nearest_on_segment
 
 # The key that may stand for desired speed or relaxation time, and the latter where only it is
 # given: pushed people lose their speed in 0.1 to 1 s.
 PUSH, USUAL_RELAXATION_S = "push_N", 0.5
 Mass = TypeVar("Mass", float, Floats)
+# m: a line this near to a wall meets it, which ends this share before the door.
+CROSSED_M, SHORT = 1e-9, 1e-6
 # m: nobody comes beyond a line here.
 NOWHERE = (1e30, 1e30)
 
@@ -243,6 +246,15 @@ class Drive(Exit, Pace):
         straight._way = None
         return straight
 
+    def hidden(self, walls: Walls, people: Snapshot) -> Flags:
+        """Tell who (n,) has a wall on the straight line to the own door."""
+        place = people.position
+        start, end = self.straight().legs(place, people.ids)[:2]
+        # a door ends where a wall does, and who walks there has no wall before it
+        door = place + (1 - SHORT) * (nearest_on_segment(place, start, end) - place)
+        clear = _core.clear_of(place, door, walls.start, walls.end, CROSSED_M)
+        return np.asarray(clear == 0.0)
+
     def check_way(self, walls: Walls, people: Snapshot) -> None:
         """Raise ValueError naming the door, and somebody whose way to it is shut or narrower than
         the widest person."""
@@ -254,7 +266,7 @@ class Drive(Exit, Pace):
             door = f"the door from ({x0:g}, {y0:g}) to ({x1:g}, {y1:g}) m"
             if np.hypot(x1 - x0, y1 - y0) < widest:
                 raise ValueError(f"drive: {door} is narrower than the widest person, {widest:g} m")
-            shut = mine & ~exit_.beyond(people.position)
+            shut = mine & (self.hidden(walls, people) | ~exit_.beyond(people.position))
             shut &= self.way.at(people.position, number, self.way.next) < 0
             if shut.any():
                 place = people.position[shut][:1]

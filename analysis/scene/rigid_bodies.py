@@ -16,6 +16,8 @@ from nscd.arrays import Indices
 COLUMNS, INERTIA = 20, 7
 # Masses of the bodies and the sums of their disks' may differ by this share: files have 13 digits.
 SAME = 1e-9
+# m: as far centres.
+SAME_M = 1e-6
 
 
 def write_bodies(path: Path, snapshot: Snapshot) -> None:
@@ -52,10 +54,12 @@ def read_bodies(path: Path, disks: Snapshot) -> Snapshot:
         raise ValueError(
             f"{path}: body {odd[0] if odd else table[0, 0]:g}: one line, and disks of it, are needed"
         )
-    off = np.abs(table[:, 1] - bodies.mass) > SAME * bodies.mass
-    if off.any():
-        worst = int(np.argmax(off))
-        own = f"{table[worst, 1]:g} kg where its disks have {bodies.mass[worst]:g} kg"
+    stated = np.column_stack([bodies.mass, bodies.centre])
+    near = np.column_stack([SAME * bodies.mass, np.full((len(bodies), 2), SAME_M)])
+    if (off := ~(np.abs(table[:, 1:4] - stated) <= near)).any():
+        worst, column = np.argwhere(off)[0].tolist()
+        unit, said = ("kg", "m of x", "m of y")[column], table[worst, 1 + column]
+        own = f"{said:g} {unit} where its disks have {stated[worst, column]:g}"
         raise ValueError(f"{path}: body {bodies.ids[worst]}: {own}")
     try:
         return disks.joined(bodies.ids[bodies.number], inertia=table[:, INERTIA])

@@ -34,7 +34,7 @@ from analysis.scene.schema import (
 )
 from analysis.support.files import or_shipped, shipped, write_text
 from analysis.support.reading import UnreadableError, read_text
-from nscd import Snapshot, Walls, _core
+from nscd import Snapshot
 from nscd.contacts import connected
 from nscd.stepping import StepError
 
@@ -53,9 +53,8 @@ __all__ = [
 ]
 
 
-# m: kept from corners on a way that nobody asked for; a line this near to a wall meets it, which
-# ends this share before the door.
-CLEARANCE_M, CROSSED_M, SHORT = 0.15, 1e-9, 1e-6
+# m: kept from corners on a way that nobody asked for.
+CLEARANCE_M = 0.15
 # Of a scene file, in their order.
 TABLES = ("drive", "body_force", "contact", "run", "analysis", "reconciliation")
 
@@ -118,8 +117,8 @@ class Scene(Room):
 
     def rerouted(self) -> Scene:
         """Return the scene with the ways of its people between its walls, where its drive has a
-        clearance."""
-        if self.drive is None or self.drive.clearance_m is None:
+        clearance and somebody is there."""
+        if self.drive is None or self.drive.clearance_m is None or not len(self.snapshot):
             return self
         radius = float(self.snapshot.radius.max())
         return self.model_copy(update={"drive": self.drive.routed(self.wall_segments(), radius)})
@@ -129,13 +128,7 @@ class Scene(Room):
         """Count the people who have a wall on the straight line to their door."""
         if self.drive is None or not all(exit_.has_door for exit_ in self.drive.doors):
             return 0
-        place, walls = self.snapshot.position, self.wall_segments()
-        start, end = self.drive.straight().legs(place, self.snapshot.ids)[:2]
-        door = Walls(start=start, end=end).nearest_point(place, np.arange(len(place)))
-        # a door ends where a wall does, and who walks there has no wall before it
-        door = place + (1 - SHORT) * (door - place)
-        clear = _core.clear_of(place, door, walls.start, walls.end, CROSSED_M)
-        return int((clear == 0.0).sum())
+        return int(self.drive.hidden(self.wall_segments(), self.snapshot).sum())
 
     def round_walls(self) -> Scene:
         """Return the scene in which people walk a way, and its notes say so, where somebody has a
@@ -220,10 +213,8 @@ class Scene(Room):
         `origin` names the file in the message."""
         if len({w.name for w in self.walls}) < len(self.walls):
             raise SceneError(f"{origin}: walls: two walls have the same name")
-        stops = self.drive and self.drive.stops
-        for key, given in (("drive.stops", stops), ("contact.arm_reach_m", self.contact.arms)):
-            if given and self.snapshot.bodies is not None:
-                raise SceneError(f"{origin}: {key}: only for people of one disk each")
+        if self.contact.arms and self.snapshot.bodies is not None:
+            raise SceneError(f"{origin}: contact.arm_reach_m: only for people of one disk each")
         for name in ("goals", "stops") if self.drive else ():
             for number, part in enumerate(getattr(self.drive, name), start=1):
                 mine = part.of(self.snapshot.ids)
@@ -360,11 +351,7 @@ def read_scene(name_or_path: str | Path) -> Scene:
             snapshot = apart(snapshot, stated.wall_segments())
         except (StepError, ValueError) as error:
             raise SceneError(f"{path}: disks.people: they do not fit: {error}") from None
-    more = {
-        "reconciliation": stated.reconciliation,
-        "other_frames": others,
-        "other_crowds": crowds,
-    }
+    more = {"reconciliation": stated.reconciliation, "other_frames": others, "other_crowds": crowds}
     scene = Scene.of(stated, name=path.stem, notes=notes, snapshot=snapshot, **more)
     scene.check(str(path))
     return scene

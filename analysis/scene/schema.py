@@ -298,7 +298,9 @@ class Wall(Schema):
         return -along[1] / length, along[0] / length
 
     @model_validator(mode="after")
-    def _has_mass(self) -> Wall:
+    def _is_whole(self) -> Wall:
+        if self.start_m == self.end_m:
+            raise ValueError("start_m and end_m are the same point")
         for key in ("stiffness_N_per_m", "damping_N_s_per_m"):
             if getattr(self, key) is not None and self.mass_kg is None:
                 raise ValueError(f"{key}: a wall that gives needs a mass: give mass_kg")

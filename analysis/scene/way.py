@@ -104,7 +104,7 @@ def _found(start: bytes, end: bytes, doors: bytes, radius: float, clearance: flo
     low = low - 0.382 * cell
     x, y = (low[i] + cell * (0.5 + np.arange(n + 1)) for i, n in enumerate((columns, rows)))
     middles = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    corners = _corners(walls, reach)
+    corners = _corners(walls, radius, clearance)
     shut = _with_shut_gaps(walls, 2 * radius)
     found = [
         _Search(shut, exits, number, radius, reach, cell).ways(corners, middles, len(x))
@@ -121,17 +121,21 @@ def _found(start: bytes, end: bytes, doors: bytes, radius: float, clearance: flo
     return Way(low, cell, codes, corners, lengths)
 
 
-def _corners(walls: Walls, reach: float) -> Floats:
-    """Points (k,2) m at a distance from the ends of walls where no wall is nearer."""
+def _corners(walls: Walls, radius: float, clearance: float) -> Floats:
+    """Points (k,2) m round the ends of walls where no wall is nearer than the end: at a distance of
+    radius + clearance, or with half or none of the clearance where there is not the room."""
     ends, along = np.concatenate([walls.start, walls.end]), np.tile(walls.end - walls.start, (2, 1))
     _, first = np.unique((ends / MEET_M).round(), axis=0, return_index=True)
     turn = (
         np.arctan2(along[first, 1], along[first, 0])[:, None] + np.arange(RING) * 2 * np.pi / RING
     )
-    ring = ends[first][:, None] + reach * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-    ring = ring.reshape(-1, 2)
-    clear = _core.clear_of(ring, ring, walls.start, walls.end, reach)
-    free: Floats = ring[clear >= reach * (1 - 1e-6)]
+    way = np.stack([np.cos(turn), np.sin(turn)], axis=-1).reshape(-1, 2)
+    middle, found = np.repeat(ends[first], RING, axis=0), np.full(len(way), np.nan)
+    for reach in radius + clearance * np.array([0.0, 0.5, 1.0]):
+        ring = middle + reach * way
+        clear = _core.clear_of(ring, ring, walls.start, walls.end, reach)
+        found[clear >= reach * (1 - 1e-6)] = reach
+    free: Floats = (middle + found[:, None] * way)[~np.isnan(found)]
     return free
 
 

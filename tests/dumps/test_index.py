@@ -36,9 +36,7 @@ def frames_of(count, seed=1):
         table = "".join(f"{i} {i / 3!r} 0\n" for i in range(rows))
         place = len(text) + len(head)
         line = (text + head).count("\n") + 1
-        wanted.append(
-            (step, step / 7, (low, high), (-1.0, 1e3), rows, line, place, len(table)),
-        )
+        wanted.append((step, step / 7, (low, high), (-1.0, 1e3), rows, line, place, len(table)))
         text += head + table
     return text, wanted
 

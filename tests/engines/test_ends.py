@@ -13,13 +13,14 @@ from types import SimpleNamespace
 import pytest
 
 from analysis.compare.study import study
-from analysis.engines import LAMMPS, EngineError, RunRecord
+from analysis.engines import LAMMPS, EngineError
 from analysis.engines import lammps as lammps_engine
 from analysis.engines.guard import died, garbage
 from analysis.engines.run import run_folder, simulate, staged
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from tests.engines.at_hand import ROOT, require
+from tests.engines.test_runs import RECORD
 
 ENGINES = ["lammps", "yade"]
 LONG = {"duration_s": 1000.0, "frames": 10000}
@@ -219,11 +220,7 @@ def test_a_full_disk_is_named(tmp_path, monkeypatch):
     ],
 )
 def test_how_an_engine_ended_in_words(tmp_path, status, last, says):
-    record = RunRecord(
-        engine="lammps", version="1", scene="pair", scene_digest="0", disks=2, time_step_s=1e-5,
-        steps=10, frame_interval=1, damping_ratio=1.0, restitution_least=0.1, restitution_most=0.1,
-    )  # fmt: skip
-    end = died(record, status, 5, [line.format(tmp_path) for line in last], tmp_path)
+    end = died(RECORD, status, 5, [line.format(tmp_path) for line in last], tmp_path)
     assert re.search(says, end.record.reason), end.record.reason
     assert str(end).startswith("lammps, pair, after t = 5e-05 s (step 5): ")
     assert "smaller time step" not in str(end) or "Lost" in str(last)

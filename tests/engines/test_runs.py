@@ -153,15 +153,17 @@ def test_a_missing_engine_says_how_to_install_it(tmp_path, monkeypatch, quick, n
         run(name, quick, tmp_path / "run")
 
 
+RECORD = RunRecord(
+    engine="lammps", version="1", scene="pair", scene_digest="0", disks=2, time_step_s=1e-5,
+    steps=10, frame_interval=1, damping_ratio=1.0, restitution_least=0.1, restitution_most=0.1,
+)  # fmt: skip
+
+
 def test_a_broken_record_is_named(tmp_path):
     with pytest.raises(EngineError, match=r"run\.json: no such file"):
         RunRecord.read(tmp_path)
-    record = RunRecord(
-        engine="lammps", version="1", scene="pair", scene_digest="0", disks=2, time_step_s=1e-5,
-        steps=10, frame_interval=1, damping_ratio=1.0, restitution_least=0.1, restitution_most=0.1,
-    )  # fmt: skip
-    record.write(tmp_path)
-    assert RunRecord.read(tmp_path) == dataclasses.replace(record)
+    RECORD.write(tmp_path)
+    assert RunRecord.read(tmp_path) == dataclasses.replace(RECORD)
     (tmp_path / "run.json").write_text("{}")
     with pytest.raises(EngineError, match=r"run\.json: .*engine, .*: Field required"):
         RunRecord.read(tmp_path)

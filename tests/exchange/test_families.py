@@ -5,14 +5,7 @@ import pytest
 
 from analysis.scene.packing import REST
 from benchmarks.cases import accuracy
-from benchmarks.problems.families import (
-    DOOR,
-    FAMILIES,
-    chain,
-    heap,
-    jammed,
-    pressed,
-)
+from benchmarks.problems.families import DOOR, FAMILIES, chain, heap, jammed, pressed
 from nscd import solve
 
 SIZE = 300

@@ -10,11 +10,11 @@ from analysis.scene.scene import read_scene
 HIGH, LOW = 7000.0, 10.0
 
 
-def run_of(rows, scene="two_way"):
-    """Rows of loads (N) of persons 5 and 9 in windows of 5 s."""
+def run_of(rows, scene="two_way", ids=(5, 9)):
+    """Rows of loads (N) of two persons in windows of 5 s."""
     loads, time = np.array(rows), 5.0 * np.arange(1, len(rows) + 1)
     return RunLoads(
-        scene=read_scene(scene), ids=[5, 9], time=time, duration=np.full(len(rows), 5.0),
+        scene=read_scene(scene), ids=ids, time=time, duration=np.full(len(rows), 5.0),
         loads={"contact_sum": loads}, values={},
     )  # fmt: skip
 
@@ -38,6 +38,9 @@ def test_who_is_above_without_a_break_for_its_time_stops_then(tmp_path):
     assert (again.name, count, again.drive.stops) == ("two_way_stops", 2, stops_of(run, seconds))
     assert write_stops(run_of(rows[:4], path), seconds, tmp_path)[1] == path
     assert [stop.people for stop in read_scene(path).drive.stops] == [(9, 9)]
+    # a person of three disks stops with all of them
+    _, path = write_stops(run_of(rows, "shoulders", [4, 7]), seconds, tmp_path)
+    assert [stop.people for stop in read_scene(path).drive.stops] == [(7, 9), (4, 6)]
 
 
 def test_what_makes_nobody_stop_is_said(tmp_path):

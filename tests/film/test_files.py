@@ -232,7 +232,8 @@ def test_a_trajectory_with_its_geometry_needs_no_room(tmp_path, kind):
     on_wall = last.found.contacts.is_wall
     # all of m u: 3 · 75 kg · 1 m/s
     assert np.hypot(*last.found.pressing[on_wall].T) == pytest.approx([225.0], rel=1e-4)
-    (tmp_path / "door.toml").write_text(ROOM.replace("5.0", "-4.0").replace("[1.0", "[-1.0"))
+    room = ROOM.replace("5.0", "-4.0").replace("[1.0", "[-1.0").replace("0.1]", "0.4]")
+    (tmp_path / "door.toml").write_text(room + "clearance_m = 0.1\n")
     source = open_any(path, Given(radius=0.2, room=tmp_path / "door.toml"))
     assert len(source.scene.walls) == 5  # the door is open
     (last,) = source.frames("10")

@@ -13,11 +13,7 @@ from nscd import ContactLaw, solve
 from nscd.indeterminacy.ensemble import convergence, ensemble
 from nscd.indeterminacy.equilibrium import Equilibrium
 from nscd.indeterminacy.intervals import IntervalStatus, WithinTolerance
-from nscd.indeterminacy.nearest import (
-    least_energy_within,
-    least_tolerance,
-    nearest,
-)
+from nscd.indeterminacy.nearest import least_energy_within, least_tolerance, nearest
 
 LOAD, ANGLE, MU = 3.0, 0.7, 0.4
 

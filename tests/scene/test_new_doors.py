@@ -21,10 +21,7 @@ from analysis.scene import (
 from analysis.scene.waiting import _shared_out
 from nscd import find_contacts
 
-TWO = [
-    Doorway(ends=((0, -3), (0, -2)), share=2),
-    Doorway(ends=((-4, 4), (-5.2, 4)), share=1),
-]
+TWO = [Doorway(ends=((0, -3), (0, -2)), share=2), Doorway(ends=((-4, 4), (-5.2, 4)), share=1)]
 
 
 def parted(scene):

@@ -1,7 +1,5 @@
 """Other frames of a film in a scene: which, as crowds that a report takes turns with, refusals."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -11,11 +9,7 @@ from analysis.scene.real.import_crowd import frames_near, import_crowd
 from analysis.scene.real.trajectory import Recording, read_heads
 from analysis.scene.scene import SceneError, read_scene
 from analysis.scene.shipped_scenes import PLACE_M, how_varied, variant
-
-ROOT = Path(__file__).resolve().parents[2]
-FORMATS = ROOT / "tests" / "data" / "trajectories"
-FREE = ROOT / "tests" / "data" / "rooms" / "free.toml"
-EXCERPT, GATE = ROOT / "scenes" / "gate_excerpt.txt", ROOT / "scenes" / "rooms" / "gate.toml"
+from tests.scene.test_import import EXCERPT, FORMATS, FREE, GATE, ROOT
 
 
 def crowd_of(number):

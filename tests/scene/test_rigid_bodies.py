@@ -82,6 +82,8 @@ def test_people_are_bodies_in_their_push_and_goals(scene):
     drive = scene.drive
     assert scene.mean_push == pytest.approx(drive.push(60.0))
     assert scene.push_range == pytest.approx((drive.push(60.0),) * 2)
+    wanted = drive.desired_velocity(scene.snapshot.bodies.centre, np.array([1, 5]))
+    assert (Setting.of(scene).left(scene.snapshot)[0] == wanted.repeat(2, axis=0)).all()
     goal = {"people": (1, 5), "outward": (1.0, 0.0)}
     ends = {"door_start_m": drive.door_start_m, "door_end_m": drive.door_end_m}
     goals = (Goal(**goal, **ends),)
@@ -115,7 +117,8 @@ BAD = {
     "goes with the section Molecules": ("two.toml", 'bodies = "two.bodies"\n', ""),
     "body 8: one line": ("two.bodies", "\n9 60.0", "\n8 60.0"),
     "line 2: 20 numbers": ("two.bodies", "4 60.0", "4 x"),
-    "body 4: 61 kg where": ("two.bodies", "4 60.0", "4 61.0"),
+    "body 4: nan kg where": ("two.bodies", "4 60.0", "4 nan"),
+    "body 4: -2.9 m of x where": ("two.bodies", "4 60.0 -3.0", "4 60.0 -2.9"),
     "Molecules: the ids differ": ("two.data", "\n5 9\n", "\n6 9\n"),
     "Molecules: 3 rows": ("two.data", "\n5 9\n", "\n"),
     "disks of body 9 turn differently": ("two.data", "\n2 4\n", "\n2 9\n"),

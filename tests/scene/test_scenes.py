@@ -240,8 +240,7 @@ def written(tmp_path, old="", new="", name="arch", disks=30):
 
 
 @pytest.mark.parametrize(
-    ("people", "radius", "mass"),
-    [("ANSUR II men", 0.180, 85.5), ("ANSUR II women", 0.167, 67.8)],
+    ("people", "radius", "mass"), [("ANSUR II men", 0.180, 85.5), ("ANSUR II women", 0.167, 67.8)]
 )
 def test_bodies_have_the_means_of_the_survey(people, radius, mass):
     radii, masses = bodies_of(people, 4000, seed=1)

@@ -2,6 +2,7 @@
 them."""
 
 import importlib
+import re
 from itertools import pairwise
 
 import numpy as np
@@ -12,10 +13,12 @@ from scipy.sparse.csgraph import dijkstra
 from analysis.engines.programs.rigid import motion_of
 from analysis.percussions.setting import Setting
 from analysis.scene import Crowd, Doorway, Inside, SceneError, read_scene, room
+from analysis.scene.drive import Drive
 from analysis.scene.scene import read_room
 from analysis.scene.way import way_of
 from analysis.support.files import shipped
 from nscd import Snapshot, Walls
+from tests.crowds import disks_at
 
 
 def between(*lines):
@@ -85,6 +88,7 @@ def walked(walls, doors, way, radius, step=0.04):
 PILLAR = [(0.6, 0.6), (1.2, 0.6), (1.2, 1.2), (0.6, 1.2), (0.6, 0.6)]
 TURNS = between([(0, 0), (0, 2), (6, 2), (6, 8)], [(0, 0), (8, 0), (8, 8)])
 UP = np.array([[(6, 8), (8, 8), (0, 1)]], dtype=float)
+LEFT = np.array([[(0, 0.2), (0, 1.8), (-1, 0)]], dtype=float)
 # a passage that is 2 cm broader than a person
 NARROW = between([(2, -8), (2, 7), (0, 7), (0, -8)], [(0, 0), (0.79, 0)], [(1.21, 0), (2, 0)])
 
@@ -95,13 +99,14 @@ NARROW = between([(2, -8), (2, 7), (0, 7), (0, -8)], [(0, 0), (0.79, 0)], [(1.21
         (ELL, DOWN),
         (between([(0, -8), (0, 0), (-8, 0), (-8, 2), (2, 2), (2, -8)], PILLAR), DOWN),
         (TURNS, UP),
+        (between([(0, 1.8), (0, 4), (6, 4), (6, 0), (0, 0), (0, 0.2)], [(0, 2), (5.45, 2)]), LEFT),
     ],
-    ids=["corner", "pillar", "two corners"],
+    ids=["corner", "pillar", "two corners", "end"],
 )
 def test_who_walks_alone_arrives_on_the_shortest_way_and_touches_nothing(walls, doors):
     way = way_of(walls, doors, 0.2, 0.15)
     start, length, near = walked(walls, doors, way, 0.2)
-    assert len(start) > 140
+    assert len(start) > 120
     assert np.isfinite(length).all()
     assert near.min() >= 0.2 - 0.01
     shortest = way.at(start, 0, way.length)
@@ -181,11 +186,25 @@ def test_a_door_that_nobody_can_reach_is_refused(barrier, said):
 
 
 def test_a_way_needs_a_door(tmp_path):
+    path = tmp_path / "bare.toml"
     text = read_scene("turns").to_toml()
-    bare = "\n".join(line for line in text.splitlines() if not line.startswith("door_"))
-    (tmp_path / "bare.toml").write_text(bare)
+    path.write_text("\n".join(line for line in text.splitlines() if not line.startswith("door_")))
     with pytest.raises(SceneError, match=r"bare\.toml: drive: clearance_m: a way leads to a door"):
-        read_room(tmp_path / "bare.toml", (0.2, 75.0))
+        read_room(path, (0.2, 75.0))
+    path.write_text(re.sub(r"\nend_m = .*", "\nend_m = [0.0, 0.0]", text))
+    with pytest.raises(SceneError, match=r"bare\.toml: walls\.0: start_m and end_m are the same"):
+        read_room(path, (0.2, 75.0))
+
+
+def test_who_is_shut_in_beyond_the_line_of_a_door_is_refused():
+    outer = [(3, 7), (3, 10), (0, 10), (0, 0), (9, 0), (9, 10), (6, 10), (6, 3), (3, 3), (3, 5)]
+    walls = between(outer, [(7, 5), (8, 5), (8, 6), (7, 6), (7, 5.3)])
+    door = {"door_start_m": (3.0, 5.0), "door_end_m": (3.0, 7.0), "outward": (1.0, 0.0)}
+    drive = Drive(speed_m_per_s=1, relaxation_time_s=1, clearance_m=0.15, aim="centre", **door)
+    people = disks_at([[1.0, 8.0], [8.5, 8.0], [7.5, 5.5]], radius=0.2)
+    assert drive.hidden(walls, people).tolist() == [False, True, True]
+    with pytest.raises(ValueError, match=r"the way of person 3 to the door .* is narrower"):
+        drive.routed(walls, 0.2).check_way(walls, people)
 
 
 def test_a_door_narrower_than_a_person_is_no_way():

@@ -31,7 +31,7 @@ from nscd.stepping import Motion, Push, StepError, WindowImpulses, WindowSums
 from nscd.stepping.motion import segments_of
 
 BODIES, CONTACTS, IMPULSES, _ = NAMES = ("bodies.dump", "contacts.dump", "impulses.dump", DUMP)
-BODY_COLUMNS = (
+BODY_COLUMNS: tuple[str, ...] = (
     "id", "type", "x", "y", "z", "radius", "mass", "vx", "vy", "vz", "omegaz", "fx", "fy",
 )  # fmt: skip
 # Of bodies of several disks: their number and inertia (kg m²).
@@ -173,20 +173,21 @@ class _Run:
         start."""
         disks, motion, step = self.scene.snapshot, self.motion, self.step
         duration = window.duration or np.inf
-        time, moving = step * self.timing.time_step, kinetic(motion.snapshot())
-        self.account.write(step, time, moving, self._stored())
+        time, now = step * self.timing.time_step, motion.snapshot()
+        self.account.write(step, time, moving := kinetic(now), self._stored())
         none = np.zeros(len(disks))
         mean_force = disks.mass[:, None] * (motion.velocity - before) / duration
         columns = [disks.ids, np.ones(len(disks), int), *motion.position.T, none, disks.radius]
         columns += [disks.mass, *motion.velocity.T, none, motion.spin, *mean_force.T]
-        names: tuple[str, ...] = BODY_COLUMNS
+        names, moves = BODY_COLUMNS, motion.velocity
         if (bodies := disks.bodies) is not None:
             names = names + JOINED
+            moves = bodies.mean(moves, disks.mass)[bodies.number]
             columns += [part[bodies.number] for part in (bodies.ids, bodies.inertia)]
         if drive := self.scene.drive:
-            desired = drive.desired_velocity(motion.position, disks.ids, motion.time)
+            desired = drive.desired_velocity(now.centres, disks.ids, motion.time)
             names = names + DRIVE_COLUMNS
-            push = disks.mass[:, None] * (desired - motion.velocity) / drive.relaxation_time_s
+            push = disks.mass[:, None] * (desired - moves) / drive.relaxation_time_s
             columns += [*push.T]
         write_frame(self.bodies, "ATOMS", step, names, columns)
         # the smaller id first; numbers of walls from 1

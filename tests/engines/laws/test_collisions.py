@@ -99,10 +99,7 @@ def test_unequal_masses_share_one_dashpot(simulate, name):
     assert mass @ simulation["vx"][-1] == pytest.approx(100.0, rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("name", "turn"),
-    [("lammps", 37.0), ("lammps", 90.0), ("yade", 200.0)],
-)
+@pytest.mark.parametrize(("name", "turn"), [("lammps", 37.0), ("lammps", 90.0), ("yade", 200.0)])
 def test_a_wall_in_any_direction_rebounds_and_carries_the_momentum(simulate, name, turn):
     angle = np.deg2rad(turn)
     along, normal = (
