@@ -206,7 +206,7 @@ def _numbers(path: Path, between: str | None) -> Floats:
         try:
             rows.append(list(map(float, text.split(between))))
         except ValueError as error:
-            raise UnreadableError(f"{path}, line {line}: {error}") from None
+            raise UnreadableError(f"{path}, line {line}: {str(error)[:80]}") from None
         if not (rows[-1] and len(rows[-1]) == len(rows[0]) and np.isfinite(rows[-1]).all()):
             there = f"{len(rows[0])} finite numbers are needed, as line 1 has"
             raise UnreadableError(f"{path}, line {line}: {there}")

@@ -1,5 +1,7 @@
 """The page that presses a crowd: in a browser, against the rigid engine itself, and what it saves."""
 
+import re
+
 import numpy as np
 import pytest
 from playwright.sync_api import sync_playwright
@@ -13,6 +15,8 @@ from analysis.scene.scene import SceneError, read_scene
 from tests.pages.browser import BROWSER, QUIET, works_by_keyboard
 
 pytestmark = pytest.mark.skipif(BROWSER is None, reason="no Chromium on this machine")
+SCENE = "[run]\nduration_s = 1.0\nframes = 10\n[analysis]\nkind = 'driven'\n"
+RING = "(0 0, 6 0, 6 4, 0 4, 0 0)"
 # Steps of the page, and its frames as lists.
 STEPPED = """steps => { for (let i = 0; i < steps; ++i) if (!explore.advance()) throw Error(explore.run.ended);
     return explore.run.frames.map(one => [[...one.x], [...one.contacts], one.over]); }"""
@@ -42,10 +46,24 @@ def page(address):
 
 def at(page, address, name):
     """Open a scene of the page."""
-    page.goto("about:blank")
-    page.goto(f"{address}#{name}")
-    page.locator("#live canvas.canvas").wait_for()
+    opened(page, f"{address}#{name}")
     assert page.evaluate("explore.scene.name") == name
+
+
+def typed(page, name, value):
+    page.locator(f"#live .{name}").fill(str(value))
+    page.locator(f"#live .{name}").press("Enter")
+
+
+def opened(page, link=None):
+    """Open an address, or the link that the page gives."""
+    if link is None:
+        page.locator("#live .share").click()
+        page.get_by_text("now holds this scene").wait_for()
+    link = link or page.url
+    page.goto("about:blank")
+    page.goto(link)
+    page.locator("#live .now").get_by_text("beyond the door.").wait_for()
 
 
 def saved(page, kind, folder):
@@ -170,13 +188,11 @@ def test_doors_and_pillars_are_pulled_while_people_press(page, address, tmp_path
     """An edge of the door comes at 1 m/s and nobody is left in a wall; a pillar is put into the room
     and pushes people before it."""
     at(page, address, "gate")
-    page.locator("#live .door").fill("0.9")
-    page.locator("#live .door").press("Enter")
+    typed(page, "door", 0.9)
     wide = read_scene(saved(page, "scene", tmp_path)[0]).drive
     assert np.hypot(*np.subtract(*wide.door)) == pytest.approx(0.9)
     page.evaluate(STEPPED, 30)
-    page.locator("#live .door").fill("0.4")
-    page.locator("#live .door").press("Enter")
+    typed(page, "door", 0.4)
     page.evaluate(STEPPED, 10)
     slow = np.subtract(*read_scene(saved(page, "scene", tmp_path)[0]).drive.door)
     assert np.hypot(*slow) == pytest.approx(0.9 - 2 * 10 * 0.01)
@@ -185,6 +201,20 @@ def test_doors_and_pillars_are_pulled_while_people_press(page, address, tmp_path
     assert np.hypot(*np.subtract(*scene.drive.door)) == pytest.approx(0.4)
     ends = {end for wall in scene.walls for end in (wall.start_m, wall.end_m)}
     assert set(scene.drive.door) <= ends
+
+
+def floor(page, path, text):
+    path.write_text(text)
+    page.locator("#live .open").set_input_files(path)
+    page.get_by_text("Tap both ends").wait_for()
+
+
+def clicked(page, *points):
+    """Click at places (m)."""
+    box = page.locator("#live canvas.canvas").bounding_box()
+    for point in points:
+        x, y = page.evaluate("point => explore.to(point)", point)
+        page.mouse.click(box["x"] + x, box["y"] + y)
 
 
 def pulled(page, corner, to, folder):
@@ -209,36 +239,89 @@ def pulled(page, corner, to, folder):
 
 def test_a_floor_of_wkt_with_a_door_and_a_link_to_it(page, address, tmp_path):
     at(page, address, "gate")
-    (tmp_path / "hall.wkt").write_text(
-        "POLYGON ((0 0, 6 0, 6 4, 0 4, 0 0), (4 1, 5 1, 5 2, 4 2, 4 1))"
-    )
-    page.locator("#live .open").set_input_files(tmp_path / "hall.wkt")
-    canvas = page.locator("#live canvas.canvas")
-    page.get_by_text("Tap both ends").wait_for()
-    box = canvas.bounding_box()
-    # the outline is shown with 0.5 m around it
-    scale = min(box["width"] / 7, box["height"] / 5)
-    left = 0.5 * (box["width"] - 7 * scale)
-    for y in (1.0, 2.2):
-        canvas.click(position={"x": left + 6.5 * scale, "y": (4.5 - y) * scale})
+    floor(page, tmp_path / "hall.wkt", f"POLYGON ({RING}, (4 1, 5 1, 5 2, 4 2, 4 1))")
+    clicked(page, (6, 1), (6, 2.2))
     page.get_by_text("hall, drawn").wait_for()
-    page.locator("#live .people").fill("60")
-    page.locator("#live .people").press("Enter")
+    typed(page, "people", 60)
     scene = read_scene(saved(page, "scene", tmp_path)[0])
     assert (len(scene.snapshot), len(scene.walls)) == (60, 9)
     assert np.sort(np.array(scene.drive.door)[:, 1]) == pytest.approx([1.0, 2.2], abs=0.02)
     assert scene.drive.outward == (1.0, 0.0)
     pulled(page, (4, 2), (2.8, 2), tmp_path)
     page.locator("#live .again").click()
-    page.locator("#live .share").click()
-    page.get_by_text("now holds this scene").wait_for()
-    link = page.url
-    page.goto("about:blank")
-    page.goto(link)
-    page.get_by_text("hall, drawn").wait_for()
+    opened(page)
+    page.get_by_text("hall, people: 60").wait_for()
     again = read_scene(saved(page, "scene", tmp_path)[0])
     assert again.content() == scene.content()
     assert np.array_equal(again.snapshot.position, scene.snapshot.position)
+
+
+def test_a_seed_is_a_crowd_and_a_link_holds_what_is_shown(page, address):
+    """Also where the door was moved after they were placed, and the people of a film. A damaged
+    address opens the first scene."""
+    at(page, address, "gate")
+    crowds = []
+    for seed in (2, 1, 2):
+        typed(page, "seed", seed)
+        crowds.append(page.evaluate("explore.scene.disks"))
+    assert crowds[0] == crowds[2] != crowds[1]
+    typed(page, "door", 0.9)
+    at_first = page.evaluate("[...explore.part('position')]")
+    opened(page)
+    assert page.evaluate("[...explore.part('position')]") == at_first
+    film = "{ base: 'gate', from: { id: [3, 9], x: [0, 2, -0.5, 2] } }"
+    opened(page, address + page.evaluate(f"hashOf({film})"))
+    opened(page)
+    assert page.evaluate("explore.scene.disks.x") == [0, 2, -0.5, 2]
+    opened(page, f"{address}#%E0%A4%A")
+    assert page.evaluate("explore.scene.name") == "gate"
+
+
+def test_files_of_other_editors_and_rooms_that_are_small(page, address, tmp_path):
+    """Lines end as Windows ends them, brackets stand in a title, a ring of WKT is not closed, and a
+    room has no place for as many."""
+    at(page, address, "arch")
+    path = read_scene("gate").write(tmp_path)
+    text = "# of Windows\n" + path.read_text().replace('title = "', 'title = "# [ a ')
+    path.write_bytes(text.replace("\n", "\r\n").encode())
+    page.locator("#live .open").set_input_files([path, path.with_suffix(".data")])
+    page.get_by_text("# [ a A real crowd").wait_for()
+    at(page, address, "arch")
+    floor(page, tmp_path / "small.wkt", f"POLYGON ({RING})".replace(", 0 0)", ")"))
+    clicked(page, (6, 1), (6, 2))
+    page.get_by_text("small, drawn: room for").wait_for()
+    assert page.evaluate("explore.scene.content.walls.length") == 5
+    assert 100 < page.evaluate("explore.scene.disks.id.length") < 200
+
+
+def test_a_room_is_drawn_by_keys_and_given_up(page, address):
+    """A cross at (0, 0), a room of 3 m by 2 m, a door in it; and a pillar that never is."""
+    at(page, address, "gate")
+    page.locator("#live .room").click()
+    keys = dict(zip("+RULD", ("Enter", "ArrowRight", "ArrowUp", "ArrowLeft", "ArrowDown"), strict=True))
+    for key in re.findall(r"\D\d*", "++R12+U8+L12+D8+R12U2+U4+"):
+        for _ in range(int(key[1:] or 1)):
+            page.keyboard.press(keys[key[0]])
+    page.get_by_text("room, drawn").wait_for()
+    door = page.evaluate("explore.scene.content.drive")
+    assert (door["door_start_m"], door["door_end_m"]) == ([3, 0.5], [3, 1.5])
+    page.locator("#live .pillar").click()
+    page.locator("#live .step").click()
+    clicked(page, page.evaluate("explore.run.frames.at(-1).x.slice(0, 2)"))
+    assert page.locator("#live .person").input_value() == "1"
+
+
+def test_a_saved_scene_leaves_out_doors_and_stops_of_those_who_left(page, address, tmp_path):
+    scene = read_scene("gate")
+    at(page, address, "gate")
+    page.evaluate("""() => { const { drive } = explore.scene.content, people = [1, 5];
+        drive.goals = [{ ...drive, people }];
+        drive.stops = [{ people: [6, 9], time_s: 3 }, { people, time_s: 3 }];
+        explore.part("position").fill(-9, 0, 10); explore.run.step = 100; }""")
+    path, _ = saved(page, "scene", tmp_path)
+    drive = read_scene(path).drive
+    assert (len(drive.goals), len(drive.stops)) == (0, 1)
+    assert drive.stops[0].time_s == pytest.approx(3 - 100 * timing(scene).time_step)
 
 
 @pytest.mark.parametrize(
@@ -246,7 +329,11 @@ def test_a_floor_of_wkt_with_a_door_and_a_link_to_it(page, address, tmp_path):
     [
         ("a.toml", "[drive\n", "line 1: [drive"),
         ("a.toml", 'title = "t"\n', "contact: missing"),
-        ("a.wkt", "nothing", "no TOML, and no WKT polygon"),
+        ("a.toml", f"{SCENE}[contact]\nfriction = 0", "contact.restitution: missing"),
+        ("a.wkt", "nothing", "no TOML, and no WKT of one polygon"),
+        ("a.wkt", "LINESTRING (0 0, 6 0, 6 4)", "no TOML, and no WKT of one polygon"),
+        ("a.wkt", f"MULTIPOLYGON (({RING}), ({RING}))", "no TOML, and no WKT of one polygon"),
+        ("a.wkt", f"POLYGON ({RING})".replace("6 ", "6e4 "), "coordinates in m within ±10000 are needed"),
     ],
 )
 def test_bad_files_are_refused_in_one_line(page, address, tmp_path, name, text, says):

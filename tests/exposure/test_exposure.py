@@ -82,12 +82,8 @@ def test_times_above_a_limit(pressed):
 def test_a_break_ends_a_stretch_but_not_the_sum():
     forces = np.array([[700.0, 100], [700, 700], [100, 700], [700, 700]])
     found = RunLoads(
-        scene=row(),
-        ids=[1, 2],
-        time=0.1 * np.arange(1, 5),
-        duration=np.full(4, 0.1),
-        loads={"contact_largest": forces},
-        values={},
+        scene=row(), ids=[1, 2], time=0.1 * np.arange(1, 5), duration=np.full(4, 0.1),
+        loads={"contact_largest": forces}, values={},
     )
     total, longest = found.time_above(limit(623.0))
     assert total == pytest.approx([0.3, 0.3])

@@ -134,6 +134,7 @@ def put(row, column, value, table=0):
         (edited(lambda _, places: places.reverse()), "line 1: ids 1, 2, …"),
         (put(1, 2, "nan"), "line 2: 4 finite numbers"),
         (put(1, 2, "x"), "line 2: could not convert"),
+        (put(1, 2, "0;" * 900), "line 2: could not convert string to float: '[0;]{1,60}$"),
         (put(1, 2, "-0.1"), "line 2: a force below 0"),
         (put(1, 1, "0.1"), "line 2: a force of a disk on itself"),
         (put(2, 3, "0", table=1), "line 3: a radius > 0"),

@@ -129,12 +129,8 @@ def test_what_nobody_knows_is_varied_one_thing_at_a_time(reported):
     models = motion_of(scene, ["lammps", "rigid"], [1e6], 3, folder / "out")
     assert all(run.is_finished() for model in models for run in model.runs)
     assert [(model.factor, model.label) for model in models] == [
-        ("", "rigid"),
-        ("bodies", "stiff, 1\u202f000 kN/m"),
-        ("bodies", "soft, 5.8 kN/m"),
-        ("friction", "friction 0.4"),
-        ("push", "push 100 N"),
-        ("radius", "radius − 1 cm"),
+        ("", "rigid"), ("bodies", "stiff, 1\u202f000 kN/m"), ("bodies", "soft, 5.8 kN/m"),
+        ("friction", "friction 0.4"), ("push", "push 100 N"), ("radius", "radius − 1 cm"),
         ("radius", "radius + 1 cm"),
     ]
     base, *varied = ([run.scene for run in model.runs] for model in models)

@@ -33,10 +33,8 @@
     const [x, y] = one.outward, ends = [1, -1].map((s) => [AHEAD * (x - 0.5 * s * y), AHEAD * (y + 0.5 * s * x)]);
     return { ...one, door_start_m: ends[0], door_end_m: ends[1], ahead: true };
   });
-  const acceleration = ({ body_force: of }) => {
-    if (!of) return [0, 0];
-    return of.acceleration_m_per_s2 || of.downhill.map((one) => 9.80665 * Math.sin(of.slope_deg * Math.PI / 180) * one);
-  };
+  const downhill = ({ slope_deg: slope, downhill: way }) => way.map((one) => 9.80665 * Math.sin(slope * Math.PI / 180) * one);
+  const acceleration = ({ body_force: of }) => (of ? of.acceleration_m_per_s2 || downhill(of) : [0, 0]);
 
   // The step and the steps between frames, as the rigid engine takes them.
   function timing({ content, disks }) {
@@ -79,7 +77,7 @@
 
   // Take up a scene from its start.
   function begin(next) {
-    scene = next, say(scene.content.title);
+    scene = next, drawing = null, say(scene.content.title);
     run = { step: 0, frames: [], load: [], flow: [], began: copy(scene), ended: "" };
     pulls = [], people(), law(), geometry(), core.begin(0), run.duration = 0;
     if (core.separate() < 0) end("The people do not fit between the walls.");
@@ -109,8 +107,7 @@
   }
   function beyond(i) {  // whether somebody has passed the line of the own door
     const door = exits(scene.content)[part("goes")[i]], x = part("position");
-    if (!door || door.ahead) return false;
-    return (x[2 * i] - door.door_start_m[0]) * door.outward[0] + (x[2 * i + 1] - door.door_start_m[1]) * door.outward[1] >= 0;
+    return !!door && !door.ahead && (x[2 * i] - door.door_start_m[0]) * door.outward[0] + (x[2 * i + 1] - door.door_start_m[1]) * door.outward[1] >= 0;
   }
   function advance() {
     if (run.ended) return false;
@@ -124,7 +121,7 @@
   // ---- pulling: points of walls and doors follow the pointer, with at most PULL m/s
   const ends = () => [...(scene.content.walls || []), ...exits(scene.content).filter((one) => !one.ahead)]
     .flatMap((one) => ("name" in one ? ["start_m", "end_m"] : ["door_start_m", "door_end_m"]).map((key) => ({ one, key })));
-  const same = (p, q) => Math.hypot(p[0] - q[0], p[1] - q[1]) < 1e-9;
+  const same = (p, q) => gap(p, q) < 1e-9;
   function pull() {
     for (const one of pulls) {
       const far = Math.hypot(...one.left), share = far > 0 ? Math.min(1, PULL * run.h / far) : 0;
@@ -135,40 +132,33 @@
     pulls = pulls.filter((one) => one.held || Math.hypot(...one.left) > 1e-6);
     geometry(), core.reconnect();
   }
-  const atDoor = (point) => exits(scene.content).find((one) => !one.ahead && (same(one.door_start_m, point) || same(one.door_end_m, point)));
   // What can be pulled at a point: an edge of a door along its line, or a group of walls that no door ends.
   function grip(point, reach) {
-    const all = ends(), far = ({ one, key }) => Math.hypot(one[key][0] - point[0], one[key][1] - point[1]);
-    const near = all.filter((end) => "outward" in end.one && far(end) < reach).sort((a, b) => far(a) - far(b))[0];
+    const far = ({ one, key }) => gap(one[key], point), doors = ends().filter(({ one }) => "outward" in one);
+    const near = doors.filter((end) => far(end) < reach).sort((a, b) => far(a) - far(b))[0];
     if (near) return edge(near.one, near.key);
-    const hit = (scene.content.walls || []).find((wall) => away(point, wall.start_m, wall.end_m) < reach);
-    if (!hit) return null;
-    const group = new Set([hit]);
+    const group = new Set((scene.content.walls || []).filter((wall) => away(point, wall.start_m, wall.end_m) < reach).slice(0, 1));
+    if (!group.size) return null;
     for (let size = 0; size < group.size;) {
       size = group.size;
       for (const wall of scene.content.walls) if ([...group].some((other) => ["start_m", "end_m"].some((a) => ["start_m", "end_m"].some((b) => same(wall[a], other[b]))))) group.add(wall);
     }
     const points = [...group].flatMap((one) => ["start_m", "end_m"].map((key) => ({ one, key })));
-    if (points.some(({ one, key }) => atDoor(one[key]))) return null;
-    return { points, left: [0, 0], held: true };
+    const fixed = points.some(({ one, key }) => doors.some((end) => same(one[key], end.one[end.key])));
+    return fixed ? null : { points, left: [0, 0], held: true };
   }
   function edge(door, key) {
-    const at = door[key], points = ends().filter(({ one, key: other }) => same(one[other], at));
-    const [a, b] = [door.door_start_m, door.door_end_m], length = Math.hypot(b[0] - a[0], b[1] - a[1]);
-    return { points, left: [0, 0], held: true, along: [(b[0] - a[0]) / length, (b[1] - a[1]) / length], door };
+    const points = ends().filter(({ one, key: other }) => same(one[other], door[key]));
+    const [a, b] = [door.door_start_m, door.door_end_m], along = b.map((v, k) => (v - a[k]) / gap(a, b));
+    return { points, left: [0, 0], held: true, along };
   }
-  function away(point, start, end) {
-    const [x, y] = nearest(point, start, end);
-    return Math.hypot(x - point[0], y - point[1]);
-  }
+  const gap = ([x, y], [u, v]) => Math.hypot(x - u, y - v), away = (point, start, end) => gap(point, nearest(point, start, end));
 
   // ---- people in a room: at random near their doors, pushed apart
   function random(count, seed) {  // of [0, 1): xorshift of 32 bits
     let state = (seed * 2654435761 + 88675123) >>> 0 || 1;
-    return Array.from({ length: count + 8 }, () => {
-      state ^= state << 13, state ^= state >>> 17, state ^= state << 5;
-      return (state >>> 0) / 2 ** 32;
-    }).slice(8);
+    const next = () => { state ^= state << 13, state ^= state >>> 17, state ^= state << 5; return (state >>> 0) / 2 ** 32; };
+    return Array.from({ length: count + 8 }, next).slice(8);
   }
   function crossing([ax, ay], [bx, by], [cx, cy], [dx, dy]) {
     const side = (px, py, qx, qy, rx, ry) => (qx - px) * (ry - py) - (qy - py) * (rx - px);
@@ -191,20 +181,19 @@
         for (const [di, dj] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
           const [u, v] = [i + di, j + dj], key = u * size[1] + v;
           if (u < 0 || v < 0 || u >= size[0] || v >= size[1] || seen.has(key)) continue;
-          if (around.some(([s, e]) => crossing(p, at(u, v), s, e))) continue;
-          seen.add(key), next.push([u, v]);
+          if (!around.some(([s, e]) => crossing(p, at(u, v), s, e))) seen.add(key), next.push([u, v]);
         }
       }
       now = next;
     }
     return [found.sort((p, q) => p[0] - q[0]).map((one) => one[1]), cell];
   }
-  // Put so many people of a mean radius (m) and of 10 % more or less before the doors; false where they do not fit.
-  function place({ count, radius, seed }) {
-    const next = copy({ ...scene, disks: null }), { content } = next, doors = exits(content);
+  // Put so many people of a mean radius (m) and of 10 % more or less before the doors of a scene. Throws where they do not fit.
+  function place({ count, radius, seed }, of = scene) {
+    const next = copy({ ...of, disks: null }), { content } = next, doors = exits(content);
+    if (!doors.length || doors.some((one) => one.ahead)) throw Error("people are put before a door, and this scene has none");
     const lines = [...(content.walls || []).map((one) => [one.start_m, one.end_m]), ...doors.map((one) => [one.door_start_m, one.door_end_m])];
     const r = random(count, seed).map((one) => +(radius * (1 + 0.1 * (2 * one - 1))).toFixed(6)), x = [];
-    const mass = scene.disks ? mean(scene.disks.m) : 75;
     let first = 0;
     doors.forEach((door, number) => {
       const last = Math.round(count * (number + 1) / doors.length);
@@ -215,41 +204,34 @@
       for (const [part, wide] of [[room, 0.95], [room, 0.85], [room, 0.75], [cells.length, 0.75]]) {
         const order = random(part, seed + number + 1), queue = [...order.keys()].sort((p, q) => order[p] - order[q]);
         for (const k of queue) {
-          const i = x.length / 2, [px, py] = cells[k];
-          if (i === last) break;
-          if (r.slice(0, i).every((other, j) => Math.hypot(px - x[2 * j], py - x[2 * j + 1]) >= wide * (other + r[i]))) x.push(px, py);
+          const i = x.length / 2, [px, py] = cells[k], free = (j) => Math.hypot(px - x[2 * j], py - x[2 * j + 1]) >= wide * (r[j] + r[i]);
+          if (i < last && r.slice(0, i).every((_, j) => free(j))) x.push(px, py);
         }
       }
       first = last;
     });
-    if (x.length < 2 * count) return false;
-    next.disks = { id: r.map((_, i) => i + 1), x, u: x.map(() => 0), r, m: r.map(() => mass), w: r.map(() => 0) };
-    const old = scene;
+    next.disks = { id: r.map((_, i) => i + 1), x, u: x.map(() => 0), r, m: r.map(() => (of.disks ? mean(of.disks.m) : 75)), w: r.map(() => 0) };
+    const none = Error(`${count} people of radius ${radius} m do not fit`), old = scene;
+    if (x.length < 2 * count) throw none;
     scene = next, people(), law(), put("walls", lines.flat(2)), core.begin(0);
-    const fits = core.separate() >= 0;
-    next.disks.x = [...part("position")], scene = old;
-    if (!fits) return false;
-    placed = { count, radius, seed };
-    if (base) content.title = `${base} with ${count} other people`;
+    if (core.separate() < 0) { if ((scene = old)) begin(run.began); throw none; }
+    next.disks.x = [...part("position")], placed = { count, radius, seed };
+    if (of.disks) content.title = `${next.name}, people: ${count}`;
     begin(next);
-    return true;
   }
-  function replace() {
-    const asked = { count: +$("people").value, radius: +$("radius").value, seed: +$("seed").value };
-    if (!exits(scene.content).length || exits(scene.content).some((one) => one.ahead)) return say("People are put before a door. This scene has none.");
-    if (!place(asked)) { say(`${asked.count} people of radius ${asked.radius} m do not fit.`); fill(); }
-  }
+  const asked = () => ({ count: +$("people").value, radius: +$("radius").value, seed: +$("seed").value });
+  const trying = (act) => { try { act(); } catch (error) { fill(), say(`${error.message}.`); } };
 
   // ---- files
   // TOML, as scene files have it: tables, arrays of tables, strings, numbers, booleans, arrays.
   function fromToml(text) {
     const top = {};
     let table = top;
-    const lines = text.split("\n");
-    const bare = (line) => line.replace(/("[^"]*"|'[^']*')|#.*$/g, (all, string) => string || "").trim();
+    const lines = text.split(/\r?\n/);
+    const bare = (line, kept = "$1") => line.replace(/("(?:\\.|[^"\\])*"|'[^']*')|#.*$/g, kept).trim();
     const value = (words) => {
       if (/^'.*'$/.test(words)) return words.slice(1, -1);
-      return JSON.parse(words.replace(/("[^"]*")|([-+]?)(\d[\d_]*)(\.[\d_]+)?/g, (all, string, sign, whole, part) => string || ((sign === "-" ? "-" : "") + whole + (part || "")).replace(/_/g, "")).replace(/,\s*\]/g, "]"));
+      return JSON.parse(words.replace(/("(?:\\.|[^"\\])*")|([-+]?)(\d[\d_]*)(\.[\d_]+)?/g, (all, string, sign, whole, part) => string || ((sign === "-" ? "-" : "") + whole + (part || "")).replace(/_/g, "")).replace(/,\s*\]/g, "]"));
     };
     for (let i = 0; i < lines.length; ++i) {
       let line = bare(lines[i]);
@@ -261,7 +243,7 @@
         else table = into[last] ||= {};
       } else if (line) {
         const at = line.indexOf("="), from = i + 1;
-        const open = () => (line.match(/\[/g) || []).length > (line.match(/\]/g) || []).length;
+        const open = () => bare(line, "").split("[").length > bare(line, "").split("]").length;
         while (at > 0 && open() && ++i < lines.length) line += ` ${bare(lines[i])}`;
         try { table[line.slice(0, at).trim()] = value(line.slice(at + 1).trim()); } catch { throw Error(`line ${from}: ${lines[from - 1].slice(0, 40)}`); }
       }
@@ -296,8 +278,7 @@
   function fromData(text) {
     const rows = { Atoms: [], Velocities: [] };
     let section;
-    for (const line of text.split("\n").slice(1)) {
-      const words = line.replace(/#.*/, "").trim().split(/\s+/);
+    for (const words of text.split("\n").slice(1).map((line) => line.replace(/#.*/, "").trim().split(/\s+/))) {
       if (/^[A-Z]/.test(words[0])) section = rows[words[0]];
       else if (section && words[0]) section.push(words.map(Number));
     }
@@ -312,7 +293,7 @@
     const inside = ([x, y]) => rings[0].reduce((odd, [px, py], i, all) => { const [qx, qy] = all[(i + 1) % all.length]; return (py > y) !== (qy > y) && x < px + (y - py) / (qy - py) * (qx - px) ? !odd : odd; }, false);
     const sides = rings.flatMap((ring) => ring.map((p, i) => [p, ring[(i + 1) % ring.length]]));
     const at = sides.reduce((best, side) => (Math.max(away(a, ...side), away(b, ...side)) < Math.max(away(a, ...best), away(b, ...best)) ? side : best));
-    const [p, q] = at, length = Math.hypot(q[0] - p[0], q[1] - p[1]), along = [(q[0] - p[0]) / length, (q[1] - p[1]) / length];
+    const [p, q] = at, length = gap(p, q), along = [(q[0] - p[0]) / length, (q[1] - p[1]) / length];
     const [s, e] = [a, b].map((one) => Math.min(length, Math.max(0, (one[0] - p[0]) * along[0] + (one[1] - p[1]) * along[1]))).sort((m, n) => m - n);
     if (e - s < 0.1) throw Error("the door needs two places on one wall, at least 0.1 m apart");
     const on = (far) => [p[0] + far * along[0], p[1] + far * along[1]], [start, stop, middle] = [on(s), on(e), on(0.5 * (s + e))];
@@ -327,14 +308,16 @@
       analysis: { kind: "driven", time_s: 10, contact_tolerance_m: 1e-6 },
     };
   }
-  const rings = (text) => [...text.matchAll(/\(([^()]+)\)/g)].map(([, ring]) => ring.trim().split(",").map((one) => one.trim().split(/\s+/).slice(0, 2).map(Number)).slice(0, -1));
+  const rings = (text) => [...text.matchAll(/\(([^()]+)\)/g)].map(([, ring]) => ring.trim().split(",").map((one) => one.trim().split(/\s+/).slice(0, 2).map(Number)).filter((p, i, all) => i < all.length - 1 || !same(p, all[0])));
   async function open(files) {
     try {
       const texts = await Promise.all([...files].map((file) => file.text()));
       const named = (kind) => [...files].findIndex((file) => kind.test(file.name)), [toml, data] = [named(/\.toml$/), named(/\.data$/)];
-      if (toml < 0) return sketch(rings(texts[0]), files[0].name);
+      if (toml < 0) return sketch(texts[0].split(/\(\s*\(/).length === 2 ? rings(texts[0]) : [], files[0].name);
       const content = fromToml(texts[toml]), name = files[toml].name.replace(/\.toml$/, "").replace(/\W/g, "_");
-      const missing = ["contact", "run", "analysis"].find((key) => !content[key]), { disks, drive } = content;
+      const { disks, drive, contact, run: asked } = content, needed = { contact, run: asked, analysis: content.analysis, "contact.restitution": (contact || {}).restitution + 1,
+        "run.duration_s": (asked || {}).duration_s, "run.frames": (asked || {}).frames, ...(drive && !drive.push_N && { "drive.speed_m_per_s": drive.speed_m_per_s, "drive.relaxation_time_s": drive.relaxation_time_s }) };
+      const missing = Object.keys(needed).find((key) => !needed[key]);
       if (missing) throw Error(`${missing}: missing`);
       if ((disks && (disks.bodies || disks.people)) || (content.walls || []).some((one) => one.mass_kg)) throw Error("bodies, people of a survey and walls that give need percussions run");
       if (disks && data < 0) throw Error(`open it together with ${disks.data}`);
@@ -350,9 +333,13 @@
     } catch (error) { say(`Not opened: ${error.message}.`); }
   }
   function take(next) {
-    base = scenes.value = "", placed = null;
-    if (next.disks) return begin(next);
-    scene = next, replace();
+    if (next.disks) placed = null, begin(next);
+    else for (let { count, ...rest } = asked(), most = count; ; count = Math.floor(0.8 * count)) try {
+      place({ count, ...rest }, next);
+      if (count < most) say(`${next.content.title}: room for ${count} people.`);
+      break;
+    } catch (error) { if (count < 2) throw error; }
+    base = scenes.value = "";
   }
   function download(name, text) {
     const link = document.createElement("a");
@@ -367,9 +354,12 @@
   }
   const saves = {
     scene: () => {
-      const { title, source, period_x_m, reconciliation, ...rest } = scene.content, name = `${scene.name}_now`;
+      const { title, source, period_x_m, reconciliation, drive, ...rest } = copy(scene.content), name = `${scene.name}_now`, now = stateNow(beyond);
+      const there = ({ people: [a, b] }) => now.id.some((one) => a <= one && one <= b), time = run.step * run.h;
+      if (!now.id.length) throw Error("nobody is left before the door");
+      if (drive) for (const key of ["goals", "stops"]) if (drive[key]) drive[key] = drive[key].filter(there).map((one) => (one.time_s ? { ...one, time_s: Math.max(1e-9, one.time_s - time) } : one));
       const head = { title, source, ...(period_x_m ? { period_x_m } : {}), disks: { data: `${name}.data` } };
-      return [[`${name}.toml`, `${toToml({ ...head, ...rest })}\n`], [`${name}.data`, toData(stateNow(beyond), title)]];
+      return [[`${name}.toml`, `${toToml({ ...head, ...(drive && { drive }), ...rest })}\n`], [`${name}.data`, toData(now, title)]];
     },
     dump: () => {
       const { id, r, m } = scene.disks;
@@ -386,14 +376,15 @@
   // ---- a link: the scene by name and what was changed, or all of it
   async function share() {
     const own = known.scenes.find((one) => one.name === base), changed = JSON.stringify(run.began.content) !== JSON.stringify(own && own.content);
-    const said = { base, placed, content: changed || !own ? run.began.content : null, disks: placed || own ? null : run.began.disks };
+    const again = placed && !placed.moved, whole = own && JSON.stringify(run.began.disks) === JSON.stringify(own.disks);
+    const said = { base, placed: again ? placed : null, content: changed || !own ? run.began.content : null, disks: again || whole ? null : run.began.disks };
     shared = await hashOf(said);
     location.hash = shared, say("The address of this page now holds this scene.");
   }
   async function fromAddress() {
-    const hash = decodeURIComponent(location.hash.slice(1));
-    if (!hash.startsWith("s=")) return byName(hash);
     try {
+      const hash = decodeURIComponent(location.hash.slice(1));
+      if (!hash.startsWith("s=")) return byName(hash);
       const said = await unpacked(hash.slice(2).replace(/-/g, "+").replace(/_/g, "/")).json();
       const own = known.scenes.find((one) => one.name === said.base);
       const next = copy({ name: "shared", notes: "", ...own, ...(said.content ? { content: said.content } : {}), ...(said.disks ? { disks: said.disks } : {}) });
@@ -404,12 +395,13 @@
         next.disks = { id: of(id), x, u: x.map(() => 0), r: of(r), m: of(m), w: of(id).map(() => 0) };
       }
       if (!said.placed) return begin(next);
-      scene = next, place(said.placed);
+      return place(said.placed, next);
     } catch { byName(""); say("The address holds no scene."); }
   }
   function byName(name) {
     const own = known.scenes.find((one) => one.name === name) || known.scenes[0];
     base = own.name, placed = null, scenes.value = base, begin(copy(own));
+    if (name && name !== base) say(`This page has no scene ${name}.`);
   }
 
   // ---- pictures
@@ -422,6 +414,7 @@
   }
   const frameIn = (box) => { view = fitted(canvas, box, [0.42, 0.62]); };
   function draw() {
+    if (drawing && drawing.kind !== "pillar") return outline();
     const pen = cleared(canvas, view), { scale, to } = view, x = part("position"), frame = run.frames.at(-1), { r, id } = scene.disks;
     canvas.classList.toggle("alarm", run.ended !== "");
     stroke(pen, "#000", 3, (scene.content.walls || []).map((one) => [to(one.start_m), to(one.end_m)]));
@@ -442,8 +435,7 @@
       if (size > 0) groups[Math.min(7, Math.floor(8 * size / largest))].push([to(from), to(end)]);
     }
     for (const [colour, more] of [["#fff", widest / 6], ["#000", 0]]) groups.forEach((group, k) => { if (group.length) stroke(pen, colour, widest * (k + 1) / 8 + more, group); });
-    if (drawing) stroke(pen, "#0072b2", 2, drawing.points.slice(1).map((one, k) => [to(drawing.points[k]), to(one)]));
-    if (drawing) for (const one of drawing.points) { const [px, py] = to(one); pen.fillStyle = "#0072b2"; pen.fillRect(px - 3, py - 3, 6, 6); }
+    marks(pen);
     $("now").textContent = `${(run.step * run.h).toFixed(2)} s: largest force ${number(rounded(largest))} N, ${run.flow.at(-1)[1]} of ${id.length} beyond the door. ${run.ended}`;
     $("now").classList.toggle("alarm", run.ended !== "");
     if (run.shown !== run.frames.length) run.shown = run.frames.length, curve($("load"), run.load, "load on all walls (N)", rounded), curve($("flow"), run.flow, "people beyond the door"), list();
@@ -457,7 +449,7 @@
     stroke(pen, "#0072b2", 1.5, points.slice(1).map((one, k) => [to(points[k]), to(one)]));
     pen.fillStyle = "#1b1b1b", pen.font = "12px system-ui, sans-serif";
     pen.fillText(`${title}: now ${number(told(points.at(-1)[1]))}, most ${number(told(most(points.map((one) => one[1]))))}`, 6, 12);
-    pen.textAlign = "right", pen.fillText(`${last.toFixed(1)} s`, wide - 6, high - 2), pen.textAlign = "left";
+    pen.textAlign = "right", pen.fillText(`${last.toFixed(2)} s`, wide - 6, high - 2), pen.textAlign = "left";
   }
   function list() {
     const table = $("contacts"), { id } = scene.disks, rows = [], mine = id.indexOf(chosen);
@@ -480,9 +472,9 @@
 
   // ---- steering
   const push = () => scene.content.drive ? mean(scene.disks.m) * scene.content.drive.speed_m_per_s / scene.content.drive.relaxation_time_s : 0;
-  const width = () => { const one = exits(scene.content)[0]; return one && !one.ahead ? Math.hypot(one.door_end_m[0] - one.door_start_m[0], one.door_end_m[1] - one.door_start_m[1]) : 0; };
+  const width = () => { const one = exits(scene.content)[0]; return one && !one.ahead ? gap(one.door_start_m, one.door_end_m) : 0; };
   function fill() {
-    const { disks, content } = scene, is = { people: disks.id.length, radius: +mean(disks.r).toFixed(3), seed: placed ? placed.seed : 1, push: +push().toPrecision(4),
+    const { disks, content } = scene, is = { people: disks.id.length, radius: placed ? placed.radius : +mean(disks.r).toFixed(3), seed: placed ? placed.seed : 1, push: +push().toPrecision(4),
       friction: content.contact.friction || 0, restitution: content.contact.restitution, door: +width().toFixed(3) };
     for (const [name, value] of Object.entries(is)) $(name).value = value;
     for (const name of ["people", "radius", "seed", "door"]) $(name).disabled = !width();
@@ -501,18 +493,19 @@
   function pause() { cancelAnimationFrame(timer); timer = 0; $("play").textContent = "Press"; }
   function play() {
     if (timer) { pause(); return list(); }
+    undrawn();
     if (run.ended) return undefined;
     $("play").textContent = "Pause", timer = requestAnimationFrame(loop(performance.now(), 0));
   }
-  function stepOnce() { pause(); const frames = run.frames.length; while (advance() && run.frames.length === frames); draw(); }
+  function stepOnce() { pause(), undrawn(); const frames = run.frames.length; while (advance() && run.frames.length === frames); draw(); }
   function again() { const held = chosen; pause(); begin(run.began); chosen = held; }
   // What changes the law begins the record anew, since the time step changes with it.
   function changed(name, value) {
     const { drive, contact } = scene.content;
     if (name === "push") drive.speed_m_per_s = value * drive.relaxation_time_s / mean(scene.disks.m);
     else contact[name] = value;
-    const began = run.began;
-    began.content = { ...began.content, drive: drive && { ...began.content.drive, speed_m_per_s: drive.speed_m_per_s }, contact: { ...contact } };
+    const { content } = run.began;
+    run.began.content = { ...content, drive: drive && { ...content.drive, speed_m_per_s: drive.speed_m_per_s }, contact: { ...contact } };
     const [h] = timing(scene);
     if (h !== run.h) run.step = 0, run.frames = [], run.load = [], run.flow = [], run.shown = -1;
     law();
@@ -521,53 +514,52 @@
   }
   function widen(value) {
     const door = exits(scene.content)[0], half = 0.5 * (value - width());
-    for (const [key, sign] of [["door_start_m", -1], ["door_end_m", 1]]) {
-      const one = edge(door, key);
-      pulls.push({ ...one, left: one.along.map((v) => sign * half * v), held: false });
-    }
-    if (!run.step) { while (pulls.length) pull(); again_from_here(); }
+    const moved = (one, far) => ({ ...one, left: one.along.map((v) => far * v), held: false });
+    pulls.push(moved(edge(door, "door_start_m"), -half), moved(edge(door, "door_end_m"), half));
+    if (run.step) return;
+    while (pulls.length) pull();
+    if (placed) placed = { ...placed, moved: true };
+    begin({ ...scene, disks: stateNow() });
   }
-  function again_from_here() { const next = { ...scene, disks: stateNow() }; begin(next); }
   function sketch(parts, name) {
-    if (!parts.length || !parts[0] || parts[0].length < 3 || !parts.flat(2).every(Number.isFinite)) throw Error("no TOML, and no WKT polygon");
+    if (!parts.length || !parts[0] || parts[0].length < 3 || !parts.flat(2).every(Number.isFinite)) throw Error("no TOML, and no WKT of one polygon");
+    if (Math.max(...parts.flat(2).map(Math.abs)) > 1e4) throw Error("coordinates in m within ±10000 are needed");
     pause();
     drawing = { parts, name, points: [], kind: "door" };
-    const all = parts[0], bound = (k) => [least(all.map((p) => p[k])) - 0.5, 0.5 - least(all.map((p) => -p[k]))];
-    frameIn([...bound(0), ...bound(1)]), outline(), say("Tap both ends of the door on a wall.");
+    frame(), say("Tap both ends of the door on a wall.");
   }
+  function frame() { frameIn(drawing.parts.length ? boxOf(drawing.parts[0], [], 1, 0.5) : [-8, 8, -6, 6]), draw(), canvas.focus(); }
   function outline() {
     const pen = cleared(canvas, view);
     const { parts, points } = drawing, closed = parts.flatMap((ring) => ring.map((p, i) => [p, ring[(i + 1) % ring.length]]));
     stroke(pen, "#000", 3, [...closed, ...points.slice(1).map((p, i) => [points[i], p])].map(([a, b]) => [view.to(a), view.to(b)]));
-    for (const one of points) { const [px, py] = view.to(one); pen.fillStyle = "#0072b2"; pen.fillRect(px - 3, py - 3, 6, 6); }
+    return marks(pen);
   }
+  function marks(pen) {  // the points that are drawn, and the cross of the keys
+    pen.fillStyle = "#0072b2";
+    for (const [x, y] of drawing ? drawing.points.map(view.to) : []) pen.fillRect(x - 3, y - 3, 6, 6);
+    const [x, y] = cross ? view.to(cross) : [];
+    if (cross) stroke(pen, "#0072b2", 2, [[[x - 9, y], [x + 9, y]], [[x, y - 9], [x, y + 9]]]);
+  }
+  function undrawn() { if (drawing) drawing = null, fit(), say(""), draw(); }
   function tap(point) {
     const at = point.map((v) => Math.round(20 * v) / 20), { points, kind } = drawing;
     if (kind === "pillar") {
       points.push(at);
       if (points.length < 2) return draw();
-      const [[a, b], [c, d]] = points;
+      const [[a, b], [c, d]] = points, corners = [[a, b], [c, b], [c, d], [a, d]], old = scene.content.walls || [], count = old.length;
       drawing = null;
       if (a === c || b === d) return say("A pillar needs two opposite corners.");
-      const corners = [[a, b], [c, b], [c, d], [a, d]], count = scene.content.walls.length;
-      const walls = corners.map((p, i) => ({ name: `pillar_${count + i + 1}`, start_m: p, end_m: corners[(i + 1) % 4] }));
-      const old = scene.content.walls;
-      scene.content.walls = [...old, ...walls];
-      if (!place({ count: scene.disks.id.length, radius: mean(scene.disks.r), seed: +$("seed").value })) { scene.content.walls = old; say("With this pillar they do not fit."); }
-      return draw();
+      const walls = [...old, ...corners.map((p, i) => ({ name: `pillar_${count + i + 1}`, start_m: p, end_m: corners[(i + 1) % 4] }))];
+      return trying(() => place(asked(), { ...scene, content: { ...scene.content, walls } }));
     }
     if (kind === "room" && points.length > 2 && Math.hypot(point[0] - points[0][0], point[1] - points[0][1]) < 14 / view.scale) return sketch([points], "room");
     points.push(kind === "room" ? at : point);
-    if (kind === "door" && points.length === 2) {
-      const { parts, name } = drawing, ask = drawing;
-      drawing = null;
-      try {
-        const content = roomOf(parts, points, name.replace(/\.\w+$/, ""));
-        take({ name: name.replace(/\.\w+$/, "").replace(/\W/g, "_"), notes: "", content, disks: null });
-      } catch (error) { drawing = { ...ask, points: [] }; outline(); say(`${error.message}.`); }
-      return undefined;
-    }
-    return outline();
+    if (kind === "room" || points.length < 2) return draw();
+    const ask = drawing, name = ask.name.replace(/\.\w+$/, "");
+    try { take({ name: name.replace(/\W/g, "_"), notes: "", content: roomOf(ask.parts, points, name), disks: null }); }
+    catch (error) { drawing = { ...ask, points: [] }, frame(), say(`${error.message}.`); }
+    return undefined;
   }
 
   for (const one of known.scenes) scenes.add(new Option(one.content.title, one.name));
@@ -576,45 +568,50 @@
   for (const name of ["people", "radius", "seed", "push", "friction", "restitution", "door"]) $(name).onchange = (event) => {
     const input = event.target;
     if (!input.checkValidity() || input.value === "") { say(`${name}: ${input.validationMessage || "a number is needed"}`); return; }
-    if (["people", "radius", "seed"].includes(name)) { pause(); replace(); } else if (name === "door") widen(+input.value);
+    if (["people", "radius", "seed"].includes(name)) { pause(); trying(() => place(asked())); } else if (name === "door") widen(+input.value);
     else changed(name, +input.value);
   };
   $("person").oninput = () => { chosen = +$("person").value; draw(); list(); };
-  $("room").onclick = () => { pause(); drawing = { parts: [], points: [], kind: "room" }; frameIn([-8, 8, -6, 6]); outline(); say("Tap the corners of the room, the first one again at the end: the picture is 16 m wide."); };
-  $("pillar").onclick = () => { pause(); drawing = { parts: [], points: [], kind: "pillar" }; say("Tap two opposite corners of the pillar."); };
+  $("room").onclick = () => { pause(); drawing = { parts: [], points: [], kind: "room" }; frame(); say("Tap the corners of the room, the first one again at the end: the picture is 16 m wide."); };
+  $("pillar").onclick = () => { pause(); drawing = { parts: [], points: [], kind: "pillar" }; canvas.focus(); say("Tap two opposite corners of the pillar."); };
   $("share").onclick = share;
-  for (const one of root.querySelectorAll(".save")) one.onclick = () => saves[one.value]().forEach(([name, text]) => download(name, text));
+  for (const one of root.querySelectorAll(".save")) one.onclick = () => trying(() => saves[one.value]().forEach(([name, text]) => download(name, text)));
   $("open").onchange = (event) => { pause(); open(event.target.files); };
   root.ondragover = (event) => event.preventDefault();
   root.ondrop = (event) => { event.preventDefault(); pause(); open(event.dataTransfer.files); };
-  let held = null;
-  canvas.onpointerdown = (event) => {
-    const point = view.from(event);
+  let held = null, cross = null;  // what is pulled; the place (m) of the keys' cross
+  function down(point) {
     if (drawing) return tap(point);
     held = grip(point, 10 / view.scale);
-    if (held) { pulls.push(held); held.from = point; held.gone = [0, 0]; canvas.setPointerCapture(event.pointerId); event.preventDefault(); return undefined; }
-    const x = part("position"), found = scene.disks.r.findIndex((r, i) => Math.hypot(x[2 * i] - point[0], x[2 * i + 1] - point[1]) <= r);
+    if (held) return pulls.push(Object.assign(held, { from: point, gone: [0, 0] }));
+    const x = part("position"), found = scene.disks.r.findIndex((r, i) => gap(x.subarray(2 * i), point) <= r);
     chosen = found < 0 ? -1 : scene.disks.id[found], $("person").value = found < 0 ? "" : chosen;
-    draw(), list();
-    return undefined;
-  };
-  canvas.onpointermove = (event) => {
+    return list();
+  }
+  function move(point) {
     if (!held) return;
-    let way = view.from(event).map((v, k) => v - held.from[k]);
-    if (held.along) { const far = way[0] * held.along[0] + way[1] * held.along[1]; way = held.along.map((v) => far * v); }
-    held.left = held.left.map((v, k) => v + way[k] - held.gone[k]);
-    held.gone = way;
+    const { along, from, gone, left } = held, all = point.map((v, k) => v - from[k]), far = along && all[0] * along[0] + all[1] * along[1];
+    held.gone = along ? along.map((v) => far * v) : all, held.left = left.map((v, k) => v + held.gone[k] - gone[k]);
     if (!timer) say("It follows when people press.");
+  }
+  const up = canvas.onpointerup = canvas.onpointercancel = () => { if (held) held.held = false; held = null; };
+  canvas.onpointerdown = (event) => {
+    cross = null, down(view.from(event)), draw();
+    if (held) canvas.setPointerCapture(event.pointerId), event.preventDefault();
   };
-  canvas.onpointerup = canvas.onpointercancel = () => { if (held) held.held = false; held = null; };
+  canvas.onpointermove = (event) => move(view.from(event));
   canvas.addEventListener("touchmove", (event) => { if (held) event.preventDefault(); }, { passive: false });  // no scrolling then
   canvas.onkeydown = (event) => {
-    const act = { " ": play, ArrowRight: stepOnce, r: again }[event.key];
-    if (act) { event.preventDefault(); act(); }
+    const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], ArrowUp: [0, 1] }[event.key], size = event.shiftKey ? 0.05 : 0.25;
+    const steer = () => move(cross = cross.map((v, k) => v + size * way[k]));
+    const at = canvas.getBoundingClientRect(), middle = () => view.from({ clientX: at.x + at.width / 2, clientY: at.y + at.height / 2 }).map((v) => Math.round(4 * v) / 4);
+    const press = () => { if (!cross) cross = middle(); else if (held) up(); else down(cross); };
+    const act = cross && way ? steer : { " ": play, ArrowRight: stepOnce, r: again, Enter: press, Escape: () => { up(), cross = null, undrawn(); } }[event.key];
+    if (act) event.preventDefault(), act(), draw();
   };
   onresize = () => { if (!drawing) { fit(); run.shown = -1; draw(); } };
   onhashchange = () => { if (location.hash !== shared) { pause(); fromAddress(); } };
-  $("key").innerHTML = keyOf(known, "N").join(" ");
+  $("key").innerHTML = `Largest force on a person: ${keyOf(known, "N").join(" ")}`;
   window.explore = { advance, core, part, saves, open, place, timing: () => [run.h, run.interval], to: (point) => view.to(point), get run() { return run; }, get scene() { return scene; } };  // for tests and consoles
   await fromAddress();
   if (!still.matches) play();
