@@ -4,6 +4,7 @@ import base64
 import gzip
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -60,9 +61,10 @@ def packed(content: bytes) -> str:
 
 
 def still_of(scene: Scene) -> Drawn:
-    """Draw what stands for the page where it cannot run."""
+    """Draw what stands for the page where it cannot run: small, as on telephones."""
     caption = f"{scene.title}, before it is pressed."
-    return drawn(Picture(name="explore", caption=caption, figure=scene_picture(scene)))
+    made = drawn(Picture(name="explore", caption=caption, figure=scene_picture(scene)))
+    return replace(made, png=made.narrow or made.png, narrow=b"")
 
 
 def write_explore(

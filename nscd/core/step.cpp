@@ -142,11 +142,22 @@ static Flags gaining(const System& s, In reaction, In mass, In u, In free, doubl
 }
 
 // The same with Coulomb's law.
-static Flags solve_rough(const System& s, In radius, const Rough& rough, double tolerance, Stepped& found) {
+static Flags solve_rough(const System& s, In before, In radius, const Rough& rough, double tolerance, Stepped& found) {
     const Rubbing p = rubbing_of(s, radius, rough.spin, rough.inertia, Numbers(s.k, rough.friction));
-    const Carried lam = carried_over(rough.keys, rough.reaction, found.keys), tau = carried_over(rough.keys, rough.tangential, found.keys);
-    FrictionAnswer by = step_friction(p, lam.values, tau.values, tolerance);
-    const Numbers errors = measure(p, by.at);
+    Places every(s.n), some = likely(s, before);
+    std::iota(every.begin(), every.end(), 0);
+    FrictionAnswer by{{carried_over(rough.keys, rough.reaction, found.keys).values, carried_over(rough.keys, rough.tangential, found.keys).values, p.left}};
+    Numbers errors;
+    for (bool whole : {false, true}) {
+        Numbers lam, tau;
+        for (int c : some) lam.push_back(by.at.lam[c]), tau.push_back(by.at.tau[c]);
+        FrictionAnswer part = step_friction(chosen(p, some, every), lam, tau, tolerance);
+        by.at = {Numbers(s.k, 0.0), Numbers(s.k, 0.0), std::move(part.at.u)}, by.route = part.route, by.pairs += part.pairs;
+        for (std::size_t c = 0; c < some.size(); ++c) by.at.lam[some[c]] = part.at.lam[c], by.at.tau[some[c]] = part.at.tau[c];
+        errors = measure(p, by.at);
+        if (whole || int(some.size()) == s.k || *std::max_element(errors.begin(), errors.end()) <= tolerance) break;
+        some.resize(s.k), std::iota(some.begin(), some.end(), 0);
+    }
     found.error = *std::max_element(errors.begin(), errors.end());
     found.velocity.resize(2 * std::size_t(s.n));
     if (s.wide()) found.velocity = by.at.u;
@@ -192,7 +203,7 @@ Stepped make_step(const Bodies& bodies, const Rough& rough, double step, double 
         if (rough.friction > 0.0 || s.wide()) found.keys = keys_of(at);
         for (bool again = true; again;) {
             Flags refused;
-            if (rough.friction > 0.0) refused = solve_rough(s, bodies.radius, rough, tolerance, found);
+            if (rough.friction > 0.0) refused = solve_rough(s, was, bodies.radius, rough, tolerance, found);
             else {
                 solve_step(s, was, s.wide() ? carried_over(rough.keys, rough.reaction, found.keys).values : Numbers(), tolerance, found);
                 refused = gaining(s, found.reaction, s.mass, found.velocity, s.free, tolerance);

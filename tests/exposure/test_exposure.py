@@ -82,8 +82,12 @@ def test_times_above_a_limit(pressed):
 def test_a_break_ends_a_stretch_but_not_the_sum():
     forces = np.array([[700.0, 100], [700, 700], [100, 700], [700, 700]])
     found = RunLoads(
-        scene=row(), ids=[1, 2], time=0.1 * np.arange(1, 5), duration=np.full(4, 0.1),
-        loads={"contact_largest": forces}, values={},
+        scene=row(),
+        ids=[1, 2],
+        time=0.1 * np.arange(1, 5),
+        duration=np.full(4, 0.1),
+        loads={"contact_largest": forces},
+        values={},
     )
     total, longest = found.time_above(limit(623.0))
     assert total == pytest.approx([0.3, 0.3])
@@ -145,25 +149,20 @@ def test_density_is_that_of_pedpy():
     places = np.array([5.0, 0.0]) + random.uniform(-3, 3, (40, 2))
     now = disks_at(places, random.normal(size=(40, 2)), 0.2)
     empty = {"keys": np.empty((0, 3), int), "impulse": np.empty((0, 2))}
-    crowd = loads_of(scene, Window(start=0.0, end=0.1, now=now, **empty))
+    crowd = loads_of(scene, window := Window(start=0.0, end=0.1, now=now, **empty))
     half = shapely.Point(5.0, 0.0).buffer(2.0, quad_segs=400) & shapely.box(0, -9, 5.0, 9)
     table = pd.DataFrame({"id": now.ids, "frame": 0, "x": places[:, 0], "y": places[:, 1]})
-    measured = pedpy.compute_classic_density(
-        traj_data=pedpy.TrajectoryData(data=table, frame_rate=1.0),
-        measurement_area=pedpy.MeasurementArea(half),
-    )
+    heads, area = pedpy.TrajectoryData(table, frame_rate=1.0), pedpy.MeasurementArea(half)
+    measured = pedpy.compute_classic_density(traj_data=heads, measurement_area=area)
     assert crowd["density"] == pytest.approx([measured["density"].iloc[0]], rel=1e-4)
-    # some go to another door: of two half disks that of the fuller one, not people of both over one
+    # some go to another door: of two half disks that of the fuller one
     far = {"people": (1, 20), "door_start_m": (0.0, 5.0), "door_end_m": (1.0, 5.0)}
     drive = drive_to((5.0, -0.1), (5.0, 0.1), goals=[{**far, "outward": (0.0, 1.0)}])
-    two = scene.model_copy(update={"snapshot": now, "drive": drive})
-    window = Window(start=0.0, end=0.1, now=now, **empty)
+    two = scene.model_copy(update={"drive": drive})
     found = values_of(two, window, loads_of(two, window))
     assert found["density_door"] == pytest.approx(measured["density"].iloc[0], rel=1e-4)
-    near = shapely.contains_xy(half, places)
-    assert crowd["crowd_pressure"] == pytest.approx(
-        crowd["density"] * now.velocity[near].var(axis=0).sum()
-    )
+    spread = now.velocity[shapely.contains_xy(half, places)].var(axis=0).sum()
+    assert crowd["crowd_pressure"] == pytest.approx(crowd["density"] * spread)
 
 
 def test_tables_hold_every_person_wall_and_limit(pressed):

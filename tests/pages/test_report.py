@@ -129,8 +129,12 @@ def test_what_nobody_knows_is_varied_one_thing_at_a_time(reported):
     models = motion_of(scene, ["lammps", "rigid"], [1e6], 3, folder / "out")
     assert all(run.is_finished() for model in models for run in model.runs)
     assert [(model.factor, model.label) for model in models] == [
-        ("", "rigid"), ("bodies", "stiff, 1\u202f000 kN/m"), ("bodies", "soft, 5.8 kN/m"),
-        ("friction", "friction 0.4"), ("push", "push 100 N"), ("radius", "radius − 1 cm"),
+        ("", "rigid"),
+        ("bodies", "stiff, 1\u202f000 kN/m"),
+        ("bodies", "soft, 5.8 kN/m"),
+        ("friction", "friction 0.4"),
+        ("push", "push 100 N"),
+        ("radius", "radius − 1 cm"),
         ("radius", "radius + 1 cm"),
     ]
     base, *varied = ([run.scene for run in model.runs] for model in models)
@@ -156,14 +160,10 @@ def test_what_nobody_knows_is_varied_one_thing_at_a_time(reported):
         assert [least, most] == means
     bars, matters, _ = notes(study, [])
     assert "last 0.2 s, rigid. Outer: stiffness, friction, push, radius varied." in bars
-    assert (
-        "Outer: stiffness, friction varied."
-        in notes(replace(study, models=study.models[:4]), [])[0]
-    )
-    widest = next(iter(range_of(study, "contact_largest").factors.values()))
-    assert matters.partition(f"** matters most: mean largest force {between(*widest)} N.")[
-        2
-    ].endswith(" N.")
+    fewer, *_ = notes(replace(study, models=study.models[:4]), [])
+    assert "Outer: stiffness, friction varied." in fewer
+    widest = between(*next(iter(range_of(study, "contact_largest").factors.values())))
+    assert f"** matters most: mean largest force {widest} N." in matters
     table = limits_table([study], (own,))
     assert [row[-1] for row in table.rows if "my own" in row[2]] == ["my report, 2026"]
     forces = [row for row in table.rows if row[1] == "largest contact force"]

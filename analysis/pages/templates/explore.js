@@ -483,7 +483,7 @@
   function loop(last, late) {
     return (now) => {
       if (!timer) return;
-      const asked = Math.min(0.05, (now - last) / 1000) + late, until = performance.now() + 14;
+      const asked = Math.min(0.05, (now - last) / 1000) + late, until = performance.now() + 11;
       let time = asked;
       while (time >= run.h && performance.now() < until && advance()) time -= run.h;
       if (!still.matches || run.shown !== run.frames.length) draw();
