@@ -14,7 +14,6 @@ from typing import Self
 
 import numpy as np
 from pydantic import TypeAdapter
-from scipy.optimize import nnls
 
 from analysis.engines import engine as engine_named
 from analysis.engines.penalty import damping_ratio_for
@@ -351,6 +350,8 @@ class Price:
 def price_of(method: str, law: str, entries: Sequence[Entry]) -> Price | None:
     """Fit the price to all runs of an engine and law that ended, by non-negative least squares of
     the relative error; None where there is none."""
+    from scipy.optimize import nnls  # here, since every run starts with this module
+
     runs = {
         (entry.name, point.stiffness_N_per_m, point.time_step_share): (
             entry.particle_steps(point),
