@@ -38,6 +38,7 @@ from crowd_percussions import ContactLaw, Snapshot, find_contacts, solve
 home = pathlib.Path(sys.prefix).resolve()
 for package in (nscd, analysis, crowd_percussions):
     assert home in pathlib.Path(package.__file__).resolve().parents, package.__file__
+assert pathlib.Path(nscd.__file__).with_name("core").joinpath("nscd.h").is_file()
 assert "gate" in scene_names()
 assert len(read_scene("gate").snapshot) == 55
 two = Snapshot(
