@@ -458,15 +458,17 @@
     let sum = 0;
     const { friction, arm_reach_m: arms } = scene.content.contact, row = new Map(), key = ({ first, second, wall }) => `${first} ${second} ${wall}`;
     if (!timer && !friction && !arms) core.closed(), each({ contacts: part("resting"), over: run.h }, (one) => row.set(key(one), row.size));
+    // without friction what a mean force has across the normal is the turn of the normal meanwhile
+    const columns = ["with", "normal", ...(row.size ? ["range in the last step"] : friction ? ["friction"] : [])];
     const range = (k) => (k === undefined ? ["0"] : [...new Set([-1, 1].map((sign) => number(Math.abs(core.extreme(k, sign)) / run.h).replace("Infinity", "∞")))]);
     each(run.frames.at(-1), (one) => {
       const { first, second, wall, normal, across } = one;
       if (first !== mine && (wall || second !== mine)) return;
       const size = Math.hypot(normal, across);
       sum += size;
-      rows.push([wall ? `wall ${scene.content.walls[second].name}` : `${id[first === mine ? second : first]}`, `${number(normal)} N`, row.size ? `${range(row.get(key(one))).join(" to ")} N` : `${number(Math.abs(across))} N`]);
+      rows.push([wall ? `wall ${scene.content.walls[second].name}` : `${id[first === mine ? second : first]}`, `${number(normal)} N`, row.size ? `${range(row.get(key(one))).join(" to ")} N` : `${number(Math.abs(across))} N`].slice(0, columns.length));
     });
-    table.append(tableOf(`Person ${chosen}: contacts ${rows.length}, sum ${number(sum)} N`, ["with", "normal", row.size ? "range in the last step" : "friction"], rows));
+    table.append(tableOf(`Person ${chosen}: contacts ${rows.length}, sum ${number(sum)} N`, columns, rows));
   }
   function say(words) { $("said").textContent = words; }
 
