@@ -521,7 +521,8 @@ def charts_and_notes(reels: Sequence[Reel]) -> tuple[list[Chart], list[str]]:
     if len(medians) > 1:
         what = "radius" if reels[0].radius is not None else "model"
         spans[what] = (min(medians), max(medians))
-    return drawn, [*said, *force_notes(spans, words.values["duration"])]
+    done = "Simulated" if reels[0].radius is None else "Filmed"
+    return drawn, [*said, *force_notes(spans, words.values["duration"], done=done)]
 
 
 def force_notes(
@@ -529,15 +530,16 @@ def force_notes(
     duration_s: float,
     files: tuple[Path, ...] = (),
     average: str = "",
+    done: str = "Simulated",
 ) -> list[str]:
     """Say what the largest contact force depends on most, and what limits of a chest mean beside a
     run or a film of so many seconds; spans: as of `mattering`; files: of users' limits;
-    average: the word before the force where the ranges are of means."""
+    done: what was, so long; average: the word before the force where the ranges are of means."""
     words, most = Words(__package__), mattering(spans)
     named = {one.name: one for one in known_limits(files)}
     return [
         *([words.text("matters", most=most, average=average)] if len(most) > 1 else []),
-        words.text("lasting", named=named, duration=duration_s),
+        words.text("lasting", named=named, duration=duration_s, done=done),
     ]
 
 

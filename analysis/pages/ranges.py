@@ -58,7 +58,8 @@ class Chart:
         ends = [end for mean, _, high in self.found.values() for end in (mean, high)]
         ends += self.widest if self.widest and self.alone else ()
         highest = max((end for end in ends if math.isfinite(end)), default=0.0)
-        highest = max([highest, *(mark for mark in self.marks if mark <= 1.5 * highest)]) or 1.0
+        near = (1.04 * mark for mark in self.marks if mark <= 1.5 * highest)
+        highest = max([highest, *near]) or 1.0
         scale = 10.0 ** math.floor(math.log10(highest))
         return next(
             step * scale for step in (1, 1.5, 2, 3, 4, 5, 6, 8, 10) if step * scale >= highest
@@ -97,10 +98,12 @@ class Chart:
 
     @property
     def ticks(self) -> list[tuple[float, str]]:
-        """The ends of the axis, and the only bar's mean where it is apart from them, in words."""
-        apart = [mean for mean, *_ in self.found.values() if 0.08 < mean / self.top < 0.82]
-        at = [0.0, *(apart if self.alone else ()), self.top]
-        return [(each, decimals(each, 0) if each == self.most else two(each)) for each in at]
+        """The only bar's mean, and the ends of the axis where it leaves room: where and in words."""
+        means = [mean for mean, *_ in self.found.values() if self.alone and mean > 0]
+        top = decimals(self.top, 0) if self.top == self.most else two(self.top)
+        ends = [(0.0, "0")] * all(one > 0.08 * self.top for one in means)
+        ends += [(self.top, top)] * all(one < 0.82 * self.top for one in means)
+        return sorted([*ends, *((one, two(one)) for one in means)])
 
 
 def mattering(spans: Mapping[str, tuple[float, float]]) -> list[tuple[str, str]]:

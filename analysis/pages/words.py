@@ -38,6 +38,7 @@ from analysis.pages.section import Cell, Claim, Drawn, Picture, Section, Table, 
 
 Rows = Sequence[Sequence[Cell]]
 HEADING = re.compile(r"^## +(\S+) *$", re.MULTILINE)
+UNIT = re.compile(r"(?<=\d) (?=(?:k?N|[cm]?m|m?s|%)(?!\w))")  # the space before it
 RAISED, LOWERED = re.compile(r"\^([^ \n^]+)\^"), re.compile(r"~([^ \n~]+)~")
 
 
@@ -158,9 +159,9 @@ def html_of(words: str) -> markupsafe.Markup:
     """Render one line of Markdown as HTML; tags and pictures in it are text, and so are links but
     those within the page: what comes from a file must not call the network.
 
-    x^2^ is raised and u~d~ lowered, as in Pandoc's Markdown.
+    x^2^ is raised and u~d~ lowered, as in Pandoc's Markdown. A unit stays on the line of its number.
     """
-    return markupsafe.Markup(_MARKDOWN.renderInline(words))
+    return markupsafe.Markup(_MARKDOWN.renderInline(UNIT.sub("\u00a0", words)))
 
 
 def _chosen_digits(value: Any) -> Any:

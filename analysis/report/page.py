@@ -52,16 +52,14 @@ SHORT = {"contact_largest": "largest force", "wall_line_load": "wall load", "flo
 def four(study: MotionStudy) -> Mapping[str, known_limits.Quantity]:
     """Name the four numbers of a first screen by their series."""
     limit = next(one for one in known_limits.limits_of_people(study.limits) if one.name == NAMED)
-    above = f"people above {significant(limit.number, 4)} N at once"
+    above = f"contact above {significant(limit.number, 4)} N"
     return {
         "contact_largest": known_limits.Quantity(title="largest contact force", unit="N"),
-        "wall_line_load": known_limits.Quantity(
-            title="load on the worst metre of wall", unit="kN/m"
-        ),
+        "wall_line_load": known_limits.Quantity(title="wall load, worst metre", unit="kN/m"),
         known_limits.above_key(limit): known_limits.Quantity(
-            title=above, unit=f"of {len(study.scene.people)}"
+            title=above, unit=f"of {len(study.scene.people)} people"
         ),
-        "flow": known_limits.Quantity(title="people through the door", unit="per s"),
+        "flow": known_limits.Quantity(title="people leaving", unit="per s"),
     }
 
 
@@ -127,6 +125,7 @@ def lead(scene: Scene) -> str:
     return Words(__name__).text(
         "lead",
         people=len(scene.people),
+        filmed=scene.reconciliation is not None,
         push=scene.mean_push,
         each=scene.push_range,
         ways=scene.drive.ways if scene.drive else 0,
@@ -145,6 +144,7 @@ def notes(study: MotionStudy, drawn: Sequence[Chart]) -> list[str]:
         last=study.last_s,
         varied=[SAID.get(one, one) for one in FACTORS if one in varied],
         units=[one.unit for one in drawn if one.shown],
+        crowds=len(study.models[0].series),
     )
     return [bars, *force_notes(factors, study.scene.run.duration_s, study.limits, "mean ")]
 
@@ -215,15 +215,8 @@ class Reported:
 
     @property
     def warnings(self) -> list[str]:
-        """List what a reader should know, of all engines of which it is said once."""
-        moving = self.motion.warnings if self.motion else ()
-        whose: dict[str, list[str]] = {}
-        for one in (*self.failures, *self.study.warnings, *moving):
-            name, colon, words = one.partition(": ")
-            whose.setdefault(words if colon else one, []).append(name if colon else "")
-        return [
-            ": ".join(filter(None, (", ".join(names), words))) for words, names in whose.items()
-        ]
+        """List what a reader of the first screen should know."""
+        return [*self.failures, *(self.moved or self.study).warnings]
 
 
 def write_report(
@@ -243,7 +236,10 @@ def write_report(
         for comparison, run in zip(one.study.comparisons, runs, strict=True):
             write_contacts(folder / run["csv"], comparison)
         energy = energy_of(one.moved, folder) if one.moved else None
-        screens.append(_screen(one, contacts_section(one.study, runs), limits, energy))
+        contacts = contacts_section(one.study, runs)
+        if one.moved:  # of these contacts, not of the first screen
+            contacts = replace(contacts, warnings=one.study.warnings)
+        screens.append(_screen(one, contacts, limits, energy))
         numbers[one.scene.name] = {
             "failures": one.study.failures,
             "warnings": one.study.warnings,

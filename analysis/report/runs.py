@@ -24,12 +24,13 @@ from analysis.scene.shipped_scenes import variant, with_push, with_radius
 from analysis.support.parallel import Progress
 from nscd.stepping import StepError
 
-# The other friction, of people and walls alike; the smaller push (N); how well radii are known (m).
-FRICTION, PUSH_N, RADIUS_M = 0.4, 100.0, 0.01
+# The other friction, of people and walls alike; the smaller push, and the larger one of a scene that
+# has it (N); how well radii are known (m).
+FRICTION, PUSH_N, LARGE_N, RADIUS_M = 0.4, 100.0, 200.0, 0.01
 # From so many replicates on all models have all; else what is varied has the fewest that can be
 # compared.
 MANY, FEW = 10, 3
-# A push or stiffness that is nearer to the scene's own is no variation.
+# A push or stiffness that is nearer to the scene's own is no variation of it.
 NEAR = 0.2
 
 
@@ -78,8 +79,8 @@ def _variations(scene: Scene) -> Iterator[tuple[str, str, Callable[[Scene], Scen
     own = float(scene.drive.push(scene.snapshot.mass).mean())
     mu = 0.0 if scene.contact.friction else FRICTION
     yield "friction", f"friction {significant(mu)}", lambda one: one.with_contact(friction=mu)
-    if abs(own - PUSH_N) > NEAR * PUSH_N:
-        yield "push", f"push {significant(PUSH_N)} N", lambda one: with_push(one, PUSH_N)
+    push = PUSH_N if abs(own - PUSH_N) > NEAR * PUSH_N else LARGE_N
+    yield "push", f"push {significant(push)} N", lambda one: with_push(one, push)
     if float(scene.snapshot.radius.min()) > 2 * RADIUS_M:
         yield "radius", "radius − 1 cm", lambda one: with_radius(one, -RADIUS_M)
         yield "radius", "radius + 1 cm", lambda one: with_radius(one, RADIUS_M)

@@ -74,6 +74,7 @@ def _draw(axes: Axes, chart: Chart) -> None:
     axes.set_title(f"{chart.heading}: {chart.text}", fontsize=9, loc="left", pad=3, weight="bold")
     axes.set(xlim=(0, chart.top), ylim=(-0.7, 0.7), yticks=[])
     axes.set_xticks(*zip(*chart.ticks, strict=True), fontsize=7)
+    axes.tick_params(length=0)
     for side in ("left", "right", "top"):
         axes.spines[side].set_visible(False)
     axes.spines["bottom"].set_color(GREY)

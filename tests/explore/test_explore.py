@@ -285,7 +285,7 @@ def test_files_of_other_editors_and_rooms_that_are_small(page, address, tmp_path
     text = "# of Windows\n" + path.read_text().replace('title = "', 'title = "# [ a ')
     path.write_bytes(text.replace("\n", "\r\n").encode())
     page.locator("#live .open").set_input_files([path, path.with_suffix(".data")])
-    page.get_by_text("# [ a A real crowd").wait_for()
+    page.get_by_text("# [ a A filmed crowd").wait_for()
     at(page, address, "arch")
     floor(page, tmp_path / "small.wkt", f"POLYGON ({RING})".replace(", 0 0)", ")"))
     clicked(page, (6, 1), (6, 2))

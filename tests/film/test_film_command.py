@@ -98,15 +98,15 @@ def check_vtk(folder, largest):
 
 def check_page(address, largest):
     with opened(address, 1300) as page:
-        page.wait_for_function("document.querySelector('.now').textContent.includes('frame')")
+        page.wait_for_function("document.querySelector('.now').textContent.includes(' s:')")
         drawn = page.locator(".glance .mark").count() > 0
         assert ("Red: limits" in page.locator(".glance").inner_text()) == drawn
         order = sorted((key for key in largest if key[0] == "lammps"), key=largest.get)
-        assert f"frame {order[len(order) // 2][1]}:" in page.locator(".now").inner_text()
+        assert f"Frame {order[len(order) // 2][1]}." in page.locator(".contacts").text_content()
         page.locator(".canvas").focus()
         page.keyboard.press("End")
         said = page.locator(".now").inner_text()
-        assert said.startswith("0.02 s, frame 40: largest force")
+        assert said.startswith("0.02 s: largest force")
         number = float(said.split("force")[1].split("N")[0].replace("\u202f", ""))
         assert number == float(f"{largest['lammps', '40']:.2g}")
         titles = page.locator(".view option").all_inner_texts()
@@ -142,7 +142,7 @@ def check_page(address, largest):
         old.goto(address)  # what cannot unpack the film shows the picture
         assert old.locator("#viewer img").first.is_visible()
     with opened(address, 390) as page:
-        page.wait_for_function("document.querySelector('.now').textContent.includes('frame')")
+        page.wait_for_function("document.querySelector('.now').textContent.includes(' s:')")
         assert page.locator(".canvas").bounding_box()["width"] <= 390
         assert "gate: forces computed, not measured" in page.title()
         seen = page.locator(".canvas, .ranges").evaluate_all(
@@ -175,7 +175,7 @@ def test_a_frame_that_is_not_solved_is_said_everywhere(percussions, tmp_path):
     status = [row["status"] for row in rows_of(tmp_path / "film" / "film.csv")]
     assert status == ["solved"] * 3 + ["failed"] + ["solved"] * 2
     page = (tmp_path / "film" / "film.html").read_text()
-    assert "1 of 6 frames of radius 0.2 m have no solved percussions: 3." in page
+    assert "1 of 6 frames of radius 0.2\xa0m have no solved percussions: 3." in page
 
 
 @pytest.mark.parametrize(

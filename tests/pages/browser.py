@@ -34,7 +34,7 @@ QUIET = [
 
 
 def words(text):
-    return len(re.findall(r"[^ \t\n]*\w[^ \t\n]*", text))
+    return len(re.findall(r"[^ \t\n\xa0]*\w[^ \t\n\xa0]*", text))
 
 
 def says_little(section, folder):

@@ -28,7 +28,7 @@ def test_the_report_shows_it_in_red_and_goes_on(tmp_path):
         [Reported(study=made)], tmp_path / "report", "percussions report four_disks"
     ).read_text()
     assert re.search(
-        r'role="alert"><p class="alarm">.*<li>lammps, k = 100 N/m: .*'
+        r'role="alert"><p class="alarm">.*<li>lammps, k = 100\sN/m: .*'
         "stopped by its guard: overlap",
         page,
     )

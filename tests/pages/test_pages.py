@@ -114,7 +114,7 @@ def test_a_table_says_in_each_cell_under_which_head_it_stands():
         (1 / 3, "0.3333", ""),
         (12, "12", ""),
         ("–", "–", ""),
-        ("1.2 %", "1.2 %", ""),
+        ("1.2 %", "1.2\xa0%", ""),
         ("[Time in a corridor](#corridor_fast)", None, "name"),
         ("a sentence that is long enough to be wrapped", None, "words"),
     ],

@@ -38,7 +38,7 @@ def reported(tmp_path_factory):
 def test_the_film_goes_on_live(reported):
     """From the frame that is shown, with the people where they are, at rest."""
     with opened(reported[0].strip().splitlines()[-1], 1300) as page:
-        page.wait_for_function("document.querySelector('.now').textContent.includes('frame')")
+        page.wait_for_function("document.querySelector('.now').textContent.includes(' s:')")
         first = page.locator(".film").first
         first.locator("summary").click()
         first.locator("button.live").click()
@@ -58,7 +58,7 @@ def test_the_first_screen_has_the_film_and_four_ranges_without_scrolling(reporte
     address = printed.strip().splitlines()[-1]
     motion = json.loads((folder / "report/numbers.json").read_text())["arch"]["in_motion"]
     with opened(address, width) as page:
-        page.wait_for_function("document.querySelector('.now').textContent.includes('frame')")
+        page.wait_for_function("document.querySelector('.now').textContent.includes(' s:')")
         first = page.locator("main > section").first
         assert first.get_attribute("id") == "arch-at-a-glance"
         seen = page.locator(".glance .ranges, .glance canvas, .glance .quiet:visible")
@@ -73,8 +73,8 @@ def test_the_first_screen_has_the_film_and_four_ranges_without_scrolling(reporte
         said = " ".join(first.locator("h2, .lead, .glance").all_inner_texts())
         assert words(said) <= 120
         assert ("Red: limits" in said) == (page.locator(".glance .mark").count() > 0)
-        assert "20 people push towards the door with 300 N each." in said
-        assert "kill in 4–6 minutes, 6\u202f227 N in 15 s (estimates). Here: 0.4 s" in said
+        assert "each pushes towards the door with 300\xa0N (assumed)." in said
+        assert "6\u202f227\xa0N in 15\xa0s (estimates). Simulated: 0.4\xa0s" in said
         values = page.locator(".glance .value").all_inner_texts()
         for text, found in zip(values, motion["four"].values(), strict=True):
             ends = [float(end) for end in text.split(" ")[0].replace("\u202f", "").split("–")]
@@ -87,7 +87,7 @@ def test_the_first_screen_has_the_film_and_four_ranges_without_scrolling(reporte
             (found,) = (
                 models[key]
                 for key, one in MEASURES.items()
-                if row["quantity"] == f"{one.title} ({one.unit})"
+                if row["quantity"].replace("\xa0", " ") == f"{one.title} ({one.unit})"
             )
             if found["unit"] in ("N", "N/m"):
                 shown = float(row["rigid"].split(" ")[0].replace("\u202f", ""))
@@ -145,7 +145,7 @@ def test_what_nobody_knows_is_varied_one_thing_at_a_time(reported):
     assert pushed.drive.speed_m_per_s == base[0].drive.speed_m_per_s
     assert 5.9 < softness(varied[1][0]) < 6.0  # the softest that is valid
     masses = replace(scene.snapshot, mass=scene.snapshot.mass * np.linspace(0.5, 1.5, 20))
-    assert "**300 N** on average" in lead(scene.model_copy(update={"snapshot": masses}))
+    assert "about **300 N** (assumed)" in lead(scene.model_copy(update={"snapshot": masses}))
     own = folder / "mine.toml"
     own.write_text(OWN_LIMIT)
     study = study_motion(scene, models, 0.2, limits=(own,))
@@ -159,11 +159,11 @@ def test_what_nobody_knows_is_varied_one_thing_at_a_time(reported):
         means = sorted(study.models[k].interval(key).mean for k in (0, 4))
         assert [least, most] == means
     bars, matters, _ = notes(study, [])
-    assert "last 0.2 s, rigid. Outer: stiffness, friction, push, radius varied." in bars
+    assert "s, 3 varied starts, rigid bodies. Outer: other stiffness, friction, push or radius." in bars
     fewer, *_ = notes(replace(study, models=study.models[:4]), [])
-    assert "Outer: stiffness, friction varied." in fewer
+    assert "Outer: other stiffness or friction." in fewer
     widest = between(*next(iter(range_of(study, "contact_largest").factors.values())))
-    assert f"** matters most: mean largest force {widest} N." in matters
+    assert f"** matters most (mean largest force {widest} N), then" in matters
     table = limits_table([study], (own,))
     assert [row[-1] for row in table.rows if "my own" in row[2]] == ["my report, 2026"]
     forces = [row for row in table.rows if row[1] == "largest contact force"]
@@ -205,7 +205,7 @@ def test_a_real_crowd_says_what_was_done_to_it(percussions, tmp_path):
     assert "Heads are not bodies" in page
     # without replicates there is a first screen, which claims no interval
     assert "has no replicates" in page
-    assert "push towards the door with <strong>150 N</strong>" in page
+    assert "Start filmed, rest computed: each pushes towards the door" in page
     assert 'class="ranges' not in page
     assert "in_motion" not in json.loads((tmp_path / "report/numbers.json").read_text())["gate"]
 

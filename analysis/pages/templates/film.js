@@ -155,7 +155,7 @@ document.querySelectorAll(".film").forEach(async (root) => {
     const solved = frame.s !== "solved" ? `, percussions ${frame.s}: ${frame.why}` : rigid ? ", solved" : "";
     const jump = reel.jumps.includes(frame.n) ? ", far from the frame before: doubtful" : "";
     const what = view().kind === "difference" ? "largest difference" : unit === "N" ? "largest force" : "largest percussion";
-    now.textContent = `${frame.t.toFixed(2)} s, frame ${frame.n}: `
+    now.textContent = `${frame.t.toFixed(2)} s: `
       + `${what} ${number(rounded(most), unit)}${reel.units.percussions ? solved : ""}${jump}.`;
     now.classList.toggle("alarm", frame.s !== "solved" && "percussions" in reel.units);
     slider.setAttribute("aria-valuetext", now.textContent);
@@ -165,7 +165,7 @@ document.querySelectorAll(".film").forEach(async (root) => {
     const { reel, unit, kind } = view();
     table.replaceChildren();
     if (chosen < 0 || !frame.at || !frame.at.has(chosen)) {
-      table.textContent = chosen < 0 ? (person.value && `Nobody here has the id ${person.value}. `)
+      table.textContent = chosen < 0 ? `Frame ${frame.n}. ${person.value && `Nobody here has the id ${person.value}. `}`
         + "Point at a person, or give an id, to see its contacts."
         : `Person ${reel.ids[chosen]} is not in this frame.`;
       return;
@@ -198,7 +198,7 @@ document.querySelectorAll(".film").forEach(async (root) => {
       open: () => [line(of.known, false, "fixed by equilibrium"), line(of.open, true, "not unique: within the range of the table"), line("#666", true, "not known")],
       force: () => unit === "N" ? keyOf(film) : [dot(NOBODY, "0"), `<i style="background:linear-gradient(to right, ${film.shades.join(",")});width:6rem"></i>`],
     }[by]();
-    if (by !== "open") parts.push(`<span><b class="wedge"></b> ${number(rounded(scales[unit]), unit)}</span>`);
+    if (by !== "open") parts.push(`<span><b class="wedge"></b> 0–${number(rounded(scales[unit]), unit)}</span>`);
     if (reel.frames.some((frame) => frame.h)) parts.push(dot(of.head, "head, as filmed", "width:.4rem;height:.4rem"));
     key.innerHTML = parts.join(" ");
   }

@@ -25,7 +25,8 @@ const keyOf = ({ above, limits }, unit) => [dot(NOBODY, "0"), ...limits.map((one
 function boxOf(near, walls, times, margin) {
   const about = (all) => [0, 1].flatMap((k) => [Math.min, Math.max].map((pick) => all.reduce((best, one) => pick(best, one[k]), all[0][k])));
   const size = ([x0, x1, y0, y1]) => Math.max(x1 - x0, y1 - y0), [whole, close] = [near.concat(walls), near].map(about);
-  return (size(whole) <= times * size(close) ? whole : close).map((end, k) => end + (k % 2 ? margin : -margin));
+  const outer = (end, out, k) => (walls.map((one) => one[k >> 1]).find((wall) => Math.abs(wall - end - out) < margin / 2) ?? end) + out;  // no wall lies half in
+  return (size(whole) <= times * size(close) ? whole : close).map((end, k) => outer(end, k % 2 ? margin : -margin, k));
 }
 // Give a canvas the shape of a box, with at most a share of the window's height; how places in m and pixels go over.
 function fitted(canvas, [x0, x1, y0, y1], shares) {
