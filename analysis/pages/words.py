@@ -38,7 +38,7 @@ from analysis.pages.section import Cell, Claim, Drawn, Picture, Section, Table, 
 
 Rows = Sequence[Sequence[Cell]]
 HEADING = re.compile(r"^## +(\S+) *$", re.MULTILINE)
-UNIT = re.compile(r"(?<=\d) (?=(?:k?N|[cm]?m|m?s|%)(?!\w))")  # the space before it
+UNIT = re.compile(r"(?<=\d) (?=(?:k?N|kg|[cm]?m|m?s|%)(?!\w))")  # the space before it
 RAISED, LOWERED = re.compile(r"\^([^ \n^]+)\^"), re.compile(r"~([^ \n~]+)~")
 
 

@@ -88,7 +88,7 @@ def test_a_figure_of_your_own(tmp_path, monkeypatch):
     )
     assert warnings == []
     text = pages[0].read_text(encoding="utf-8")
-    assert "Two people of 75 kg touch. One wants to walk at 2\xa0m/s" in text
+    assert "Two people of 75\xa0kg touch. One wants to walk at 2\xa0m/s" in text
     assert "the percussion is 75" in text
     rows = (tmp_path / "paper/claims.csv").read_text(encoding="utf-8").splitlines()
     (claim,) = csv.DictReader(rows)
