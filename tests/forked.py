@@ -70,8 +70,8 @@ def without_warnings(*texts):
     return texts
 
 
-def as_program(words, here):
-    """Run `percussions …` in a folder: its exit status."""
+def as_program(words, here, program=main):
+    """Run `percussions …`, or another program, in a folder: its exit status."""
     os.chdir(here)
     # this very tree, whichever is installed, for the processes that it starts
     os.environ["PYTHONPATH"] = str(ROOT)
@@ -81,8 +81,10 @@ def as_program(words, here):
     warnings.resetwarnings()
     warnings.simplefilter("default")
     try:
-        main()
+        program()
     except SystemExit as end:
+        if isinstance(end.code, str):
+            sys.stderr.write(f"{end.code}\n")
         return end.code if isinstance(end.code, int) else int(end.code is not None)
     return 0
 

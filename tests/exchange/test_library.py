@@ -4,10 +4,8 @@ import csv
 import json
 import math
 import shutil
-import subprocess
-import sys
 import time
-from pathlib import Path
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -16,10 +14,12 @@ from scipy.optimize import linprog
 
 from analysis.exchange.fclib import read_answer, read_problem, write_answer
 from analysis.exchange.problem import ExchangeError
+from benchmarks.library import main
 from benchmarks.problems.judge import judge
 from benchmarks.problems.score import SHIFT, means, profiles, times, with_friction
 from benchmarks.problems.writing import PROBLEMS, Problem, read_manifest, write_library, write_one
 from nscd.friction.planar import solve_planar
+from tests.forked import as_program, in_fork
 
 pytest.importorskip("h5py", reason="needs h5py")
 
@@ -167,9 +167,8 @@ def by_command(tmp_path):
     """`benchmarks/library.py` in a folder of its own."""
 
     def called(*words):
-        program = Path(__file__).resolve().parents[2] / "benchmarks" / "library.py"
-        command = [sys.executable, str(program), *map(str, words)]
-        return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        run = partial(as_program, [str(word) for word in words], tmp_path, main)
+        return in_fork(run, 600)[:2]
 
     return called
 
@@ -180,8 +179,8 @@ def test_score_by_command(library, by_command, tmp_path):
         write_answer(answers / "mine" / f"{name}.hdf5", known(library, name)[1], 0.25)
     _, reaction = known(library, PUSHED)
     write_answer(answers / "theirs" / f"{PUSHED}.hdf5", 2 * reaction, 0.01)
-    said = by_command("score", library, answers / "mine", answers / "theirs")
-    assert said.returncode == 0, said.stderr
+    status, said = by_command("score", library, answers / "mine", answers / "theirs")
+    assert status == 0, said
     with (tmp_path / "scores/scores.csv").open() as file:
         rows = {(row["solver"], row["problem"]): row for row in csv.DictReader(file)}
     assert {key: row["verdict"] for key, row in rows.items()} == {
@@ -235,9 +234,9 @@ def test_what_cannot_be_judged_is_named(library, by_command, tmp_path):
     (tmp_path / "damaged/manifest.json").write_text(json.dumps({"version": 1}))
     for said, words in (("1", "'1'"), (b"3", "'3'"), (True, "True"), ([1.0, 2.0], "None")):
         write_answer(tmp_path / "odd" / f"{LATTICE}.hdf5", known(library, LATTICE)[1], said)
-        made = by_command("score", library, "odd")
-        assert made.returncode == 1
-        assert f"/solution, seconds: {words}. A number above 0 s is needed" in made.stderr
+        status, made = by_command("score", library, "odd")
+        assert status == 1
+        assert f"/solution, seconds: {words}. A number above 0 s is needed" in made
     for words, named in (
         (("score", "changed", "none"), f"changed/{PUSHED}.hdf5: not the file"),
         (("score", library, "none"), "none: no answer to any problem of"),
@@ -245,7 +244,5 @@ def test_what_cannot_be_judged_is_named(library, by_command, tmp_path):
         (("score", "nowhere", "none"), "nowhere/manifest.json: no such file"),
         (("write", "--only", "heap_7"), "only: heap_7. There are: heap_40"),
     ):
-        said = by_command(*words)
-        assert said.returncode == 1
-        (line,) = said.stderr.splitlines()
-        assert named in line
+        status, said = by_command(*words)
+        assert (status, len(said.splitlines()), named in said) == (1, 1, True)

@@ -14,7 +14,7 @@ from analysis.pages.ranges import Chart
 from analysis.report.page import four, lead, limits_table, marks_of, notes, range_of, verdicts
 from analysis.report.runs import motion_of
 from analysis.scene.scene import read_scene
-from analysis.scene.shipped_scenes import make
+from analysis.scene.shipped_scenes import make, with_push
 from tests.crowds import OWN_LIMIT
 from tests.forked import as_program, in_fork
 from tests.pages.browser import BROWSER, opened, rows_of, words, works_by_keyboard
@@ -128,15 +128,11 @@ def test_what_nobody_knows_is_varied_one_thing_at_a_time(reported):
     scene = read_scene(folder / "arch.toml")
     models = motion_of(scene, ["lammps", "rigid"], [1e6], 3, folder / "out")
     assert all(run.is_finished() for model in models for run in model.runs)
-    assert [(model.factor, model.label) for model in models] == [
-        ("", "rigid"),
-        ("bodies", "stiff, 1\u202f000 kN/m"),
-        ("bodies", "soft, 5.8 kN/m"),
-        ("friction", "friction 0.4"),
-        ("push", "push 100 N"),
-        ("radius", "radius − 1 cm"),
-        ("radius", "radius + 1 cm"),
-    ]
+    told = ["rigid", "stiff, 1\u202f000 kN/m", "soft, 5.8 kN/m", "friction 0.4", "push 100 N"]
+    assert [one.label for one in models] == [*told, "radius − 1 cm", "radius + 1 cm"]
+    assert [one.factor for one in models[::2]] == ["", "bodies", "push", "radius"]
+    gentle = motion_of(with_push(scene, 100.0), ["rigid"], [], 3, folder / "out")
+    assert [one.label for one in gentle if one.factor == "push"] == ["push 200 N"]
     base, *varied = ([run.scene for run in model.runs] for model in models)
     mean = [float(one[0].snapshot.radius.mean()) for one in (base, varied[4], varied[5])]
     assert mean[1:] == pytest.approx([mean[0] - 0.01, mean[0] + 0.01])
@@ -191,6 +187,9 @@ def test_labels_of_limits_lie_beside_each_other():
     assert [one[1:] for one in many.labelled] == far
     wider = replace(many, found=many.found | {"a": (1.0, 0.0, 1e4)})
     assert [one[1:] for one in wider.labelled] == near
+    # a mean at an end of the axis stands there instead of the end
+    ticks = [replace(chart, found={"": (mean, 0.0, 8e3)}, marks=()).ticks for mean in (9.0, 7.9e3)]
+    assert ticks == [[(9.0, "9"), (8e3, "8\u202f000")], [(0.0, "0"), (7.9e3, "7\u202f900")]]
 
 
 def test_a_real_crowd_says_what_was_done_to_it(percussions, tmp_path):

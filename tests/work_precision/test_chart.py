@@ -172,7 +172,7 @@ def test_a_driven_crowd_has_the_continuum_on_its_page(tmp_path):
     assert "<strong>Continuum</strong>" in page
     assert "No continuum" not in page
     wrong = page.split('id="unfinished"')[1]
-    for words in ("continuum (11), deformable", "triangles of 0.720 m", "residual 2 above 1"):
+    for words in ("continuum (11), deformable", "triangles of 0.720\xa0m", "residual 2 above 1"):
         assert words in wrong
 
 
