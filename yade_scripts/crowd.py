@@ -220,7 +220,7 @@ class Crowd:
     def look(self):
         """Called after a step at the guard's interval: stop a run that cannot be right."""
         step, dt = O.iter, self.penalty.time_step
-        broken = self.guard.look(self._position, self.motion.velocity)
+        broken = self.guard.look(self._position, self.motion.velocity, lambda: self._instant()[1])
         if broken:
             kind, words = broken
             self.broken = f"GUARD {kind} at t = {step * dt:.6g} s (step {step}): {words}"

@@ -43,11 +43,12 @@ class Guard:
         self.interval = interval_of(scene, disks, penalty)
         drive = scene.get("drive")
         self.relaxation_time = drive["relaxation_time_s"] if drive else math.inf
+        self.turns = disks.joined or scene["contact"].get("friction", 0.0) > 0
         self.desired = 0.5 * float(disks.mass.sum()) * drive["speed_m_per_s"] ** 2 if drive else 0.0
         of = disks.bodies
-        kinetic = 0.5 * float(of.mass @ (of.velocity**2).sum(1) + of.inertia @ of.spin**2)
-        self.start = kinetic + stored
-        self.given, self.power = 0.0, self._power(kinetic)
+        moving, spinning = of.mass @ (of.velocity**2).sum(1), of.inertia @ of.spin**2
+        self.start = 0.5 * float(moving + spinning) + stored
+        self.given, self.power = 0.0, self._power(0.5 * float(moving))
         self.margin = ENERGY_SHARE * (self.start + self.desired) + 1e-12
         self.weight = disks.mass[:, None] * acceleration(scene)
         walls = np.array([(wall["start_m"], wall["end_m"]) for wall in scene.get("walls", [])])
@@ -60,13 +61,14 @@ class Guard:
             [[float(word) for word in line.split()] for line in disks.box[:2]]
         ).T
 
-    def look(self, position, velocity):
-        """The kind of what is broken and a sentence, or None. position and velocity (n,2) are
-        functions."""
+    def look(self, position, velocity, centres):
+        """The kind of what is broken and a sentence, or None. position and velocity (n,2) of disks and
+        velocities (b,2) of bodies' centres are functions."""
         kinetic = utils.kineticEnergy()
         if not math.isfinite(kinetic):
             return "finite", "the kinetic energy is not a finite number"
-        power = self._power(kinetic)
+        moving = 0.5 * self.disks.bodies.mass @ (centres() ** 2).sum(1) if self.turns else kinetic
+        power = self._power(moving)
         self.given += 0.5 * (self.power + power) * self.interval * self.penalty.time_step
         self.power = power
         return (
@@ -79,7 +81,7 @@ class Guard:
         )
 
     def _power(self, kinetic):
-        """The most that the drive can give at this kinetic energy (W)."""
+        """The most that the drive can give at this kinetic energy of centres (W)."""
         return 2 * (math.sqrt(self.desired * kinetic) - kinetic) / self.relaxation_time
 
     def _energy(self, kinetic, position):

@@ -243,8 +243,8 @@ def compare_run(
     tolerance: of `nscd.solve`
 
     Raises EngineError and DumpError for a folder that does not hold one finished run of its scene,
-    SceneError for the scene, DumpError where neither model has a contact, and where the impulses of
-    an impact miss the momentum of the disks by more than 5 %."""
+    SceneError for the scene, NoContactError, and DumpError where the impulses of an impact miss the
+    momentum of the disks by more than 5 %."""
     run = OpenRun.of(folder)
     record, scene = run.record, run.scene
     impact = scene.analysis.kind == "impact"
@@ -262,9 +262,7 @@ def compare_run(
         engine = checked_contacts(run.index, number, snapshot, scene)
         balance = _driven_balance(snapshot, ts.data, engine, np.array(scene.acceleration()))
     if not len(found.contacts) and not len(engine):
-        raise dumps.DumpError(
-            f"{folder}: no contact at all at {snapshot.time:g} s. Nothing to compare"
-        )
+        raise dumps.NoContactError(f"{folder}: no contact at all at {snapshot.time:g} s")
     known = determinacy(found.contacts, len(snapshot), snapshot)
     return Comparison(
         scene=scene,

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from analysis.compare.comparison import Comparison, at_rest, begun_anew, compare_run, folder_of
-from analysis.dumps import DumpError
+from analysis.dumps import DumpError, NoContactError
 from analysis.dumps.contacts import FRAMES_NEEDED_FROM
 from analysis.engines.guard import RunStoppedError
 from analysis.engines.record import EngineError
@@ -116,6 +116,7 @@ def study(
     Raises EngineError if no run was even tried."""
     comparisons: list[Comparison] = []
     failures: list[str] = []
+    empty: list[str] = []
     warnings = scene.check(scene.name)
     begin: dict[str, Scene] = {}
     for name, stiffness in product(engines, sorted(stiffnesses)):
@@ -131,20 +132,22 @@ def study(
             (failures if isinstance(error, RunStoppedError) else warnings).append(words)
             continue
         except DumpError as error:
-            failures.append(
-                f"{name}, k = {stiffness:.3g} N/m: {error}. Remove {folder} to run it again"
-            )
+            words = f"{name}, k = {stiffness:.3g} N/m: {error}. "
+            if isinstance(error, NoContactError):
+                empty.append(f"{words}Nothing to compare")
+            else:
+                failures.append(f"{words}Remove {folder} to run it again")
             continue
         softest = stiffness == min(stiffnesses)
         if softest and (anew := begun_anew(scene, comparisons[-1], len(stiffnesses))):
             begin[name] = anew
-    if not comparisons and not failures:
+    if not (comparisons or failures or empty):
         raise EngineError(f"scene {scene.name}: no engine ran: " + "; ".join(warnings))
     return Study(
         scene=scene,
         comparisons=comparisons,
         failures=failures,
-        warnings=list(dict.fromkeys([*warnings, *_said_of(comparisons)])),
+        warnings=list(dict.fromkeys([*warnings, *empty, *_said_of(comparisons)])),
         anew=frozenset(begin) - {c.record.engine for c in comparisons if not at_rest(c)},
     )
 

@@ -8,7 +8,7 @@ from analysis.dumps.contacts import (
     index_contacts,
     read_contacts,
 )
-from analysis.dumps.frames import DumpError
+from analysis.dumps.frames import DumpError, NoContactError
 from analysis.dumps.index import DumpIndex, index_dump
 from analysis.dumps.reader import open_bodies, snapshot_of
 
@@ -18,6 +18,7 @@ __all__ = [
     "DumpError",
     "DumpIndex",
     "EngineContacts",
+    "NoContactError",
     "contacts_at",
     "index_contacts",
     "index_dump",

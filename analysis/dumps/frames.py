@@ -33,6 +33,10 @@ class DumpError(ValueError):
     column."""
 
 
+class NoContactError(DumpError):
+    """Nobody touches anybody."""
+
+
 class Frame(NamedTuple):
     """Say where one frame of a dump is.
 

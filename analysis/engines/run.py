@@ -32,8 +32,8 @@ NEEDED = ("id", "x", "y", "radius", "mass", "vx", "vy", "omegaz")
 
 
 def check_bodies(path: Path, record: RunRecord, scene: Scene) -> Floats:
-    """Read the whole body dump; return (2, frames) J: the kinetic energy of each frame, ½ Σ m u² +
-    ½ Σ I ω², and the work of the body force until then, Σ m g·(x − x₀).
+    """Read the whole body dump; return (3, frames) J: the kinetic energies of each frame, ½ Σ m u² of
+    who moves and ½ Σ I ω², and the work of the body force until then, Σ m g·(x − x₀).
 
     Raises RunStoppedError naming the time of the first frame that cannot be right: disks that are
     missing or not those of the scene, values that are not finite, frames that are missing, the last
@@ -41,7 +41,8 @@ def check_bodies(path: Path, record: RunRecord, scene: Scene) -> Floats:
     energies = []
     order = np.argsort(scene.snapshot.ids)
     position, mass = scene.snapshot.position[order], scene.snapshot.mass[order]
-    weight = mass[:, None] * np.array(scene.acceleration())
+    bodies, weight = scene.snapshot.bodies, mass[:, None] * np.array(scene.acceleration())
+    of = np.arange(len(mass)) if bodies is None else bodies.number[order]
     inertia = guard.turning_inertia(scene.snapshot)[order]
     walls, before, moved = scene.wall_segments(), position, np.zeros_like(position)
     try:
@@ -60,13 +61,14 @@ def check_bodies(path: Path, record: RunRecord, scene: Scene) -> Floats:
             row = dict(zip(NEEDED, table[:, columns].T, strict=True))
             if other := _not_of(scene, row, start=frame == 0):
                 raise guard.garbage(record, f"{other}: not those of the scene's disks", step)
-            kinetic = 0.5 * float(
-                mass @ (row["vx"] ** 2 + row["vy"] ** 2) + inertia @ row["omegaz"] ** 2
-            )
+            centres = sum(np.bincount(of, mass * row[v]) ** 2 for v in ("vx", "vy"))
+            moving = 0.5 * float((centres / np.bincount(of, mass)).sum())
+            every = mass @ (row["vx"] ** 2 + row["vy"] ** 2) + inertia @ row["omegaz"] ** 2
+            spinning = 0.5 * float(every) - moving
             place = np.column_stack([row["x"], row["y"]])
             moved = moved + walls.shortest(place - before)
             before = place
-            energies.append((kinetic, float((weight * moved).sum())))
+            energies.append((moving, spinning, float((weight * moved).sum())))
     except (DumpError, ValueError) as error:
         raise damaged(record, error, path.parent) from None
     expected = tuple(range(0, record.steps + 1, record.frame_interval))
@@ -93,10 +95,11 @@ def check_contacts(path: Path, energies: Floats, record: RunRecord, scene: Scene
     """Read the whole contact dump; return the largest overlap of its frames as a share of the
     smaller radius. Raise RunStoppedError naming the time of the first frame that cannot be right.
 
-    Overlap: two centres nearer than half the smallest radius. Energy: E = K + V − W with the kinetic energy K and
-    the work W of the body force of each frame, energies (2, frames) J, and V = Σ ½ k δ² (hertz ⅖ K
-    √R δ^2.5). Without drive E never grows by more than a body force gives in a step; with drive K stays
-    below max(E at the start, ½ M (U + g τ)²) and the largest V so far (docs/results/guard.md)."""
+    Overlap: two centres nearer than half the smallest radius. Energy: E = K + S + V − W with the kinetic
+    energies K of centres and S of spins and the work W of the body force of each frame, energies
+    (3, frames) J, and V = Σ ½ k δ² (hertz ⅖ K √R δ^2.5). Without drive E never grows by more than a
+    body force gives in a step; with drive K less the largest S so far, and S/2, stay below max(E at the
+    start, ½ M (U + g τ)²) and the largest V so far (docs/results/guard.md)."""
     snapshot, drive = scene.snapshot, scene.drive
     start = 0.5 * float(snapshot.mass @ (snapshot.velocity**2).sum(1)) + guard.energy_besides(scene)
     falls_s = drive.relaxation_time_s if drive else record.time_step_s
@@ -107,7 +110,7 @@ def check_contacts(path: Path, energies: Floats, record: RunRecord, scene: Scene
     keeps_all = not drive and scene.contact.friction == 0 and not scene.giving()
     # the rigid engine writes gaps of the last step in which arms pushed, not of the frame
     late = scene.contact.arms is not None and record.stiffness_N_per_m is None
-    most, stored, deepest = max(start, desired), 0.0, 0.0
+    most, stored, turned, deepest = max(start, desired), 0.0, 0.0, 0.0
     nearest = guard.CENTRES_SHARE * float(snapshot.radius.min())
     try:
         index = index_contacts(path)
@@ -125,9 +128,10 @@ def check_contacts(path: Path, energies: Floats, record: RunRecord, scene: Scene
                 deep = f"overlap: two centres are {apart:.3g} m apart"
                 raise guard.garbage(record, deep, step, "overlap")
             deepest = max(deepest, overlap)
-            kinetic, fallen = map(float, energies[:, frame])
-            energy = kinetic + (0.0 if drive else elastic * (not late) - fallen)
-            stored = max(stored, elastic)
+            moving, spinning, fallen = map(float, energies[:, frame])
+            energy = moving + spinning + elastic * (not late) - fallen
+            turned, stored = max(turned, spinning), max(stored, elastic)
+            energy = max(moving - turned, 0.5 * spinning) if drive else energy
             most_now = most + stored if drive else most
             if energy > most_now + margin + guard.ENERGY_SHARE * abs(fallen):
                 what = "kinetic energy" if drive else "kinetic energy with that of the overlaps"

@@ -47,8 +47,7 @@ def export(reels: Sequence[Reel], form: Form, folder: Path) -> list[Path]:
 
 
 def _names(reels: Sequence[Reel]) -> dict[str, str]:
-    """The names of folders: letters, digits, points and underscores of the titles, and a number
-    where two would be one."""
+    """The names of folders: titles without other characters, numbered where two would be one."""
     names: dict[str, str] = {}
     for reel in reels:
         name = re.sub(r"[^\w.]+", "_", reel.title)
@@ -61,8 +60,7 @@ def _unit(frame: Frame, model: str) -> str:
 
 
 def people_columns(reel: Reel, frame: Frame) -> dict[str, ArrayLike]:
-    """Name the columns (n,) of the people of a frame: what they are, and what they bear in each
-    model."""
+    """Name the columns (n,) of people: what they are, and what they bear in each model."""
     columns: dict[str, ArrayLike] = {"radius": frame.now.radius, "mass": frame.now.mass}
     of = people_of(frame.now)[1]
     for model in reel.models:
@@ -215,8 +213,7 @@ def film_runs(
 
 
 def _titles(reels: Sequence[Reel], folders: Sequence[Path]) -> list[str]:
-    """The names of engines; where two runs have one, followed by as much of the ends of their paths
-    as keeps these apart."""
+    """The names of engines, with the ends of paths that keep apart runs of one engine."""
     titles = [reel.title for reel in reels]
     depth = next(
         depth

@@ -154,8 +154,7 @@ def _of_disks(file: Path, given: Given) -> FrameFile:
 
 
 def of_run(folder: Path) -> FrameFile:
-    """Take a finished run. Raises EngineError and DumpError for a folder that does not hold one of its
-    scene."""
+    """Take a finished run. Raises EngineError and DumpError for a folder without one of its scene."""
     run = OpenRun.of(folder)
     scene, trajectory = run.scene, run.universe.trajectory
     how: dict[str, Any] = {"law": rigid_law_of(scene), "tolerance": TOLERANCE}

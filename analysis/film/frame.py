@@ -275,8 +275,7 @@ class Reel:
 
     @property
     def typical(self) -> Frame:
-        """Find the frame with the median largest force in the first model, of those that count and
-        carry any."""
+        """Find the frame of the median largest force above 0 in the first model, of those that count."""
         largest = [frame.size(self.models[0]).max(initial=0.0) for frame in self.shown]
         counted = [
             (size, n)
@@ -365,8 +364,7 @@ def frame_of(
     heads: Floats | None = None,
     account: Reconciliation | None = None,
 ) -> Frame:
-    """Make a frame of percussions and, of a run, of the contacts that its engine wrote; ensemble: see
-    `Frames`."""
+    """Make a frame of percussions and, of a run, of the engine's contacts; ensemble: see `Frames`."""
     match = match_contacts(found, engine or NOBODY, np.zeros(len(found.contacts), dtype=bool))
     models = [RIGID] if engine is None else [RIGID, ENGINE]
     measured = {model: _measured(scene, match, found, model) for model in models}

@@ -257,8 +257,7 @@ def _bodies(reel: Reel) -> str:
 
 
 def _frame(reel: Reel, frame: Frame, ids: Indices, step: float, before: Floats) -> dict[str, Any]:
-    """Places as differences from those of the frame before, which this one replaces; contacts by
-    their bodies."""
+    """Places as differences from the frame before, which this one replaces; contacts by bodies."""
     head: dict[str, Any] = {"n": frame.number, "t": round(frame.time, 6), "s": frame.status}
     if frame.reason:
         head["why"] = frame.reason
@@ -522,24 +521,24 @@ def charts_and_notes(reels: Sequence[Reel]) -> tuple[list[Chart], list[str]]:
         what = "radius" if reels[0].radius is not None else "model"
         spans[what] = (min(medians), max(medians))
     done = "Simulated" if reels[0].radius is None else "Filmed"
-    return drawn, [*said, *force_notes(spans, words.values["duration"], done=done)]
+    done += f": {significant(words.values['duration'])} s"
+    return drawn, [*said, *force_notes(spans, done)]
 
 
 def force_notes(
     spans: Mapping[str, tuple[float, float]],
-    duration_s: float,
+    done: str,
     files: tuple[Path, ...] = (),
     average: str = "",
-    done: str = "Simulated",
 ) -> list[str]:
-    """Say what the largest contact force depends on most, and what limits of a chest mean beside a
-    run or a film of so many seconds; spans: as of `mattering`; files: of users' limits;
-    done: what was, so long; average: the word before the force where the ranges are of means."""
+    """Say what the largest contact force depends on most, and what limits of a chest mean beside
+    what was done; spans: as of `mattering`; files: of users' limits; average: the word before the
+    force where the ranges are of means."""
     words, most = Words(__package__), mattering(spans)
     named = {one.name: one for one in known_limits(files)}
     return [
         *([words.text("matters", most=most, average=average)] if len(most) > 1 else []),
-        words.text("lasting", named=named, duration=duration_s, done=done),
+        words.text("lasting", named=named, done=done, average=average),
     ]
 
 

@@ -88,8 +88,7 @@ def band(track: Floats) -> tuple[Floats, Floats]:
 
 
 def bands(reels: Sequence[Reel]) -> dict[str, Band]:
-    """Name what has an interval of its own: the radii of a filmed crowd together, and each model of
-    each run."""
+    """Name what has an interval: the radii of a filmed crowd together, and each model of each run."""
     if not reels[0].engine:
         return {RIGID: (reels, RIGID)}
     found: dict[str, Band] = {}

@@ -117,7 +117,8 @@ def contacts_section(study: Study, runs: Sequence[Run]) -> Section:
     scene = study.scene
     words = Words(__name__, kind="impulse" if scene.analysis.kind == "impact" else "force")
     if not study.comparisons:
-        return Section(number=scene.name, title=words.text("title"), words=[words.text("nothing")])
+        title = words.text("title", time=scene.analysis.time_s)
+        return Section(number=scene.name, title=title, words=[words.text("nothing")])
     named = zip(study.comparisons, runs, strict=True)
     rows = [_row(engine_label(comparison), run) for comparison, run in named]
     name, caption = f"{scene.name}-scatter", words.text("scatter")

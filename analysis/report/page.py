@@ -31,7 +31,7 @@ from analysis.motion.study import (
 )
 from analysis.pages.drawing import NARROW_IN, legend_below, look, panels
 from analysis.pages.html import drawn, write_html
-from analysis.pages.numbers import NONE, significant, whole
+from analysis.pages.numbers import NONE, significant, two, whole
 from analysis.pages.ranges import Chart
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
@@ -44,7 +44,7 @@ from analysis.support.files import write_json, write_text
 NAMED = "asphyxia_minutes"
 REPLICATES = "replicates"
 # What a reader is told in place of a factor.
-SAID = {"bodies": "stiffness"}
+SAID = {"bodies": "stiffness", REPLICATES: "start"}
 # Of what models are compared in, in a sentence.
 SHORT = {"contact_largest": "largest force", "wall_line_load": "wall load", "flow": "flow"}
 
@@ -146,7 +146,9 @@ def notes(study: MotionStudy, drawn: Sequence[Chart]) -> list[str]:
         units=[one.unit for one in drawn if one.shown],
         crowds=len(study.models[0].series),
     )
-    return [bars, *force_notes(factors, study.scene.run.duration_s, study.limits, "mean ")]
+    peak = max(float(one.values["contact_largest"].max()) for one in study.models[0].series)
+    done = f"Simulated: {significant(study.scene.run.duration_s)} s, peak {two(peak)} N"
+    return [bars, *force_notes(factors, done, study.limits, "mean ")]
 
 
 def verdicts(study: MotionStudy) -> list[str]:

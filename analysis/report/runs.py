@@ -132,14 +132,12 @@ def films_of(
 ) -> list[Reel]:
     """Film the first run of the first model, which the bars are of, and of a study; nothing where
     one did not end well or no contact was made. last_s: how much of the end the bars are of."""
-    if not made.comparisons:
-        return []
-    one = made.comparisons[0]
-    step = max(1, one.scene.run.frames // FRAMES)
-    scene = one.scene.model_copy(update={"name": made.scene.name})
+    step = max(1, made.scene.run.frames // FRAMES)
     folders = [model.runs[0].folder for model in models[:1]]
-    folders.append(run_folder(out, scene, one.record.engine))
-    for chosen in (list(dict.fromkeys(folders)), folders[1:]):
+    for one in made.comparisons[:1]:
+        scene = one.scene.model_copy(update={"name": made.scene.name})
+        folders.append(run_folder(out, scene, one.record.engine))
+    for chosen in filter(None, (list(dict.fromkeys(folders)), folders[1:])):
         with suppress(EngineError, DumpError, ValueError):  # frames at other times, too
             reels = film_runs(chosen, Frames(step=step), progress)
             since = max(0.0, reels[0].frames[-1].time - last_s)

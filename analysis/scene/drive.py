@@ -132,8 +132,7 @@ class Pace(Schema):
     @pydantic.model_validator(mode="before")
     @classmethod
     def _of_push(cls, given: Any, info: pydantic.ValidationInfo) -> Any:
-        """Put speed and relaxation time in the place of the push of a person of mean mass,
-        m̄ U/τ."""
+        """Put speed and relaxation time in the place of a push, m̄ U/τ of the mean mass."""
         if not isinstance(given, dict) or PUSH not in given:
             return given
         rest = {key: value for key, value in given.items() if key != PUSH}
@@ -231,8 +230,7 @@ class Drive(Exit, Pace):
         return self._way
 
     def routed(self, walls: Walls, radius: float) -> Drive:
-        """Return the drive with the ways between walls for people of a radius (m), where there is a
-        clearance."""
+        """Return the drive with ways between walls for a radius (m), where it has a clearance."""
         if self.clearance_m is None:
             return self
         doors = np.array([(*exit_.door, exit_.outward) for exit_ in self.doors], dtype=float)
@@ -256,8 +254,7 @@ class Drive(Exit, Pace):
         return np.asarray(clear == 0.0)
 
     def check_way(self, walls: Walls, people: Snapshot) -> None:
-        """Raise ValueError naming the door, and somebody whose way to it is shut or narrower than
-        the widest person."""
+        """Raise ValueError naming a door and somebody whose way there is shut or too narrow."""
         if self.way is None:
             return
         widest = 2 * float(people.radius.max())

@@ -131,8 +131,7 @@ class Scene(Room):
         return int(self.drive.hidden(self.wall_segments(), self.snapshot).sum())
 
     def round_walls(self) -> Scene:
-        """Return the scene in which people walk a way, and its notes say so, where somebody has a
-        wall before the door."""
+        """Return the scene with a way, and notes that say so, where somebody's door is behind a wall."""
         if self.drive is None or self.drive.clearance_m is not None or not self.hidden:
             return self
         drive = self.drive.model_copy(update={"clearance_m": CLEARANCE_M})

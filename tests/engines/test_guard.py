@@ -230,6 +230,12 @@ def test_a_sound_run_is_not_stopped(simulate, name, scene, contact, run):
     assert simulate(name, sound).record.exit_state == "finished"
 
 
+@pytest.mark.parametrize("name", [*ENGINES, "rigid"])
+def test_the_drive_gives_the_same_to_who_spins(simulate, name):
+    few = disks(make("arch", 2), spin=np.array([20.0, -20.0])).with_contact(friction=0.4)
+    assert simulate(name, timing(few, None, 8.0)).record.exit_state == "finished"
+
+
 @pytest.mark.parametrize("name", ENGINES)
 def test_the_guard_changes_nothing(tmp_path, command, name):
     require(name)

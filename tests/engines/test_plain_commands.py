@@ -29,8 +29,7 @@ def checkout(tmp_path_factory):
 
 
 def numbers(said):
-    """What an engine says of its law: damping ratio, two dashpots, two restitutions, time step,
-    safe one, steps, interval."""
+    """What an engine says of its law: damping, dashpots, restitutions, time steps, steps, interval."""
     pattern = (
         r"damping ratio (\S+), dashpots (\S+) N s/m between disks, (\S+) N s/m at walls[^\n]*\n"
         r"restitution: asked \S+, obtained (\S+) to (\S+) over the masses\n"

@@ -203,8 +203,8 @@ def test_users_add_and_replace_limits(tmp_path):
     assert len(known) == len(known_limits()) + 1
     # of a limit that the first screen of a report names
     path.write_text(OWN_LIMIT.replace("mine", "asphyxia_minutes"))
-    (said,) = force_notes({}, 1.0, (path,))
-    assert "500 N may kill, 6\u202f227 N in 15 s (estimates)" in said
+    (said,) = force_notes({}, "Simulated: 1 s", (path,))
+    assert "500 N may kill, 6\u202f227 N in 15 s (estimates). Simulated: 1 s." in said
     with pytest.raises(LimitError, match="no such file"):
         known_limits([tmp_path / "none.toml"])
 

@@ -83,8 +83,7 @@ def _rows(contacts, n):
 
 
 def _least(W, q, maintained):
-    """λ of min ½ λ·Wλ − λ·q over λ ≥ 0, or of W λ = q where maintained, and the indices that it
-    needs."""
+    """λ of min ½ λ·Wλ − λ·q over λ ≥ 0, or of W λ = q where maintained, and its indices."""
     k = len(q)
     reaction = [Fraction(0)] * k
     closed = []

@@ -103,8 +103,7 @@ def test_an_off_centre_blow(e):
 
 
 def test_a_rod_between_walls():
-    """A turning rod is stopped by a couple, 2 λ L = I ω; a ball on a rod on two feet is carried by
-    them as the lever says."""
+    """A turning rod is stopped by a couple, 2 λ L = I ω; two feet carry a rod as the lever says."""
     turning = crowd_of(rod(np.zeros(2), 0.0, [0.1] * 5, 0.2, 1), spin=np.full(5, 3.0))
     walls = Walls(start=[[0.3, 0.1], [-0.6, -0.1]], end=[[0.6, 0.1], [-0.3, -0.1]])
     _, found = percussions(turning, walls)

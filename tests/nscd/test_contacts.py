@@ -141,8 +141,7 @@ def test_nonsense_is_refused_by_the_name_of_the_field(value):
 
 @given(st.integers(0, 10**6), st.sampled_from([1, 10, 50, 95]), st.sampled_from(LAWS + ABSURD))
 def test_answers_are_finite_or_said_to_be_failed(seed, decades, law):
-    """Chains and lattices with masses and velocities over up to 190 decades; kernels divide by what
-    underflows."""
+    """Chains and lattices with masses and velocities over 190 decades, which underflow."""
     rng = np.random.default_rng(seed)
     n, shift = int(rng.integers(2, 9)), 0.25 * (seed % 2)
     rows = [[0.5 * i + shift * j, 0.5 * np.sqrt(0.75) * j] for j in range(3) for i in range(n)]
@@ -173,8 +172,7 @@ def test_no_answer_with_infinite_numbers_is_solved():
 
 @pytest.mark.parametrize("law", LAWS)
 def test_the_active_set_takes_dissipation(law):
-    """Three disks on a wall, one pressing the others apart, with spins where friction needs
-    them."""
+    """Three disks on a wall, one pressing the others apart, with spins that friction needs."""
     position = [[0, 0], [0.5, 0], [0.25, 0.25 * np.sqrt(3)]]
     snapshot = disks_at(position, [[1, 0], [-1, 0], [0, -1]])
     contacts = find_contacts(snapshot, Walls(start=[[-9, -0.25]], end=[[9, -0.25]]), tolerance=1e-9)

@@ -92,8 +92,7 @@ def test_no_speed_is_no_error(size, solver):
 
 @pytest.mark.parametrize("lost", [1e-3, 1e-6, 1e-9, 1e-12, 1e-14, 1e-15])
 def test_nearly_elastic_answers_are_right_or_said_to_be_inaccurate(lost):
-    """Five in a row: k = m_eff (2 − lost)/lost magnifies the rounding of u; momentum and energy
-    then do not close."""
+    """Five in a row: k = m_eff (2 − lost)/lost magnifies the rounding of u; sums do not close."""
     snapshot = line(np.full(5, 75.0), [2.0, 0, 0, 0, -1.0])
     contacts = find_contacts(snapshot, tolerance=1e-9)
     found = solve(snapshot, contacts, law=ContactLaw(restitution=1 - lost), tolerance=1e-8)

@@ -76,8 +76,7 @@ def test_pair_dissipation_is_restitution(k, e):
 
 
 def test_four_disks_of_the_paper():
-    """Fig. 1: k = 10 with m = 75 is inelastic (λ¹² = 92.5, p¹² = 112.5); with m = 1 it is nearly
-    elastic."""
+    """Fig. 1: k = 10 with m = 75 is inelastic (λ¹² = 92.5, p¹² = 112.5), with m = 1 nearly elastic."""
     heavy = answer(line([75.0] * 4, [2.0, 0, 0, 0]), dissipation=10.0)
     assert heavy.reaction[0] == pytest.approx(92.5, rel=1e-10)
     np.testing.assert_allclose(heavy.impulse[:, 0], [112.5, 75, 37.5], rtol=1e-10)
@@ -103,8 +102,7 @@ def test_maintained_contact_can_pull_and_complementarity_cannot():
 
 
 def test_redundant_triangle_against_a_wall_is_solved_and_its_resultants_are_right():
-    """Hexagonal block pressed to a wall: λ is not unique, but it is admissible and stops every
-    disk."""
+    """Hexagonal block pressed to a wall: λ is not unique, but admissible, and stops every disk."""
     rows = [(0.5 * i + 0.25 * (j % 2), 0.5 * np.sqrt(0.75) * j) for j in range(4) for i in range(5)]
     snapshot = disks_at(rows, [0.0, -2.0])
     walls = Walls(

@@ -61,8 +61,7 @@ def test_first_order_misjudges_unequal_masses():
 
 @pytest.mark.parametrize("seed", range(4))
 def test_first_order_against_least_squares_with_bounds(seed):
-    """u⁺ = u⁻ − Cᵀλ is the projection of u⁻ on {C u ≤ 0}: λ of min |Cᵀλ − u⁻|, λ ≥ 0 gives the same
-    u⁺."""
+    """u⁺ is the projection of u⁻ on {C u ≤ 0}: λ of min |Cᵀλ − u⁻|, λ ≥ 0 gives the same."""
     snapshot = crowd(seed)
     contacts = find_contacts(snapshot, tolerance=0.02)
     model = first_order(snapshot, contacts)
@@ -95,8 +94,7 @@ def test_maintained_first_order_is_the_printed_equality(seed):
 
 
 def test_social_force_of_an_overlapping_pair_by_hand():
-    """10 mm of overlap, the second disk passes at 0.5 m/s: 2000 e^{1/8} + 1200 N along, 1200 N
-    across."""
+    """10 mm of overlap, the second passes at 0.5 m/s: 2000 e^{1/8} + 1200 N along, 1200 N across."""
     snapshot, contacts = pair(-0.01, velocities=((0, 0), (0, 0.5)))
     found = social_force(snapshot, contacts)
     np.testing.assert_allclose(found.repulsion, 2266.2969061336526, rtol=1e-12)
@@ -125,8 +123,7 @@ def test_social_force_at_touch_is_its_strength_all_along_a_chain():
 
 
 def test_social_force_of_next_neighbours():
-    """A pair with m disks between: A exp(−2rm/B); the sum at an end of the chain is the geometric
-    series."""
+    """A pair with m disks between: A exp(−2rm/B); at an end of a chain the geometric series."""
     snapshot = line(np.full(6, 75.0), 0.0)
     law = SocialForceLaw()
     pairs = find_contacts(snapshot, tolerance=10.0)
@@ -173,8 +170,7 @@ def test_loehner_jumps_by_two_at_touch(gap, printed, text):
 
 
 def test_loehner_is_not_symmetric_for_unequal_radii():
-    """r = 0.2 and 0.3 m at touch: d = 0.5, so 300/(1 + 2.5²) on the first and 300/(1 + (5/3)²) on
-    the second."""
+    """r = 0.2 and 0.3 m at touch: 300/(1 + 2.5²) on the first, 300/(1 + (5/3)²) on the second."""
     snapshot, contacts = pair(0.0)
     found = loehner_force(snapshot, contacts, 300.0, LoehnerReading.PRINTED, tolerance=1e-9)
     wanted = [[-300 / 7.25, 0], [300 / (1 + 25 / 9), 0]]

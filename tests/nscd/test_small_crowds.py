@@ -109,8 +109,7 @@ def test_velocities_are_those_of_non_negative_least_squares(solved):
 
 @DENSE
 def test_reactions_have_the_least_energy(solved):
-    """Least Σλ² among λ' ≥ 0 with the same momentum: non-negative least squares with the momentum
-    weighted up."""
+    """Least Σλ² among λ' ≥ 0 with the same momentum, by non-negative least squares."""
     case, found = solved
     C = case.contacts.normal_matrix(len(case.snapshot)).toarray()
     may = -(C @ found.right_velocity.ravel()) <= 1e-10

@@ -18,8 +18,7 @@ NAMES = ["gaussian", "compact"]
 
 
 def crowd(seed=0, n=60):
-    """Disks thrown close to a corner, pressed into both walls: pairs, walls, and points without any
-    disk near."""
+    """Disks thrown close to a corner, pressed into both walls, and points without any disk near."""
     rng = np.random.default_rng(seed)
     x, y = np.meshgrid(np.arange(8) * 0.5, np.arange(8) * 0.5)
     position = np.column_stack([x.ravel(), y.ravel()])[:n] + rng.uniform(-0.04, 0.04, (n, 2)) + 0.25
@@ -52,8 +51,7 @@ def test_momentum_gained_is_divergence_and_traction(kernel, law):
 
 @pytest.mark.parametrize("kernel", KERNELS, ids=NAMES)
 def test_divergence_is_that_of_the_stress(kernel):
-    """Differences of eighth order of Σ itself; the compact kernel is smooth only to its second
-    derivative."""
+    """Differences of eighth order of Σ; the compact kernel is smooth to its second derivative."""
     snapshot, contacts = crowd()
     impulse = np.random.default_rng(2).normal(0, 1, (len(contacts), 2))
     at, h = points(m=80), 0.02 if not kernel.compact else 0.002
@@ -110,8 +108,7 @@ def test_integral_of_the_stress_is_the_virial(kernel):
 
 @pytest.mark.parametrize("kernel", KERNELS, ids=NAMES)
 def test_a_chain_carries_its_percussion_through_every_section(kernel):
-    """Twenty disks between two walls, each contact with p: ∫Σ_xx dy = −p at any x inside, and
-    nothing else is stressed."""
+    """Twenty disks between two walls, each contact with p: ∫Σ_xx dy = −p at any x, and all else 0."""
     n, p, near = 20, 112.5, 1e-4 if kernel.compact else 1e-10
     position = np.column_stack([0.25 + 0.5 * np.arange(n), np.zeros(n)])
     snapshot = disks_at(position, mass=1.0)
@@ -161,8 +158,7 @@ def test_wide_kernels_are_cut_within_the_stated_error():
 
 
 def test_flow_field_of_a_linear_motion_and_its_gradient():
-    """Rigid rotation: at the centre of a symmetric crowd the gradient is that of smeared positions;
-    density to Σm; far: NaN."""
+    """Rigid rotation: the gradient at the centre is that of smeared positions; density to Σm; far NaN."""
     snapshot, _ = crowd()
     u = snapshot.position @ np.array([[0.0, 0.3], [-0.2, 0.1]])
     kernel = Kernel(width=0.5, cutoff=9.0)
@@ -246,8 +242,7 @@ def test_rotation_and_translation(seed, angle, shift, kernel):
 @EVERY
 @given(st.integers(0, 10**6), SOME)
 def test_naming_the_disks_of_a_contact_the_other_way_round(seed, kernel):
-    """The second disk gives −p to the first: the same stress; and the order of contacts does not
-    matter."""
+    """The second disk gives −p to the first: the same stress, in any order of the contacts."""
     snapshot, contacts, impulse, at = any_case(seed)
     names = "first", "second", "is_wall", "normal", "gap", "point"
     back = {name: getattr(contacts, name)[::-1] for name in names}
@@ -262,8 +257,7 @@ def test_naming_the_disks_of_a_contact_the_other_way_round(seed, kernel):
 @EVERY
 @given(st.integers(0, 10**6), SOME)
 def test_momentum_balance_of_any_impulses(seed, kernel):
-    """What impulses give the disks, smeared, is the divergence of their stress; parts of a crowd
-    add up."""
+    """What impulses give the disks, smeared, is the divergence of their stress; parts add up."""
     snapshot, contacts, impulse, at = any_case(seed)
     change = contacts.momentum_change(impulse, len(snapshot))
     given_to, _ = smear(snapshot.position, change, kernel, at)

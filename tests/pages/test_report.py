@@ -9,7 +9,7 @@ import pytest
 
 from analysis.engines.softness import softness
 from analysis.motion.study import MEASURES, study_motion
-from analysis.pages.numbers import between
+from analysis.pages.numbers import between, two
 from analysis.pages.ranges import Chart
 from analysis.report.page import four, lead, limits_table, marks_of, notes, range_of, verdicts
 from analysis.report.runs import motion_of
@@ -74,7 +74,7 @@ def test_the_first_screen_has_the_film_and_four_ranges_without_scrolling(reporte
         assert words(said) <= 120
         assert ("Red: limits" in said) == (page.locator(".glance .mark").count() > 0)
         assert "each pushes towards the door with 300\xa0N (assumed)." in said
-        assert "6\u202f227\xa0N in 15\xa0s (estimates). Simulated: 0.4\xa0s" in said
+        assert "6\u202f227\xa0N in 15\xa0s. Simulated: 0.4\xa0s, peak" in said
         values = page.locator(".glance .value").all_inner_texts()
         for text, found in zip(values, motion["four"].values(), strict=True):
             ends = [float(end) for end in text.split(" ")[0].replace("\u202f", "").split("–")]
@@ -154,10 +154,12 @@ def test_what_nobody_knows_is_varied_one_thing_at_a_time(reported):
         least, most = found.factors["push"]
         means = sorted(study.models[k].interval(key).mean for k in (0, 4))
         assert [least, most] == means
-    bars, matters, _ = notes(study, [])
-    assert "s, 3 varied starts, rigid bodies. Outer: other stiffness, friction, push or radius." in bars
+    bars, matters, done = notes(study, [])
+    most = max(one.values["contact_largest"].max() for one in study.models[0].series)
+    assert f"Simulated: 0.4 s, peak {two(most)} N." in done
+    assert "s, 3 varied starts. Outer: other stiffness, friction, push, radius." in bars
     fewer, *_ = notes(replace(study, models=study.models[:4]), [])
-    assert "Outer: other stiffness or friction." in fewer
+    assert "Outer: other stiffness, friction." in fewer
     widest = between(*next(iter(range_of(study, "contact_largest").factors.values())))
     assert f"** matters most (mean largest force {widest} N), then" in matters
     table = limits_table([study], (own,))
@@ -207,6 +209,17 @@ def test_a_real_crowd_says_what_was_done_to_it(percussions, tmp_path):
     assert "Start filmed, rest computed: each pushes towards the door" in page
     assert 'class="ranges' not in page
     assert "in_motion" not in json.loads((tmp_path / "report/numbers.json").read_text())["gate"]
+
+
+def test_a_room_that_has_emptied_has_its_film_and_its_bars(percussions, tmp_path):
+    room = ("--room", "3x3", "--door", 1.2, "--people", 3, "--push", 100, "--duration", 6)
+    assert percussions("new", "room", *room).returncode == 0
+    engines = ("--engine", "lammps", "--engine", "rigid", "--stiffness", 1e5)
+    made = percussions("report", "room.toml", *engines, "--seeds", 2)
+    assert (made.returncode, "no contact at all at 6 s" in made.stderr) == (0, True), made.stderr
+    page = (tmp_path / "report/index.html").read_text()
+    assert "there is nothing to compare" in page
+    assert page.count('class="packed"') == page.count(", peak ") == 1
 
 
 def test_a_missing_engine_is_a_warning_and_the_rest_goes_on(percussions, tmp_path, monkeypatch):

@@ -94,8 +94,7 @@ def gate_heads():
 
 
 def test_optimality_on_a_real_crowd():
-    """No overlap, and each displacement is a non-negative sum of contact normals (KKT), by another
-    method."""
+    """No overlap, and each displacement is a non-negative sum of contact normals (KKT)."""
     heads, radius = gate_heads(), 0.18
     arranged = reconcile(heads, np.full(len(heads), radius)).position
     contacts = contacts_of(arranged, np.full(len(heads), radius))

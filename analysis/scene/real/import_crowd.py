@@ -32,8 +32,7 @@ SMALLEST_RADIUS_M, LARGEST_RADIUS_M = 0.05, 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ImportedCrowd:
-    """A scene and where its people's heads were: heads (n,2) m, in the order of the scene's
-    disks."""
+    """A scene and where its people's heads were: heads (n,2) m, in the order of its disks."""
 
     scene: Scene
     heads: Floats
@@ -201,8 +200,7 @@ def _moved_on(before: ImportedCrowd, ids: Indices, heads: Floats, area: shapely.
 
 
 def _inside(heads: Heads, inside: Flags, room: str) -> Heads:
-    """The heads inside the walls. Raises TrajectoryError where there is none, or one without a
-    velocity."""
+    """The heads inside the walls. Raises TrajectoryError for none, or one without a velocity."""
     if not inside.any():
         (x0, y0), (x1, y1) = heads.position.min(0), heads.position.max(0)
         raise TrajectoryError(

@@ -66,8 +66,7 @@ def test_who_comes_with_less_than_the_work_of_arms_stops_at_a_distance(simulate,
 @pytest.mark.parametrize("name", ["lammps", "yade", "rigid"])
 @pytest.mark.parametrize("push", [0.4, 1.5])
 def test_a_row_pressed_at_a_wall_stands_at_the_gaps_of_the_law(simulate, name, push):
-    """Each of three pushes with P: the gap behind the m-th is a (1 − mP/F_a), or bodies touch and
-    press with mP − F_a."""
+    """Each of three pushes with P: the m-th gap is a (1 − mP/F_a), or bodies press with mP − F_a."""
     share, stiffness = push * FORCE / 3, 2e4
     row = disks_at([[-0.3, 0.0], [-0.9, 0.0], [-1.5, 0.0]])
     scene = scene_at(
