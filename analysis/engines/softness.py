@@ -109,8 +109,9 @@ def softness(scene: Scene, stiffness: float | None = None) -> float:
 
 
 def softest(scene: Scene) -> float:
-    """Compute the least stiffness (N/m), of two digits, with which s of a driven crowd is valid."""
-    least = softness(scene) * scene.contact.stiffness_N_per_m / VALID
+    """Compute the least stiffness (N/m), of two digits, that a body has and s of a crowd allows."""
+    body = next(iter(known_bodies().values())).low_N_per_m  # softest first
+    least = max(softness(scene, 1.0) / VALID, body)
     digit = 10.0 ** (floor(log10(least)) - 1)
     return float(f"{ceil(least / digit) * digit:.2g}")
 

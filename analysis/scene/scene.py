@@ -169,8 +169,7 @@ class Scene(Room):
         return self._with("run", changes)
 
     def with_drive(self, **changes: object) -> Scene:
-        """Return the driven scene with some fields of its drive changed, which are not checked, and
-        its ways found again."""
+        """Return the driven scene with fields of its drive changed, not checked, and ways found again."""
         assert self.drive is not None
         return self.model_copy(update={"drive": self.drive.model_copy(update=changes)}).rerouted()
 
