@@ -148,7 +148,7 @@ MEASURES: Mapping[str, Quantity] = {
     "contact_mean": Quantity("mean contact force", "N"),
     "person_largest": Quantity("sum on the most loaded person", "N"),
     "walls": Quantity("load on all walls", "N"),
-    "pressure_door": Quantity("force per m of outline, at door", "N/m"),
+    "pressure_door": Quantity("force per m round people at door", "N/m"),
     "speed_door": Quantity("speed within 2 m of the door", "m/s"),
     "density_door": Quantity("density within 2 m of the door", "1/m²"),
     "flow": Quantity("people through the door per second", "1/s"),

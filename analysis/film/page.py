@@ -496,10 +496,10 @@ def charts(reels: Sequence[Reel]) -> list[Chart]:
 
 
 def charts_and_notes(reels: Sequence[Reel]) -> tuple[list[Chart], list[str]]:
-    """Draw the bars of `charts`; say how to read them, and what makes the force uncertain: the
-    radius or the model, and the frame."""
+    """Draw the bars of `charts`; say how to read them, and what makes the force uncertain."""
     words, drawn, forces = words_of(reels), charts(reels), _forces(reels)
-    said = [words.text("bars", limits=any(one.shown for one in drawn), forces=forces)]
+    wide = sum(left_open(reels)[::2]) > 0  # mechanics leaves something open
+    said = [words.text("bars", limits=any(one.shown for one in drawn), forces=forces, rigid=wide)]
     if not forces:
         return drawn, said
     if reels[0].scene.drive is not None:
