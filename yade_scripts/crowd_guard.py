@@ -43,7 +43,7 @@ class Guard:
         self.interval = interval_of(scene, disks, penalty)
         drive = scene.get("drive")
         self.relaxation_time = drive["relaxation_time_s"] if drive else math.inf
-        self.turns = disks.joined or scene["contact"].get("friction", 0.0) > 0
+        self.turns = disks.joined or scene["contact"].get("friction", 0.0) > 0 or disks.spin.any()
         self.desired = 0.5 * float(disks.mass.sum()) * drive["speed_m_per_s"] ** 2 if drive else 0.0
         of = disks.bodies
         moving, spinning = of.mass @ (of.velocity**2).sum(1), of.inertia @ of.spin**2
