@@ -19,6 +19,7 @@ from typer.core import TyperGroup
 from analysis.support.extras import missing_extra
 from analysis.support.files import whole_file
 from analysis.support.parallel import Progress
+from analysis.support.reading import NOTE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -63,12 +64,13 @@ def percussions(
     logging.getLogger("MDAnalysis").setLevel(logging.ERROR)
     logging.addLevelName(logging.WARNING, "warning")
     logging.addLevelName(logging.INFO, "note")
+    logging.addLevelName(NOTE, "note")
     handler = logging.StreamHandler()
     handler.setFormatter(logging.Formatter("%(levelname)s: %(message)s"))
     # PedPy has a handler of its own for everybody's notes
     logging.getLogger("pedpy").handlers = logging.getLogger("analysis").handlers = [handler]
     logging.getLogger("pedpy").propagate = False
-    logging.getLogger("analysis").setLevel(logging.INFO if verbose else logging.WARNING)
+    logging.getLogger("analysis").setLevel(logging.INFO if verbose else NOTE)
     if version:
         from importlib.metadata import version as version_of
 

@@ -3,11 +3,12 @@
 import bz2
 import gzip
 import importlib
+import logging
 import lzma
 import re
 import stat
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import IO, Any, Protocol
 
@@ -24,6 +25,9 @@ DAMAGED = (EOFError, zlib.error, lzma.LZMAError, OSError)
 NUMBER = re.compile(r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|nan|inf)", re.I)
 # Ids and steps are whole numbers of at most so many digits.
 LARGEST_WHOLE = 2**31 - 1
+# Of a line of the log that a user reads beside every result: more than information, no warning.
+NOTE = 25
+log = logging.getLogger(__name__)
 
 
 class Lines(Protocol):
@@ -136,3 +140,9 @@ def whole_number(word: str, what: str, *, least: int = 1, most: int = LARGEST_WH
     if word.isascii() and word.isdigit() and len(word) < 20 and least <= int(word) <= most:
         return int(word)
     raise UnreadableError(f"{what}: {word[:40]!r} where a whole number ≥ {least} is needed")
+
+
+def note_unused(path: Path, what: str, names: Iterable[str]) -> None:
+    """Say in one line which columns, keys or features (`what`) of an input change nothing."""
+    if listed := ", ".join(dict.fromkeys(names)):
+        log.log(NOTE, "%s: %s not used: %s", path, what, listed)
