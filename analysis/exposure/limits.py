@@ -44,7 +44,7 @@ QUANTITIES: Mapping[str, Quantity] = {
     ),
     "wall_load": Quantity("load on a wall", "N", "wall", "load_N"),
     "wall_line_load": Quantity(
-        "largest load on any metre of a wall", "kN/m", "wall", "line_load_kN_per_m"
+        "largest load on any metre of walls", "kN/m", "wall", "line_load_kN_per_m"
     ),
     "density": Quantity("density within 2 m of the door", "1/m²", "crowd", "density_per_m2"),
     "crowd_pressure": Quantity(

@@ -3,6 +3,7 @@ are above limits; arches before a door; and who would stop."""
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -24,13 +25,16 @@ from analysis.exposure.limits import (
     above_key,
     limits_of_people,
 )
+from analysis.exposure.outline import Outlines
 from analysis.pages.numbers import NONE, significant, with_unit
 from analysis.scene.drive import Stop
+from analysis.scene.fields import Point
 from analysis.scene.rigid_bodies import people_of
 from analysis.scene.scene import Scene
+from analysis.scene.schema import Wall
 from analysis.support.columns import Columns
 from analysis.support.files import write_columns, write_rows
-from nscd import Snapshot
+from nscd import Snapshot, Walls
 from nscd.arrays import Flags, Floats, Indices
 
 # The force (N) below which two bodies hardly touch.
@@ -138,8 +142,8 @@ def _distance(places: Floats, other: Floats) -> Floats:
 # The shortest window (s) that is worth comparing: below it a quantile of forces depends on the
 # step.
 SHORTEST_S = 0.1
-# Near the door (m); the stretch of a wall (m) on which a line load is taken.
-NEAR_M, STRETCH_M = 2.0, 1.0
+# Near the door (m).
+NEAR_M = 2.0
 # What a run says in one number per window (`values_of`; flow and arches: `read_exposure`), and the
 # mean lifetime of its arches (`RunLoads.lifetimes`).
 MEASURES: Mapping[str, Quantity] = {
@@ -181,29 +185,21 @@ def loads_of(scene: Scene, window: Window) -> dict[str, Floats]:
 
 
 def _walls(scene: Scene, window: Window) -> dict[str, Floats]:
-    """Load (N) of each wall and largest line load (kN/m): of all stretches of 1 m, or the whole of
-    a shorter wall, the one that bears most."""
-    load, line = np.zeros(len(scene.walls)), np.zeros(len(scene.walls))
-    first, force = np.searchsorted(window.now.ids, window.keys[:, 0]), window.force
-    for number, wall in enumerate(scene.walls):
-        on = window.is_wall & (window.keys[:, 1] == number + 1)
-        if not on.any():
-            continue
-        load[number] = force[on].sum()
-        start = np.array(wall.start_m)
-        way = np.array(wall.end_m) - start
-        length = float(np.hypot(*way))
-        along = np.clip((window.now.position[first[on]] - start) @ way / length, 0.0, length)
-        line[number] = 1e-3 * _most_within(along, force[on], min(STRETCH_M, length))
+    """Load (N) of each wall, and the largest line load (kN/m) of all stretches of 1 m of its outline
+    with a contact on it (`Outlines`)."""
+    on = window.is_wall
+    wall, force = window.keys[on, 1] - 1, window.force[on]
+    place = window.now.position[np.searchsorted(window.now.ids, window.keys[on, 0])]
+    load = np.bincount(wall, weights=force, minlength=len(scene.walls))
+    line = 1e-3 * outlines_of(scene.walls, scene.period_x_m).line_loads(wall, place, force)
     return {"wall_load": load, "wall_line_load": line}
 
 
-def _most_within(place: Floats, force: Floats, stretch: float) -> float:
-    """The largest sum of forces at places (m) within a stretch (m), over its length."""
-    order = np.argsort(place)
-    sums = np.concatenate([[0.0], np.cumsum(force[order])])
-    ends = np.searchsorted(place[order], place[order] + stretch, side="right")
-    return float((sums[ends] - sums[:-1]).max()) / stretch
+@functools.lru_cache(maxsize=4)
+def outlines_of(walls: tuple[Wall, ...], period: Point | None) -> Outlines:
+    """Join the walls of a scene."""
+    ends = np.array([(wall.start_m, wall.end_m) for wall in walls]).reshape(-1, 2, 2)
+    return Outlines.of(Walls(start=ends[:, 0], end=ends[:, 1], period_x=period))
 
 
 def _crowd(scene: Scene, window: Window) -> dict[str, Floats]:
@@ -392,7 +388,7 @@ contact_largest_N | N | the largest contact force of the person
 contact_sum_N, resultant_N | N | the sum of their magnitudes, and the size of their vector sum
 pressure_N_per_m | N/m | `contact_sum_N` over the person's outline
 load_N | N | on the wall
-line_load_kN_per_m | kN/m | on the worst metre of it
+line_load_kN_per_m | kN/m | on the worst metre of its outline
 density_per_m2 | 1/m² | within 2 m before the door
 crowd_pressure_per_s2 | 1/s² | density times variance of velocity there: no force
 """)
