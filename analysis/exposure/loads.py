@@ -190,7 +190,7 @@ def _walls(scene: Scene, window: Window) -> dict[str, Floats]:
     on = window.is_wall
     wall, force = window.keys[on, 1] - 1, window.force[on]
     place = window.now.position[np.searchsorted(window.now.ids, window.keys[on, 0])]
-    load = np.bincount(wall, weights=force, minlength=len(scene.walls))
+    load: Floats = np.bincount(wall, weights=force, minlength=len(scene.walls)).astype(float)
     line = 1e-3 * outlines_of(scene.walls, scene.period_x_m).line_loads(wall, place, force)
     return {"wall_load": load, "wall_line_load": line}
 

@@ -42,13 +42,15 @@ class Outlines:
         joined = _joints(walls)
         size = np.hypot(*(walls.end - walls.start).T)
         number, arc, forward = np.full(len(walls), -1), np.zeros(len(walls)), np.ones(len(walls), int)
-        length, closed = [], []
+        length: list[float] = []
+        closed: list[bool] = []
         # open outlines from an end of theirs, then those without an end
         ends = [end for end in range(2 * len(walls)) if end not in joined]
         for first in itertools.chain(ends, range(0, 2 * len(walls), 2)):
             if number[first // 2] >= 0:
                 continue
-            at, total = first, 0.0
+            total = 0.0
+            at: int | None = first
             while at is not None and number[wall := at // 2] < 0:
                 number[wall], backward = len(length), at % 2
                 arc[wall] = total + backward * size[wall]
@@ -65,7 +67,8 @@ class Outlines:
         start, way = self.walls.start[wall], (self.walls.end - self.walls.start)[wall]
         size = np.sqrt((way**2).sum(1))
         along = np.clip(((position - start) * way).sum(1) / size, 0.0, size)
-        return self.arc[wall] + self.forward[wall] * along
+        arcs: Floats = self.arc[wall] + self.forward[wall] * along
+        return arcs
 
     def line_loads(self, wall: Indices, position: Floats, force: Floats) -> Floats:
         """Compute for each of w walls the largest mean load (N/m) of all stretches of 1 m, or of a

@@ -167,7 +167,7 @@ def test_what_nobody_knows_is_varied_one_thing_at_a_time(reported):
     forces = [row for row in table.rows if row[1] == "largest contact force"]
     counts = [float(row[3].split(" ")[0]) for row in forces]
     assert counts == sorted(counts, reverse=True)  # fewer people above a larger limit
-    walls = [row for row in table.rows if row[1] == "largest load on any metre of a wall"]
+    walls = [row for row in table.rows if row[1] == "largest load on any metre of walls"]
     assert [row[0] for row in walls] == ["2 kN/m", "5 kN/m"]
     assert "resultant of a person's contact forces" in [row[1] for row in table.rows]
     said = " ".join(verdicts(study))
