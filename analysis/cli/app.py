@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import logging
-import os
 import shlex
 import sys
 import threading
@@ -18,6 +17,7 @@ from typer.core import TyperGroup
 
 from analysis.support.extras import missing_extra
 from analysis.support.files import whole_file
+from analysis.support.machine import cores
 from analysis.support.parallel import Progress
 from analysis.support.reading import NOTE
 
@@ -149,7 +149,7 @@ def lasting(seconds: float) -> str:
 def say_expected(cpu_seconds: float, what: str, jobs: int | None = 1) -> None:
     """Say before work that takes long about how long it takes in so many processes (None: as many
     as cores)."""
-    seconds = cpu_seconds / (jobs or os.cpu_count() or 1)
+    seconds = cpu_seconds / (jobs or cores())
     if seconds > BETWEEN_LINES_S:
         print(f"{what}: about {lasting(seconds)}", file=sys.stderr, flush=True)
 

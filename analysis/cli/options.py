@@ -4,6 +4,7 @@ of a function."""
 import dataclasses
 import functools
 import inspect
+import logging
 import math
 import re
 from collections.abc import Callable
@@ -17,8 +18,10 @@ from typer.models import OptionInfo
 
 from analysis.cli.app import drop_none, refuse
 from analysis.support.files import or_shipped
+from analysis.support.machine import cores
+from analysis.support.reading import NOTE
 
-MOST_PROCESSES = 1024
+log = logging.getLogger(__name__)
 # What is said of an option of this name where its command says nothing else.
 SHARED = {
     "scene": "Name of a scene, or its .toml file.",
@@ -61,9 +64,9 @@ def _count(text: str) -> int:
 
 def _processes(text: str) -> int:
     number = _count(text)
-    if number > MOST_PROCESSES:
-        raise typer.BadParameter(f"{text}: at most {MOST_PROCESSES} processes are started")
-    return number
+    if number > cores():
+        log.log(NOTE, "%s processes: %d are started, as many as cores", text, cores())
+    return min(number, cores())
 
 
 def _path(text: str) -> Path:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import sys
 import time
 from collections.abc import Sequence
@@ -23,6 +22,7 @@ from analysis.cli.options import (
     RigidLaw,
     Share,
 )
+from analysis.support.machine import cores
 
 if TYPE_CHECKING:
     from analysis.scene.scene import Scene
@@ -206,7 +206,7 @@ def _say_chart(
     start = soft.pressing(scene)
     if start is not None and names and not (folder / "start.npz").exists():
         # on one core, before anything else
-        seconds += (jobs or os.cpu_count() or 1) * expected_seconds(start, names[0])
+        seconds += (jobs or cores()) * expected_seconds(start, names[0])
     more = [one.run for one in whole if not one.run.is_finished()]
     seconds += sum(expected_seconds(run.scene, run.engine) for run in more)
     say_expected(seconds, f"{len(missing) + len(more)} runs of engines", jobs)

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import threading
 import time
+import uuid
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -20,9 +21,10 @@ LAST_LINES = 12
 # characters of a line, and of what is shown of it
 LONGEST_LINE, LONGEST_SAID = 1 << 16, 400
 SCREEN = "screen.log"
-# Waits for a line. Where it comes to the end of the file instead, whoever should have written it is
-# gone, and the process group given to it is killed.
-_GUARDIAN = 'read -r line || kill -9 -- "-$1"'
+# Every process of a run has a variable of this name, and a value of its run's own: ranks of MPI are
+# in sessions of their own, which no group holds together.
+RUN_VARIABLE = "CROWD_PERCUSSIONS_RUN"
+GUARDIAN = Path(__file__).with_name("guardian.sh")
 
 # Signals that say why a process was killed.
 _KILLED: dict[int, str] = {
@@ -76,46 +78,35 @@ def run_command(
     *,
     screen: str = SCREEN,
     longest_s: float | None = None,
+    silent_s: float | None = None,
     on_line: Callable[[str], None] | None = None,
 ) -> Ended:
     """Run the command in the folder and return how it ended.
+
+    longest_s, silent_s: it is killed after so many s, and after so many without its first line
 
     What it says goes to the file `screen` and, line by line, to `on_line`. All its processes end when
     it ends, and with this process, whatever ends that. The CPU time is that of the children of
     this process, so a process runs one command at a time."""
     last: deque[str] = deque(maxlen=LAST_LINES)
     start, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)
-    # a group of its own, since `lmp` of a Python environment starts the real one
-    process = subprocess.Popen(
-        command.words,
-        cwd=folder,
-        env={**os.environ, **command.environment},
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        errors="replace",
-        start_new_session=True,
-    )
-    assert process.stdout is not None
-    expired = threading.Event()
+    run, expired = uuid.uuid4().hex, threading.Event()
+    with _guardian(run) as kill, (folder / screen).open("w", encoding="utf-8") as log:
+        process = _started(command, folder, run)
+        assert process.stdout is not None
 
-    def expire() -> None:
-        expired.set()
-        _end_group(process)
+        def expire() -> None:
+            expired.set()
+            kill()
 
-    def end_rest() -> None:
-        process.wait()
-        # what an engine leaves behind would hold its output open
-        _end_group(process)
-
-    timer = threading.Timer(longest_s or 0.0, expire)
-    threading.Thread(target=end_rest, daemon=True).start()
-    try:
-        with _guarded(process), (folder / screen).open("w", encoding="utf-8") as log:
-            if longest_s is not None:
-                timer.start()
+        timers = {what: threading.Timer(seconds, expire)
+                  for what, seconds in (("all", longest_s), ("first", silent_s)) if seconds}  # fmt: skip
+        for timer in timers.values():
+            timer.start()
+        try:
             while line := process.stdout.readline(LONGEST_LINE):
+                if "first" in timers:
+                    timers["first"].cancel()
                 log.write(line)
                 if line.strip():
                     words = line.rstrip().expandtabs()
@@ -124,10 +115,14 @@ def run_command(
                 if on_line:
                     on_line(line)
             status = process.wait()
-            after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    finally:
-        timer.cancel()
-        process.stdout.close()
+        finally:
+            for timer in timers.values():
+                timer.cancel()
+            if process.poll() != 0:
+                kill()
+                process.wait()
+            process.stdout.close()
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return Ended(
         status=None if expired.is_set() else status,
         last=tuple(last),
@@ -136,27 +131,55 @@ def run_command(
     )
 
 
-def _end_group(process: subprocess.Popen[str]) -> None:
-    with suppress(ProcessLookupError):
-        os.killpg(process.pid, signal.SIGKILL)
+def _started(command: Command, folder: Path, run: str) -> subprocess.Popen[str]:
+    """A command that has begun, in a group of its own, since `lmp` of a Python environment starts the
+    real one. The group ends with it: what an engine leaves behind would hold its output open."""
+    process = subprocess.Popen(
+        command.words,
+        cwd=folder,
+        env={**os.environ, **command.environment, RUN_VARIABLE: run},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+        start_new_session=True,
+    )
+
+    def end_rest() -> None:
+        process.wait()
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+
+    threading.Thread(target=end_rest, daemon=True).start()
+    return process
 
 
 @contextmanager
-def _guarded(process: subprocess.Popen[str]) -> Iterator[None]:
-    """Kill the group of the process when the block ends before it, or when this process dies."""
+def _guardian(run: str) -> Iterator[Callable[[], None]]:
+    """Start what kills the processes of a run when this process dies, before there are any; give a
+    call that has it kill them now."""
     guardian = subprocess.Popen(
-        ["/bin/sh", "-c", _GUARDIAN, "guardian", str(process.pid)],
+        ["/bin/sh", str(GUARDIAN), f"{RUN_VARIABLE}={run}"],
         stdin=subprocess.PIPE,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
         start_new_session=True,
     )
+    assert guardian.stdin is not None
+    ended = guardian.stdin
+
+    def kill() -> None:
+        with suppress(OSError):
+            ended.close()
+        guardian.wait()
+
     try:
-        yield
-    finally:
-        if process.poll() is None:
-            _end_group(process)
-            process.wait()
+        yield kill
+    except BaseException:
+        kill()
+        raise
+    if not ended.closed:
         guardian.communicate(b"ended\n")
 
 

@@ -10,9 +10,10 @@ import logging
 import os
 import re
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,10 +21,11 @@ from analysis.dumps import DumpError, index_contacts, index_dump
 from analysis.engines import PENALTY, engine, guard, installed
 from analysis.engines.energy import write_energy
 from analysis.engines.penalty import friction_at_joints
-from analysis.engines.process import run_command
+from analysis.engines.process import Ended, run_command
 from analysis.engines.record import FAILED, STOPPED, EngineError, RunRecord
 from analysis.engines.softness import softness_warning
 from analysis.scene.scene import Scene, read_scene
+from analysis.support.machine import cores
 from analysis.support.parallel import Progress, Task, do_all, workers
 from analysis.support.reading import UnreadableError, read_text
 from nscd.arrays import Floats
@@ -167,6 +169,8 @@ def _stored(rows: Floats, scene: Scene) -> tuple[float, float, float]:
 
 
 log = logging.getLogger(__name__)
+# MPI may hang at its start, its ranks at full load: one that has started writes within so many s.
+MPI_STARTS_S = 60.0
 
 
 @contextlib.contextmanager
@@ -354,8 +358,7 @@ def _simulate(
     scene: Scene, engine_name: str, folder: Path, progress: Progress | None, ranks: int = 1
 ) -> RunRecord:
     chosen = engine(engine_name)
-    on_ranks = getattr(chosen, "on_ranks", None)
-    if ranks > 1 and on_ranks is None:
+    if ranks > 1 and not hasattr(chosen, "on_ranks"):
         raise EngineError(f"{scene.name}: ranks: {ranks}, but {engine_name} runs on one core")
     timing = chosen.timing(scene)
     if timing.time_step > 1.000001 * timing.safe_time_step:
@@ -388,10 +391,7 @@ def _simulate(
                 if progress:
                     progress(label, step / max(record.steps, 1))
 
-        command = chosen.command(staging, record.time_step_s, decks=DECKS)
-        if ranks > 1 and on_ranks:
-            command = on_ranks(command, ranks, scene)
-        ended = run_command(command, staging, on_line=on_line)
+        ended = _ended(chosen, scene, staging, record.time_step_s, ranks, on_line)
         record = dataclasses.replace(
             record, wall_seconds=ended.wall_seconds, cpu_seconds=ended.cpu_seconds
         )
@@ -405,6 +405,28 @@ def _simulate(
         record = record.finished(staging)
         record.write(staging)
     return record
+
+
+def _ended(
+    chosen: Any,
+    scene: Scene,
+    staging: Path,
+    time_step_s: float,
+    ranks: int,
+    on_line: Callable[[str], None],
+) -> Ended:
+    """How the engine ended. Raises EngineError for ranks of MPI that did not start."""
+    command = chosen.command(staging, time_step_s, decks=DECKS)
+    if ranks == 1:
+        return run_command(command, staging, on_line=on_line)
+    command = chosen.on_ranks(command, ranks, scene)
+    ended = run_command(command, staging, silent_s=MPI_STARTS_S, on_line=on_line)
+    if ended.status is None:
+        raise EngineError(
+            f"{scene.name}: ranks: {ranks} of MPI wrote nothing in their first {MPI_STARTS_S:g} s and "
+            "were ended. Run it once more, or on one rank"
+        )
+    return ended
 
 
 def _check(name: str, engine_name: str, staging: Path, record: RunRecord) -> float:
@@ -493,7 +515,7 @@ def run_ahead(
     if not wanted:
         return costs
     tasks = [Task(call=_cost_of, arguments=(run,), work=run.particle_steps) for run in wanted]
-    with workers(min(processes or os.cpu_count() or 1, len(wanted)), scheduler) as executor:
+    with workers(min(processes or cores(), len(wanted)), scheduler) as executor:
         made = do_all(tasks, executor, "engine runs", progress)
     return costs | {run.folder: cost for run, cost in zip(wanted, made, strict=True)}
 

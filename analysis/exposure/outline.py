@@ -41,7 +41,8 @@ class Outlines:
         """Join walls at their ends: two that meet there alone, or go on straight among several."""
         joined = _joints(walls)
         size = np.hypot(*(walls.end - walls.start).T)
-        number, arc, forward = np.full(len(walls), -1), np.zeros(len(walls)), np.ones(len(walls), int)
+        number, arc = np.full(len(walls), -1), np.zeros(len(walls))
+        forward = np.ones(len(walls), dtype=int)
         length: list[float] = []
         closed: list[bool] = []
         # open outlines from an end of theirs, then those without an end

@@ -7,6 +7,11 @@ import re
 from pathlib import Path
 
 
+def cores() -> int:
+    """Count the cores that this process may use."""
+    return len(os.sched_getaffinity(0))
+
+
 @functools.cache
 def machine() -> str:
     """Processor, cores and system in one line."""

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from analysis.support.extras import load
+from analysis.support.machine import cores
 
 # Called with a label and the share that is done, 0 to 1.
 Progress = Callable[[str, float], None]
@@ -28,7 +29,7 @@ class Task:
 
 @contextlib.contextmanager
 def workers(processes: int | None = None, scheduler: str | None = None) -> Iterator[Executor]:
-    """An executor with so many processes (as many as there are cores by default), or that of the
+    """An executor with so many processes (at most, and by default, as many as there are cores), or that of the
     Dask cluster whose scheduler is at that address.
 
     The workers of a cluster must see the same folders, and each measures CPU time of one run at a
@@ -51,7 +52,7 @@ def workers(processes: int | None = None, scheduler: str | None = None) -> Itera
     # spawned, since a forked process would inherit threads of numerical libraries
     try:
         pool = ProcessPoolExecutor(
-            processes or os.cpu_count() or 1,
+            min(processes or cores(), cores()),
             multiprocessing.get_context("spawn"),
             initializer=end_with_parent,
         )

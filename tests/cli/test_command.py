@@ -144,7 +144,6 @@ IMPORT = "import a.txt --frame 1 --room a.toml"
 POSITIVE = ["-1", "0", "nan", "inf", "-inf", "much"], "a finite number above 0 is needed"
 SHARE = ["-0.1", "1.1", "nan"], "a number from 0 to 1 is needed"
 COUNT = ["0", "-3", "2.5", "many"], "a whole number above 0 is needed"
-MANY = ["1e9"], "at most 1024 processes are started"
 
 
 @pytest.mark.parametrize(
@@ -158,7 +157,6 @@ MANY = ["1e9"], "at most 1024 processes are started"
         ("run pair --restitution", SHARE),
         *((words, COUNT) for words in ("solve a.dump --workers", "chart pair --jobs")),
         *((words, COUNT) for words in ("stability --jobs", "scenes --make arch --disks")),
-        *((words, MANY) for words in ("solve a.dump --workers", "chart pair --jobs")),
     ],
 )  # fmt: skip
 def test_numbers_that_an_option_does_not_take(refused, words, kind):

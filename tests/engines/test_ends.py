@@ -15,7 +15,9 @@ import pytest
 from analysis.compare.study import study
 from analysis.engines import LAMMPS, EngineError
 from analysis.engines import lammps as lammps_engine
+from analysis.engines import run as engine_runs
 from analysis.engines.guard import died, garbage
+from analysis.engines.process import Command
 from analysis.engines.run import run_folder, simulate, staged
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
@@ -72,6 +74,30 @@ def test_an_engine_ends_with_the_command_that_started_it(tmp_path, name, number)
         f"percussions: ended by {number.name}. Earlier results are untouched"
     )
     assert not [path for path in (tmp_path / "out").rglob("*") if path.is_file()]
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.1, 0.4])
+def test_ranks_of_mpi_end_with_a_killed_command_while_they_begin(tmp_path, delay):
+    """Each of them is in a session of its own. In use 40 kills in the first 3 s left none."""
+    require("lammps")
+    make("arch", 100).with_run(**LONG).write(tmp_path)
+    process = started("from analysis.cli import main; main()", tmp_path,
+                      *"run arch.toml --engine lammps --ranks 2".split())  # fmt: skip
+    assert wait(lambda: len(working_in(tmp_path)) > 1)
+    time.sleep(delay)
+    process.kill()
+    process.communicate(timeout=300)
+    assert wait(lambda: not working_in(tmp_path), 10.0), working_in(tmp_path)
+
+
+def test_ranks_that_do_not_start_are_ended(tmp_path, monkeypatch):
+    require("lammps")
+    monkeypatch.setattr(engine_runs, "MPI_STARTS_S", 0.2)
+    silent = Command(words=("/bin/sh", "-c", "sleep 60"), environment={})
+    monkeypatch.setattr(type(LAMMPS), "on_ranks", lambda *_: silent)
+    with pytest.raises(EngineError, match="ranks: 2 of MPI wrote nothing in their first 0.2 s"):
+        engine_runs.run_engine(read_scene("pair"), "lammps", tmp_path / "run", ranks=2)
+    assert not working_in(tmp_path)
 
 
 def test_workers_and_their_engines_end_with_a_killed_parent(tmp_path):
