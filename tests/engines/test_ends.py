@@ -82,7 +82,7 @@ def test_ranks_of_mpi_end_with_a_killed_command_while_they_begin(tmp_path, delay
     require("lammps")
     make("arch", 100).with_run(**LONG).write(tmp_path)
     process = started("from analysis.cli import main; main()", tmp_path,
-                      *"run arch.toml --engine lammps --ranks 2".split())  # fmt: skip
+                      *["run", "arch.toml", "--engine", "lammps", "--ranks", "2"])  # fmt: skip
     assert wait(lambda: len(working_in(tmp_path)) > 1)
     time.sleep(delay)
     process.kill()
@@ -95,7 +95,7 @@ def test_ranks_that_do_not_start_are_ended(tmp_path, monkeypatch):
     monkeypatch.setattr(engine_runs, "MPI_STARTS_S", 0.2)
     silent = Command(words=("/bin/sh", "-c", "sleep 60"), environment={})
     monkeypatch.setattr(type(LAMMPS), "on_ranks", lambda *_: silent)
-    with pytest.raises(EngineError, match="ranks: 2 of MPI wrote nothing in their first 0.2 s"):
+    with pytest.raises(EngineError, match="ranks: 2 of MPI wrote nothing in their"):
         engine_runs.run_engine(read_scene("pair"), "lammps", tmp_path / "run", ranks=2)
     assert not working_in(tmp_path)
 
