@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from enum import StrEnum
 from functools import partial
@@ -79,23 +79,22 @@ def compare(
         _by_files(runs, of_file, radius, out or Path("compare"))
         return
     of_file.refuse_run(radius=radius, out=out)
+    if window is not None and len(runs) < 2:
+        raise ValueError("window: two runs or more are compared by windows")
+    compared, reasons = _by_windows(runs, window, last)
     if window is not None:
-        if len(runs) < 2:
-            raise ValueError("window: two runs or more are compared by windows")
-        for other in runs[1:]:
-            _by_windows(runs[0], other, window, last)
+        if reasons:
+            raise DumpError(reasons[0])
+        _show_windows(runs[0], compared)
         return
     # forces of a rigid run are means since the frame before; alone it is looked at all the same
     engines = [RunRecord.read(folder).engine for folder in runs]
     soft = [folder for folder, engine in zip(runs, engines, strict=True) if engine != RIGID]
     well = _by_snapshot(soft or runs, time, rigid_law) if soft or len(runs) < 2 else True
-    for other in runs[1:]:
-        try:
-            _by_windows(runs[0], other, None, last)
-        except DumpError as error:
-            warn(f"not compared by windows: {error}")
-            well = False
-    raise typer.Exit(not well)
+    _show_windows(runs[0], compared)
+    for reason in reasons:
+        warn(f"not compared by windows: {reason}")
+    raise typer.Exit(not well or bool(reasons))
 
 
 def _by_files(files: list[Path], of_file: OfFile, radius: float | None, out: Path) -> None:
@@ -152,20 +151,41 @@ def _show_pair(compared: WindowComparison, title: str, of: str) -> None:
     show([*head, f"independent {of}"], rows, title=title)
 
 
-def _by_windows(first: Path, other: Path, window: float | None, last: float | None) -> None:
+def _by_windows(
+    runs: Sequence[Path], window: float | None, last: float | None
+) -> tuple[dict[Path, WindowComparison], list[str]]:
+    """Compare the first of runs with each other, before anything is written, and say why some cannot
+    be. Raises DumpError for runs of different crowds."""
+    from analysis.dumps import DumpError
+    from analysis.engines.record import read_finished
     from analysis.exposure.loads import SHORTEST_S
-    from analysis.motion.pairwise import compare_windows, write_windows
+    from analysis.motion.pairwise import check_same_crowd, compare_windows
+
+    compared, reasons = {}, []
+    first, *others = ((folder, read_finished(folder)[0]) for folder in runs)
+    for one in others:
+        check_same_crowd(first, one)
+    for other in runs[1:]:
+        try:
+            compared[other] = compare_windows(runs[0], other, window or SHORTEST_S, last)
+        except DumpError as error:
+            reasons.append(str(error))
+    return compared, reasons
+
+
+def _show_windows(first: Path, every: Mapping[Path, WindowComparison]) -> None:
+    from analysis.motion.pairwise import write_windows
     from analysis.pages.numbers import significant
 
-    compared = compare_windows(first, other, window or SHORTEST_S, last)
-    paths = write_windows(other, compared, (first, other))
-    starts, ends = compared.windows["start_s"], compared.windows["end_s"]
-    span = f"{len(starts)} from {starts[0]:.4g} to {ends[-1]:.4g} s"
-    lasting = f"impulses over windows of {significant(ends[0] - starts[0])} s"
-    _show_pair(compared, f"{compared.scene}: {lasting}, {span}", "windows")
-    print("one pair of runs: no verdict. Replicates have one: percussions report SCENE --seeds 5")
-    show(*_window_rows(compared), title="window by window, second against first")
-    print(*paths, sep="\n")
+    for other, compared in every.items():
+        paths = write_windows(other, compared, (first, other))
+        starts, ends = compared.windows["start_s"], compared.windows["end_s"]
+        span = f"{len(starts)} from {starts[0]:.4g} to {ends[-1]:.4g} s"
+        lasting = f"impulses over windows of {significant(ends[0] - starts[0])} s"
+        _show_pair(compared, f"{compared.scene}: {lasting}, {span}", "windows")
+        print("one pair of runs: no verdict. Replicates have one: percussions report SCENE --seeds 5")
+        show(*_window_rows(compared), title="window by window, second against first")
+        print(*paths, sep="\n")
 
 
 def _window_rows(

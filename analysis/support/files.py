@@ -57,11 +57,15 @@ def write_json(path: Path, content: Any) -> None:
 
 
 def write_rows(path: Path, head: Sequence[str], rows: Iterable[Iterable[object]]) -> None:
-    """Write the names of columns and rows below them as CSV, whole or not at all."""
+    """Write the names of columns and rows below them as CSV, whole or not at all; NaN and infinities
+    as empty cells."""
     with whole_file(path) as file:
         table = csv.writer(file, lineterminator="\n")
         table.writerow(head)
-        table.writerows(rows)
+        for row in rows:
+            table.writerow(
+                ["" if isinstance(one, float) and not math.isfinite(one) else one for one in row]
+            )
 
 
 def write_columns(path: Path, columns: Mapping[str, Any]) -> None:
