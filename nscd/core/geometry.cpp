@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
+#include <span>
 
 namespace nscd {
 
@@ -13,15 +16,38 @@ Segments connected(In ends, double low, double period) {
         if (i % 4 < 2) walls.start.push_back(ends[i]), walls.along.push_back(ends[i + 2] - ends[i]);
     }
     if (period > 0.0) walls.far = std::max({walls.far, std::abs(low), std::abs(low + period)});
+    // ends in the order of x and of y: of each wall few are near
+    Places order[2] = {Places(2 * w), Places(2 * w)};
+    for (int axis = 0; axis < 2; ++axis) {
+        std::iota(order[axis].begin(), order[axis].end(), 0);
+        std::sort(order[axis].begin(), order[axis].end(), [&](int a, int b) { return ends[2 * a + axis] < ends[2 * b + axis]; });
+    }
+    const double margin = 2 * SAME_POINT_M + 8 * std::numeric_limits<double>::epsilon() * walls.far;
+    // the ends near the box of two points, along the axis with the fewer
+    const auto near = [&](const double* first, const double* second) {
+        std::span<const int> fewest(order[0]);
+        for (int axis = 0; axis < 2; ++axis) {
+            const auto [low, high] = std::minmax(first[axis], second[axis]);
+            const auto begin = std::partition_point(order[axis].begin(), order[axis].end(),
+                                                    [&](int e) { return ends[2 * e + axis] < low - margin; });
+            const auto end = std::partition_point(begin, order[axis].end(),
+                                                  [&](int e) { return ends[2 * e + axis] <= high + margin; });
+            if (size_t(end - begin) < fewest.size()) fewest = {begin, end};
+        }
+        return fewest;
+    };
     for (int i = 0; i < 2 * w; ++i) {
-        const auto apart = [&](int j) { return length(ends[2 * i] - ends[2 * j], ends[2 * i + 1] - ends[2 * j + 1]); };
-        int nearest = 0;
-        for (int j = 1; j < i; ++j)
-            if (apart(j) < apart(nearest)) nearest = j;
-        walls.vertex[i] = i > 0 && apart(nearest) <= SAME_POINT_M ? walls.vertex[nearest] : i;
+        const double* mine = &ends[2 * i];
+        int nearest = i;
+        double least = SAME_POINT_M;
+        for (const int j : near(mine, mine)) {
+            const double apart = j < i ? length(mine[0] - ends[2 * j], mine[1] - ends[2 * j + 1]) : 2 * SAME_POINT_M;
+            if (apart < least || (apart == least && (nearest == i || j < nearest))) nearest = j, least = apart;
+        }
+        walls.vertex[i] = nearest < i ? walls.vertex[nearest] : i;
     }
     for (int i = 0; i < w; ++i)
-        for (int e = 0; e < 2 * w; ++e) {
+        for (const int e : near(&ends[4 * i], &ends[4 * i + 2])) {
             const double share = share_of(walls, i, ends[2 * e], ends[2 * e + 1]);
             const double x = ends[4 * i] + share * walls.along[2 * i], y = ends[4 * i + 1] + share * walls.along[2 * i + 1];
             const bool own = walls.vertex[e] == walls.vertex[2 * i] || walls.vertex[e] == walls.vertex[2 * i + 1];
