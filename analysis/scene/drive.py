@@ -169,7 +169,7 @@ class Drive(Exit, Pace):
     aim: Literal["nearest", "centre"] = "nearest"
     goals: tuple[Goal, ...] = ()
     stops: tuple[Stop, ...] = ()
-    clearance_m: Annotated[Number, pydantic.Field(ge=0)] | None = None
+    clearance_m: Annotated[Number, pydantic.Field(ge=0, le=100)] | None = None
     _way: Way | None = pydantic.PrivateAttr(None)
 
     @pydantic.model_validator(mode="after")

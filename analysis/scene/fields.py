@@ -12,13 +12,14 @@ import pydantic
 SMALLEST = 1e-100
 
 
-# strict: neither `true` nor "1.0" is a number
-Number = Annotated[float, pydantic.Strict(), pydantic.Field(allow_inf_nan=False)]
+# strict: neither `true` nor "1.0" is a number; beyond its ends squares and distances leave double
+# precision
+Number = Annotated[
+    float, pydantic.Strict(), pydantic.Field(allow_inf_nan=False, ge=-1e30, le=1e30)
+]
 Positive = Annotated[Number, pydantic.Field(gt=0)]
 Count = Annotated[int, pydantic.Strict(), pydantic.Field(ge=1)]
-# beyond this, distances leave double precision
-Length = Annotated[Number, pydantic.Field(ge=-1e30, le=1e30)]
-Point = tuple[Length, Length]
+Point = tuple[Number, Number]
 
 
 def _rising(ends: Point) -> Point:

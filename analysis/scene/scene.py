@@ -445,4 +445,6 @@ def first_problem(error: ValidationError) -> str:
     alike = [one for one in problems if one["type"] == "missing" == first["type"]] or [first]
     where = ", ".join(".".join(map(str, one["loc"])) for one in alike)
     message = "unknown key" if unknown else first["msg"].removeprefix("Value error, ")
+    # pydantic writes bounds as whole numbers
+    message = re.sub(r"\b10{9,}\b", lambda found: f"{float(found[0]):g}", message)
     return f"{where}: {message}" if where else message
