@@ -103,7 +103,7 @@ def report(
             whole_runs = study_motion(one, models, last, bars, own) if models else None
             reels = films_of(made, models, where, last if models else math.inf, bars)
             reported.append(Reported(study=made, motion=whole_runs, reels=reels))
-        page = write_report(reported, out, command_line(), own)
+        page = write_report(reported, out, command_line(), own, bars)
         for path in write_sheets(reported, out, command_line()) if sheet else ():
             print(path)
     for done in reported:

@@ -39,6 +39,7 @@ from analysis.report.contacts import contacts_section, runs_of
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import how_varied
 from analysis.support.files import write_json, write_text
+from analysis.support.parallel import Progress
 
 # The limit whose people are counted on the first screen.
 NAMED = "asphyxia_minutes"
@@ -222,7 +223,11 @@ class Reported:
 
 
 def write_report(
-    reported: Sequence[Reported], folder: Path, command: str, limits: tuple[Path, ...] = ()
+    reported: Sequence[Reported],
+    folder: Path,
+    command: str,
+    limits: tuple[Path, ...] = (),
+    progress: Progress | None = None,
 ) -> Path:
     """Write the page and what lies beside it into the folder; return the page's path.
 
@@ -233,7 +238,9 @@ def write_report(
     folder.mkdir(parents=True, exist_ok=True)
     reported = with_distinct_names(reported)
     screens, numbers = [], {}
-    for one in reported:
+    for number, one in enumerate(reported):
+        if progress:
+            progress("pictures", number / len(reported))
         runs = runs_of(one.study)
         for comparison, run in zip(one.study.comparisons, runs, strict=True):
             write_contacts(folder / run["csv"], comparison)
@@ -249,6 +256,8 @@ def write_report(
             **_reconciled(one.scene),
             **({"in_motion": motion_numbers(one.moved)} if one.moved else {}),
         }
+    if progress:
+        progress("page", 0.0)
     folds = [fold for screen in screens for fold in screen["folds"]]
     stills = [
         Section(number="", title="", pictures=[one["still"]]) for one in screens if one["still"]
