@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import shlex
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,8 +16,8 @@ from analysis.cli.options import Count, InputFile, NotNegative, Out, Positive, S
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from shapely import Polygon
 
+    from analysis.scene.plans import Floor
     from analysis.scene.real.import_crowd import ImportedCrowd
     from analysis.scene.scene import Scene
     from analysis.scene.waiting import Doorway
@@ -117,18 +118,23 @@ def new(
     who |= {"push": push, "speed": speed, "relaxation": tau, "law": law, "friction": friction}
     crowd = Crowd(**who)
     blocks, walls = _corners("block", block), _corners("barrier", barrier)
-    inside = Inside(blocks=blocks, barriers=[(wall[:2], wall[2:]) for wall in walls])
+    barriers = [(wall[:2], wall[2:]) for wall in walls]
     with progress():
         if geometry is None:
             length, width = _lengths("room", room or "", "x", 2)
             doors = _doors_of_room(door or [], (length, width), stream)
+            inside = Inside(blocks=blocks, barriers=barriers)
             scene = rectangle(name, length, width, doors, crowd, duration, inside)
         else:
-            floor, ways = _floor(geometry, door or [], stream)
-            scene = from_geometry(name, floor, ways, crowd, duration, inside)
+            floor = _floor(geometry, door or [], stream)
+            inside = Inside(blocks=blocks, barriers=[*floor.barriers, *barriers])
+            scene = from_geometry(name, floor.polygon, floor.doors, crowd, duration, inside)
     for warning in scene.check(name):
         warn(warning)
     made = scene.write(out)
+    if geometry is not None:
+        area, doors_of = floor.polygon.area, len(floor.doors)
+        print(f"{geometry}: {area:.6g} m², {len(scene.walls)} walls, {doors_of} doors")
     print(scene.notes, made, made.with_suffix(".data"), sep="\n")
     write_picture(made.with_suffix(".png"), partial(_picture, scene))
     print(f"next: percussions report {shlex.quote(str(made))}")
@@ -159,16 +165,17 @@ def _doors_of_room(
     return [_doorway(text) for text in doors]
 
 
-def _floor(geometry: Path, doors: list[str], stream: bool) -> tuple[Polygon, list[Doorway]]:
-    """The floor of a file, and its doors, or those that are given."""
+def _floor(geometry: Path, doors: list[str], stream: bool) -> Floor:
+    """The floor of a file with its doors, or with those that are given."""
     from analysis.scene.floors import read_floor
 
     if stream:
         raise ValueError("stream: only of a --room. Give the doors of a floor by --door")
-    floor = read_floor(geometry)
-    if not doors and not floor.doors:
+    given = tuple(_doorway(text) for text in doors)
+    floor = read_floor(geometry, own_doors=not given)
+    if not given and not floor.doors:
         raise ValueError(f"door: {geometry} has none. Its ends are needed: --door x,y,x,y")
-    return floor.polygon, [_doorway(text) for text in doors] or list(floor.doors)
+    return replace(floor, doors=given or floor.doors)
 
 
 def _doorway(text: str) -> Doorway:

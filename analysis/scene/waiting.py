@@ -30,11 +30,15 @@ class Doorway:
 
     ends: its ends, m, on one side of the outline of the floor
     share: of the crowd that goes there, over the sum of the shares of all doors
-    start: the part of the floor where these people wait; anywhere where left out"""
+    start: the part of the floor where these people wait; anywhere where left out
+    spread: whether they wait all over that part; without, where it is nearest to the door
+    outward: unit vector along which people leave a line that stands on the floor, without a wall"""
 
     ends: Ends
     share: float = 1.0
     start: shapely.Geometry | None = None
+    spread: bool = False
+    outward: tuple[float, float] | None = None
 
 
 def opposing(length: float, width: float, door: float | None = None) -> tuple[Doorway, Doorway]:
@@ -114,7 +118,9 @@ def places(
     for door, mine in zip(doors, own, strict=True):
         _check_fit(free if door.start is None else free.intersection(door.start), mine)
     _check_fit(free, radius)
-    if len(doors) == 1 and not barriers and floor.equals(floor.convex_hull):
+    if all(door.spread for door in doors):
+        areas = [free if door.start is None else free.intersection(door.start) for door in doors]
+    elif len(doors) == 1 and not barriers and floor.equals(floor.convex_hull):
         areas = [_before(free, doors[0], radius)]
     else:
         areas = _parts(floor, free, barriers, doors, own)
@@ -174,8 +180,9 @@ def _parts(
         clear[inside] = straight(points, door.ends, floor, barriers)
         clear = binary_erosion(clear, iterations=margin, border_value=1)[inside]
         price[row] = shapely.distance(points, shapely.LineString(door.ends))
-        price[row] += np.where(clear, 0.0, 2 * price[row].max())
-        if door.start is not None:
+        if door.start is None:
+            price[row] += np.where(clear, 0.0, 2 * price[row].max())
+        else:
             price[row, ~shapely.intersects_xy(door.start, middles)] = np.inf
     wanted = sizes / side**2 * min(1.0, len(points) * side**2 / sizes.sum())
     going = _shared_out(price, wanted.astype(np.int64))
