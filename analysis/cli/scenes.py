@@ -117,8 +117,8 @@ def new(
     who: dict[str, Any] = {"people": people, "radius": radius, "mass": mass, "varied": varied}
     who |= {"push": push, "speed": speed, "relaxation": tau, "law": law, "friction": friction}
     crowd = Crowd(**who)
-    blocks, walls = _corners("block", block), _corners("barrier", barrier)
-    barriers = [(wall[:2], wall[2:]) for wall in walls]
+    blocks = _corners("block", block)
+    barriers = [(wall[:2], wall[2:]) for wall in _corners("barrier", barrier)]
     with progress():
         if geometry is None:
             length, width = _lengths("room", room or "", "x", 2)
@@ -133,8 +133,8 @@ def new(
         warn(warning)
     made = scene.write(out)
     if geometry is not None:
-        area, doors_of = floor.polygon.area, len(floor.doors)
-        print(f"{geometry}: {area:.6g} m², {len(scene.walls)} walls, {doors_of} doors")
+        has = f"{len(scene.walls)} walls, {len(floor.doors)} doors"
+        print(f"{geometry}: {floor.polygon.area:.6g} m², {has}")
     print(scene.notes, made, made.with_suffix(".data"), sep="\n")
     write_picture(made.with_suffix(".png"), partial(_picture, scene))
     print(f"next: percussions report {shlex.quote(str(made))}")

@@ -94,9 +94,9 @@ class NoFloorError(SceneError):
 
 def read_floor(file: Path, *, own_doors: bool = True) -> Floor:
     """Read a floor in metres: WKT, GeoJSON, an SQLite trajectory of JuPedSim (the union of its
-    walkable areas), HDF5 of JuPedSim or of the archive in Jülich, a Vadere scenario, or XML of
-    JuPedSim (rooms) or crowd:it (a floor). Raises SceneError naming the file and what is wrong,
-    NoFloorError for a trajectory without one.
+    walkable areas), HDF5 of JuPedSim or of the archive in Jülich, a Vadere scenario or a
+    floor of crowd:it. Raises SceneError naming the file and what is wrong, NoFloorError for a
+    trajectory without one.
 
     own_doors: whether doors and targets of the file are those of the floor"""
     try:

@@ -1,5 +1,5 @@
 """What floor plans of other programs state: floors, obstacles, walls and doors, by their roles (WKT,
-GeoJSON, XML of JuPedSim and crowd:it)."""
+GeoJSON, floors of crowd:it)."""
 
 import json
 import re
@@ -23,9 +23,11 @@ MOST_M = 1e4
 LEAST_SIDE_M, MOST_SIDE_M = 0.5, 2000.0
 # A door drawn this near to the outline is on it.
 SNAP_M = 0.01
+# Walls this near are one.
+MEET_M = 1e-9
 # What plans call their parts, without blanks and numbers.
 WORDS = {
-    "floor": "floor walkable walkablearea area room corridor hall space accessible polygon",
+    "floor": "floor walkable walkablearea area room corridor hall space accessible",
     "obstacle": "obstacle obstacles pillar column wall walls barrier partition fence furniture hole",
     "door": "door doorway exit gate entrance emergencyexit mainentrance",
 }
@@ -55,7 +57,7 @@ class Part:
     """Hold a polygon, line or point of a plan.
 
     where: its name in messages
-    role: floor, obstacle, door or opening (between two rooms); None where the plan does not say
+    role: floor, obstacle or door; None where the plan does not say
     width: m, of a door that is a point"""
 
     where: str
@@ -79,15 +81,21 @@ class Plan:
         own_doors: whether doors of the plan are those that people go to
 
         Raises SceneError for what a plan leaves open."""
-        self._check_heights([part.shape for part in self.parts])
+        places = shapely.get_coordinates([part.shape for part in self.parts], include_z=True)
+        heights = places[np.isfinite(places[:, 2]), 2]
+        self.unused += ["heights"] if len(heights) else []
+        if len(heights) and np.ptp(heights) > ON_WALL_M:
+            raise SceneError(
+                f"area: heights from {heights.min():g} to {heights.max():g} m. One storey is needed"
+            )
         doors = [part for part in self.parts if part.role == "door"]
         if not own_doors:
             self.unused += [f"{part.where} (a door)" for part in doors]
         areas, obstacles, walls = _sorted(self.parts)
-        lines = [part.shape for part in self.parts if part.role in ("door", "opening")]
+        gaps = [one.shape for one in doors if one.shape.geom_type == "LineString"]
         if len(areas) > 1:
             self.unused.append("sides between its areas")
-        area = shapely.union_all(areas) if areas else _enclosed(walls, lines, self.inside)
+        area = shapely.union_all(areas) if areas else _enclosed(walls, gaps, self.inside)
         taken = [one.shape for one in doors if own_doors and one.shape.geom_type == "Polygon"]
         polygon = polygon_of(shapely.difference(area, shapely.union_all([*obstacles, *taken])))
         ways = []
@@ -99,19 +107,7 @@ class Plan:
             else:
                 self.unused.append(f"{part.where} (a door within the floor)")
         note_unused(file, "of the plan", self.unused)
-        gaps = [one for one in lines if one.geom_type == "LineString"]
-        return Floor(
-            polygon=polygon, doors=tuple(ways), barriers=tuple(_standing(walls, polygon, gaps))
-        )
-
-    def _check_heights(self, shapes: Sequence[shapely.Geometry]) -> None:
-        heights = shapely.get_coordinates(shapes, include_z=True)[:, 2]
-        heights = heights[np.isfinite(heights)]
-        if len(heights) and np.ptp(heights) > ON_WALL_M:
-            raise SceneError(
-                f"area: heights from {heights.min():g} to {heights.max():g} m. One storey is needed"
-            )
-        self.unused += ["heights"] if len(heights) else []
+        return Floor(polygon=polygon, doors=tuple(ways), barriers=_standing(walls, polygon, gaps))
 
 
 def polygon_of(area: Any) -> shapely.Polygon:
@@ -189,26 +185,17 @@ def _enclosed(walls: Sequence[Any], gaps: Sequence[Any], inside: Sequence[Any]) 
 
 def _standing(
     walls: Sequence[shapely.Geometry], polygon: shapely.Polygon, gaps: Sequence[Any]
-) -> Iterator[Ends]:
+) -> tuple[Ends, ...]:
     """Both ends of the walls that stand on a floor, less its sides and the gaps in them."""
     pairs = [pair for line in walls for pair in pairwise(shapely.get_coordinates(line).tolist())]
-    if not pairs:
-        return
-    sides = shapely.linestrings(pairs)
-    sides = sides[shapely.length(sides) > 0]
-    rim = polygon.boundary.buffer(ON_WALL_M)
-    cut = shapely.union_all([gap.buffer(ON_WALL_M, cap_style="flat") for gap in gaps])
-    shapely.prepare(polygon)
-    for side, whole in zip(sides, shapely.contains_properly(polygon, sides), strict=True):
-        rest = side if whole else side.intersection(polygon)
-        for there in (cut,) if whole else (rim, cut):
-            # what only ends there is whole
-            less = rest.difference(there)
-            rest = less if rest.length - less.length > 1e3 * ON_WALL_M else rest
-        for piece in shapely.get_parts(rest):
-            if piece.length > 10 * ON_WALL_M:
-                first, last = piece.coords[0], piece.coords[-1]
-                yield (first[0], first[1]), (last[0], last[1])
+    rim = polygon.boundary.buffer(MEET_M)
+    there = shapely.union_all([rim, *[gap.buffer(ON_WALL_M, cap_style="flat") for gap in gaps]])
+    sides = shapely.linestrings(pairs) if pairs else []
+    pieces = shapely.get_parts(shapely.difference(shapely.intersection(sides, polygon), there))
+    ends = [(one.coords[0], one.coords[-1]) for one in pieces if one.length > ON_WALL_M]
+    return tuple(
+        ((round(x0, 8), round(y0, 8)), (round(x1, 8), round(y1, 8))) for (x0, y0), (x1, y1) in ends
+    )
 
 
 def door_of(floor: shapely.Polygon, part: Part) -> Ends | None:
@@ -236,19 +223,12 @@ def door_of(floor: shapely.Polygon, part: Part) -> Ends | None:
 
 def longest_shared(floor: shapely.Polygon, part: Part) -> Ends | None:
     """The longest side of the outline that is also a side of a polygon."""
-    shared = floor.exterior.intersection(part.shape.boundary)
-    lines = [
-        each
-        for each in shapely.get_parts(shapely.line_merge(shared))
-        if each.geom_type == "LineString" and each.length > ON_WALL_M
-    ]
-    sides = [
-        shapely.LineString(pair) for line in lines for pair in pairwise(line.simplify(0.0).coords)
-    ]
-    if not sides:
+    sides = shapely.linestrings(list(pairwise(floor.exterior.coords)))
+    shared = shapely.line_merge(shapely.intersection(sides, part.shape.boundary))
+    longest = max(shapely.get_parts(shared), key=shapely.length, default=None)
+    if longest is None or longest.length <= ON_WALL_M:
         return None
-    (x0, y0), (x1, y1) = max(sides, key=lambda side: side.length).coords
-    return (x0, y0), (x1, y1)
+    return longest.coords[0], longest.coords[-1]
 
 
 def pieces(shape: shapely.Geometry) -> Iterator[shapely.Geometry]:
@@ -326,15 +306,16 @@ def _width(where: str, width: Any) -> float | None:
 
 
 def _role(where: str, said: dict[str, Any]) -> tuple[str | None, set[str]]:
-    """The role of a feature and the properties that say it (or its kind, in other words)."""
-    found, used = set(), set()
+    """The role of a feature and the properties that say it."""
+    found: set[str] = set()
+    used: set[str] = set()
     for key, value in said.items():
         flag = ROLES.get(_word(key)) if value not in (False, None, 0, "", "no", "false") else None
         role = ROLES.get(_word(value)) if key.lower() in KINDS else None
         role = role or (flag if flag != "floor" else None)
-        if key.lower() in KINDS or role:
-            used.add(key.lower() if key.lower() in KINDS else key)
-        found |= {role} if role else set()
+        if role:
+            used.add(key)
+            found.add(role)
     if len(found) > 1:
         raise SceneError(f"{where}: its properties say {' and '.join(sorted(found))}. {HOW}")
     if not found and (role := ROLES.get(_word(said.get(NAME)))):
@@ -349,82 +330,24 @@ def _word(text: Any) -> str:
 
 
 def of_xml(root: ElementTree.Element) -> Plan:
-    """Plan of a floor of crowd:it, or of a geometry of JuPedSim with rooms. Raises SceneError for
-    other files, stairs and several storeys."""
-    if root.tag == "floor":
-        return _of_crowdit(root)
-    if root.tag == "geometry" and root.find("rooms") is not None:
-        return _of_rooms(root)
-    raise SceneError(
-        f"<{root.tag}>: no floor. Read are <floor> of crowd:it and <geometry> of JuPedSim, with rooms"
-    )
-
-
-def _line(where: str, element: ElementTree.Element, tag: str, keys: tuple[str, str]) -> Any:
-    try:
-        points = [tuple(float(one.attrib[key]) for key in keys) for one in element.findall(tag)]
-        return shapely.LineString(points)
-    except (KeyError, ValueError, shapely.errors.GEOSException):
-        raise SceneError(f"{where}: two points <{tag} {keys[0]} {keys[1]}> are needed") from None
-
-
-def _number(where: str, element: ElementTree.Element, key: str) -> float:
-    try:
-        return float(element.get(key) or 0.0)
-    except ValueError:
-        raise SceneError(f"{where}: {key}: {element.get(key)!r} is no number") from None
-
-
-def _of_crowdit(root: ElementTree.Element) -> Plan:
-    """Walls; named zones are where people are, whatever they do there."""
+    """Plan of a floor of crowd:it: its walls, and its zones as places where people are."""
+    if root.tag != "floor":
+        raise SceneError(
+            f"<{root.tag}>: not read. WKT, GeoJSON, floors of crowd:it, trajectories of JuPedSim and "
+            "scenarios of Vadere are"
+        )
     plan = Plan()
-    for layer in root.findall("layer"):
-        for one in layer:
-            where, keys = f"{one.tag} {one.get('id')}", ("x", "y")
-            if one.tag == "wall":
-                line = _line(where, one, "point", keys)
-                ring = [*line.coords, *(line.coords[:1] if one.get("closed") == "true" else ())]
-                plan.parts.append(Part(where=where, shape=shapely.LineString(ring)))
-                continue
-            plan.unused.append(where)
-            if one.tag == "wunderZone" and len(one.findall("point")) > 2:
-                zone = shapely.Polygon(_line(where, one, "point", keys).coords)
-                plan.inside.append(zone.representative_point())
-    return plan
-
-
-# Elements and attributes of a geometry of JuPedSim.
-ROOMS = (
-    "geometry unit rooms room id zpos subroom class A_x B_y C_z polygon vertex px py obstacles "
-    "obstacle crossings crossing transitions transition room1_id room2_id"
-)
-
-
-def _of_rooms(root: ElementTree.Element) -> Plan:
-    """Walls of all rooms, obstacles, and crossings and transitions between rooms or out of them."""
-    if (unit := root.get("unit", "m")) != "m":
-        raise SceneError(f"geometry: unit {unit!r}. Metres are needed")
-    plan, heights, keys = Plan(), set(), ("px", "py")
-    for room in root.iterfind("rooms/room"):
-        for sub in room.findall("subroom"):
-            where = f"room {room.get('id')}, subroom {sub.get('id')}"
-            slope = [_number(where, sub, key) for key in ("A_x", "B_y")]
-            if any(slope) or "stair" in sub.get("class", "").lower():
-                raise SceneError(f"{where}: stairs. One storey is needed")
-            heights.add(_number(where, room, "zpos") + _number(where, sub, "C_z"))
-            for one in sub.iterfind("polygon"):
-                plan.parts.append(Part(where=where, shape=_line(where, one, "vertex", keys)))
-            for one in sub.iterfind("obstacles/obstacle/polygon"):
-                ring = shapely.Polygon(_line(f"{where}, obstacle", one, "vertex", keys).coords)
-                plan.parts.append(Part(where=f"{where}, obstacle", shape=ring, role="obstacle"))
-    if len(heights) > 1:
-        raise SceneError(f"geometry: heights {sorted(heights)} m. One storey is needed")
-    for one in [*root.iterfind(".//crossing"), *root.iterfind("transitions/transition")]:
+    for one in root.iterfind("layer/*"):
         where = f"{one.tag} {one.get('id')}"
-        out = one.tag == "transition" and "-1" in (one.get("room1_id"), one.get("room2_id"))
-        shape = _line(where, one, "vertex", keys)
-        plan.parts.append(Part(where=where, shape=shape, role="door" if out else "opening"))
-    known = ROOMS.split()
-    plan.unused += [f"<{one.tag}>" for one in root.iter() if one.tag not in known]
-    plan.unused += [key for one in root.iter() for key in one.attrib if key not in known]
+        try:
+            points = [(float(at.attrib["x"]), float(at.attrib["y"])) for at in one.iter("point")]
+            if one.tag == "wall":
+                line = shapely.LineString(points + points[:1] * (one.get("closed") == "true"))
+                plan.parts.append(Part(where=where, shape=line))
+                continue
+            if one.tag == "wunderZone" and len(points) > 2:
+                plan.inside.append(shapely.Polygon(points).representative_point())
+        except (KeyError, ValueError, shapely.errors.GEOSException):
+            raise SceneError(f"{where}: points <point x y> are needed") from None
+        plan.unused.append(where)
     return plan

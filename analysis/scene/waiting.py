@@ -7,6 +7,7 @@ import numpy as np
 import shapely
 
 from analysis.scene.scene import SceneError
+from nscd import _core
 from nscd.arrays import Flags, Floats, Indices
 
 # Share of the floor that disks cover where they wait: dense, and still without order.
@@ -86,8 +87,10 @@ def straight(
     wide = floor.buffer(ON_WALL_M)
     shapely.prepare(wide)
     found: Flags = shapely.covers(wide, way)
-    for line in barriers:
-        found &= ~shapely.intersects(way, shapely.LineString(line))
+    if barriers:
+        ends = np.stack([shapely.get_coordinates(way)[at::2] for at in (0, 1)])
+        walls = np.array(barriers, dtype=float).swapaxes(0, 1).copy()
+        found &= _core.clear_of(ends[0], ends[1], walls[0], walls[1], ON_WALL_M) > 0
     return found
 
 
