@@ -115,26 +115,23 @@ def new(
         refuse_beside(context, ("push",), "--speed and --tau give it: mass · speed / tau")
     varied = Varied(people=people_from, radius_share=radius_spread, seed=seed)
     who: dict[str, Any] = {"people": people, "radius": radius, "mass": mass, "varied": varied}
-    who |= {"push": push, "speed": speed, "relaxation": tau, "law": law, "friction": friction}
-    crowd = Crowd(**who)
-    blocks = _corners("block", block)
-    barriers = [(wall[:2], wall[2:]) for wall in _corners("barrier", barrier)]
+    crowd = Crowd(**who, push=push, speed=speed, relaxation=tau, law=law, friction=friction)
+    walls = [(wall[:2], wall[2:]) for wall in _corners("barrier", barrier)]
+    inside = Inside(blocks=_corners("block", block), barriers=walls)
     with progress():
         if geometry is None:
             length, width = _lengths("room", room or "", "x", 2)
             doors = _doors_of_room(door or [], (length, width), stream)
-            inside = Inside(blocks=blocks, barriers=barriers)
             scene = rectangle(name, length, width, doors, crowd, duration, inside)
         else:
             floor = _floor(geometry, door or [], stream)
-            inside = Inside(blocks=blocks, barriers=[*floor.barriers, *barriers])
+            inside = replace(inside, barriers=[*floor.barriers, *walls])
             scene = from_geometry(name, floor.polygon, floor.doors, crowd, duration, inside)
+            has = f"{len(scene.walls)} walls, {len(floor.doors)} doors"
+            print(f"{geometry}: {floor.polygon.area:.6g} m², {has}")
     for warning in scene.check(name):
         warn(warning)
     made = scene.write(out)
-    if geometry is not None:
-        has = f"{len(scene.walls)} walls, {len(floor.doors)} doors"
-        print(f"{geometry}: {floor.polygon.area:.6g} m², {has}")
     print(scene.notes, made, made.with_suffix(".data"), sep="\n")
     write_picture(made.with_suffix(".png"), partial(_picture, scene))
     print(f"next: percussions report {shlex.quote(str(made))}")
