@@ -115,8 +115,9 @@ def places(
     largest = float(radius.max())
     free = floor.buffer(-largest)
     if barriers:
-        lines = shapely.union_all([shapely.LineString(line) for line in barriers])
-        free = free.difference(lines.buffer(largest))
+        lines = shapely.linestrings(np.array(barriers, dtype=float))
+        near = shapely.buffer(lines, largest, quad_segs=16)  # one by one: faster by far
+        free = free.difference(shapely.union_all(near))
     own = np.split(radius, np.cumsum(counts)[:-1])
     for door, mine in zip(doors, own, strict=True):
         _check_fit(free if door.start is None else free.intersection(door.start), mine)
