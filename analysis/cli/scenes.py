@@ -80,8 +80,8 @@ def new(
     door: Width in m of a door in the middle of a room's side, or its ends: x,y,x,y in m. Several
         times for several, each with its share of the crowd behind a colon (0,1,0,2:0.3).
     room: LENGTHxWIDTH in m: −LENGTH < x < 0, |y| < WIDTH/2. Its door is at x = 0.
-    geometry: Floor in m instead of a room, with its walls and doors: WKT, GeoJSON, a floor of
-        crowd:it, an SQLite trajectory of JuPedSim or a Vadere scenario. --door replaces its doors.
+    geometry: Floor in m instead of a room: WKT, GeoJSON, a floor of crowd:it, a trajectory of
+        JuPedSim or a Vadere scenario. --door replaces the doors that it has.
     stream: Two opposing streams along a room, open at both ends (or as --door).
     block: Pillar or thick wall: x,y,x,y of two opposite corners in m. May be repeated.
     barrier: Straight wall inside, without thickness: x,y,x,y in m. May be repeated.

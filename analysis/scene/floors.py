@@ -39,10 +39,6 @@ def walled(
         ends = np.asarray(way.ends, dtype=float)
         if not np.isfinite(ends).all() or not np.ptp(ends, axis=0).any():
             raise SceneError(f"door: {way.ends}. Two points are needed")
-        if way.outward is not None:
-            outward.append(np.array(way.outward))
-            placed.append(way)
-            continue
         side = next((one for one in outer if _on(one, ends)), None)
         if side is None:
             raise SceneError(f"door: {way.ends} m is not on one side of the room's outline")

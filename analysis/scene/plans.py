@@ -23,8 +23,8 @@ MOST_M = 1e4
 LEAST_SIDE_M, MOST_SIDE_M = 0.5, 2000.0
 # A door drawn this near to the outline is on it.
 SNAP_M = 0.01
-# Walls this near are one.
-MEET_M = 1e-9
+# Corners and walls this near are one.
+MEET_M = 1e-8
 # What plans call their parts, without blanks and numbers.
 WORDS = {
     "floor": "floor walkable walkablearea area room corridor hall space accessible",
@@ -127,7 +127,7 @@ def polygon_of(area: Any) -> shapely.Polygon:
             f"area: {x1 - x0:.4g} m by {y1 - y0:.4g} m. Coordinates in m (not in degrees, cm or mm) "
             f"of a floor from {LEAST_SIDE_M:g} to {MOST_SIDE_M:g} m long are needed"
         )
-    return shapely.force_2d(shape.simplify(0.0))
+    return shapely.force_2d(shape.simplify(MEET_M))
 
 
 def _sorted(parts: Sequence[Part]) -> tuple[list[Any], list[Any], list[Any]]:

@@ -9,11 +9,13 @@ import shapely
 
 from analysis.scene.plans import Floor, Part, longest_shared, polygon_of
 from analysis.scene.scene import SceneError
-from analysis.scene.waiting import ON_WALL_M, Doorway
+from analysis.scene.waiting import Doorway
 from analysis.support.reading import note_unused
 
 # Corners of a circle.
 CORNERS = 16
+# A door is no narrower, where one is proposed.
+NARROW_M = 0.5
 # They change who leaves and where.
 CHANGING = ("targetChangers", "absorbingAreas", "teleporter")
 USED = {"attributes", "obstacles", "targets", "sources"}
@@ -27,14 +29,13 @@ USED_OF = {
 
 
 def of_vadere(file: Path, scenario: dict[str, Any], own_doors: bool) -> Floor:
-    """Build the floor of a scenario: the bounds less their border and the obstacles. A target where
-    people leave is a door where it meets the outline, or else the line of its side before its
-    source; a source is where people wait for it. Says in one line what is not used.
+    """Build the floor of a scenario: the bounds less their border, the obstacles, and the targets of
+    its sources, which are doors. A source is where people wait. Says in one line what is not used.
 
     own_doors: whether people go to the targets
 
-    Raises SceneError for a target where nobody leaves, for several in a row, and for what changes
-    who leaves."""
+    Raises SceneError, with doors to give instead, for a target off the outline or where nobody
+    leaves, for several in a row, and for what changes who leaves."""
     topography = scenario["topography"]
     said, bounds = topography["attributes"], topography["attributes"]["bounds"]
     edge = float(said.get("boundingBoxWidth", 0.5)) if said.get("bounded", True) else 0.0
@@ -48,22 +49,27 @@ def of_vadere(file: Path, scenario: dict[str, Any], own_doors: bool) -> Floor:
     note_unused(file, "of the scenario", _unused(scenario, own_doors))
     if not own_doors:
         return Floor(polygon=_reached(ground, starts))
+    goals = [[int(one) for one in source.get("targetIds", ())] for source in sources]
     targets = {int(one["id"]): one for one in topography.get("targets", ())}
-    ground, floor = _reached(ground, starts), ground
+    shapes = {ids[-1]: _shape("target", targets[ids[-1]]) for ids in goals if {*ids} & {*targets}}
+    near = [_instead(_reached(ground, starts), one) for one in shapes.values()]
+    instead = f"Give {' '.join(dict.fromkeys(near)) or '--door x,y,x,y'}, for example"
     if changing := [key for key in CHANGING if topography.get(key)]:
-        raise SceneError(f"{changing[0]}: they change where people go. Give --door x,y,x,y")
-    goals = [_target(source, targets, ground) for source in sources]
-    shapes = {number: _shape("target", targets[number]) for number in goals}
-    outer = [one for one in shapes.values() if one.distance(ground.exterior) <= ON_WALL_M]
-    polygon = _reached(floor.difference(shapely.union_all(outer)), starts)
+        raise SceneError(f"{changing[0]}: they change where people go. {instead}")
+    polygon = _reached(ground.difference(shapely.union_all([*shapes.values()])), starts)
     doors = []
-    for source, start, number in zip(sources, starts, goals, strict=True):
-        part = Part(where=f"target {number}", shape=shapes[number])
-        way: dict[str, Any] = {"share": _people(source), "start": start, "spread": True}
-        if ends := longest_shared(polygon, part):
-            doors.append(Doorway(ends=ends, **way))
-        else:
-            doors.append(_line_before(part, start, polygon, way))
+    for source, start, ids in zip(sources, starts, goals, strict=True):
+        if len(ids) != 1 or ids[0] not in shapes:
+            where = f"source {source.get('id')}: targetIds: {ids}"
+            raise SceneError(f"{where}. One target is needed, not several in a row. {instead}")
+        target, where = targets[ids[0]], f"target {ids[0]}"
+        absorber = target.get("absorber") or {"enabled": target.get("absorbing", True)}
+        if not absorber.get("enabled", True):
+            raise SceneError(f"{where}: nobody leaves there (absorber). {instead}")
+        ends = longest_shared(polygon, Part(where=where, shape=shapes[ids[0]]))
+        if ends is None:
+            raise SceneError(f"{where}: it does not lie at the outline, as a door does. {instead}")
+        doors.append(Doorway(ends=ends, share=_people(source), start=start, spread=True))
     return Floor(polygon=polygon, doors=tuple(doors))
 
 
@@ -94,29 +100,14 @@ def _unused(scenario: dict[str, Any], own_doors: bool) -> list[str]:
 
 def _instead(floor: shapely.Polygon, target: shapely.Geometry) -> str:
     """The door that stands for a target on the nearest side of the outline, as an option."""
-    sides = shapely.linestrings(list(pairwise(floor.exterior.coords)))
-    side = sides[int(np.argmin(shapely.distance(sides, target).round(6)))]
-    at = shapely.line_locate_point(side, shapely.points(shapely.get_coordinates(target)))
-    ends = (side.interpolate(each) for each in (at.min(), at.max()))
-    return "--door=" + ",".join(f"{each:.9g}" for end in ends for each in (end.x, end.y))
-
-
-def _target(
-    source: dict[str, Any], targets: dict[int, dict[str, Any]], floor: shapely.Polygon
-) -> int:
-    """The target of a source. Raises SceneError where it has not one where people leave."""
-    ids = [int(one) for one in source.get("targetIds", ())]
-    where = f"source {source.get('id')}: targetIds: {ids}"
-    if not ids or ids[-1] not in targets:
-        raise SceneError(f"{where}. One target is needed, or --door x,y,x,y")
-    last = targets[ids[-1]]
-    instead = f"Give {_instead(floor, _shape('target', last))}, for example"
-    if len(ids) > 1:
-        raise SceneError(f"{where}. One target is read, not several in a row. {instead}")
-    absorber = last.get("absorber") or {"enabled": last.get("absorbing", True)}
-    if not absorber.get("enabled", True):
-        raise SceneError(f"target {ids[0]}: nobody leaves there (absorber). {instead}")
-    return ids[0]
+    corners = shapely.points(shapely.get_coordinates(target))
+    found = []
+    for pair in pairwise(floor.exterior.coords):
+        side = shapely.LineString(pair)
+        at = shapely.line_locate_point(side, corners)
+        ends = [*side.interpolate(at.min()).coords[0], *side.interpolate(at.max()).coords[0]]
+        found.append((np.ptp(at) < NARROW_M, round(side.distance(target), 6), ends))
+    return "--door=" + ",".join(f"{each:.10g}" for each in min(found)[2])
 
 
 def _people(source: dict[str, Any]) -> float:
@@ -146,29 +137,3 @@ def _shape(kind: str, one: dict[str, Any]) -> shapely.Geometry:
     if not found.is_valid or found.is_empty:
         raise SceneError(f"{kind} {one.get('id')}: {shapely.is_valid_reason(found)}")
     return found
-
-
-def _line_before(
-    part: Part, start: shapely.Geometry, floor: shapely.Polygon, way: dict[str, Any]
-) -> Doorway:
-    """The line where people leave at a target within a floor: its longest side, or that of the box
-    round a circle, which has all of their source before it."""
-    corners, found = len(part.shape.exterior.coords) - 1, []
-    hull = shapely.box(*part.shape.bounds) if corners == CORNERS else part.shape.convex_hull
-    for first, last in pairwise(np.array(shapely.geometry.polygon.orient(hull).exterior.coords)):
-        along = (last - first) / np.hypot(*(last - first))
-        into = np.array([-along[1], along[0]])
-        if ((shapely.get_coordinates(start) - first) @ into).max() > ON_WALL_M:
-            continue
-        line = shapely.LineString([first, last])
-        on = max(shapely.get_parts(line.intersection(floor)), key=shapely.length, default=None)
-        if on is not None and on.length > ON_WALL_M:
-            found.append((round(on.length, 6), -round(line.distance(start), 6), on, into))
-    if not found:
-        raise SceneError(
-            f"{part.where}: no side of it has its source before it. Give "
-            f"{_instead(floor, part.shape)}, for example"
-        )
-    *_, on, into = max(found, key=lambda each: each[:2])
-    (x0, y0), (x1, y1) = on.coords
-    return Doorway(ends=((x0, y0), (x1, y1)), outward=(float(into[0]), float(into[1])), **way)

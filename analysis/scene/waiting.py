@@ -32,14 +32,12 @@ class Doorway:
     ends: its ends, m, on one side of the outline of the floor
     share: of the crowd that goes there, over the sum of the shares of all doors
     start: the part of the floor where these people wait; anywhere where left out
-    spread: whether they wait all over that part; without, where it is nearest to the door
-    outward: unit vector along which people leave a line that stands on the floor, without a wall"""
+    spread: whether they wait all over that part; without, where it is nearest to the door"""
 
     ends: Ends
     share: float = 1.0
     start: shapely.Geometry | None = None
     spread: bool = False
-    outward: tuple[float, float] | None = None
 
 
 def opposing(length: float, width: float, door: float | None = None) -> tuple[Doorway, Doorway]:

@@ -164,7 +164,7 @@ def circle(x, y):
 
 BAD = {
     "shape": ({"obstacles": [{"id": 5, "shape": {"type": "LINE"}}]}, "obstacle 5: shape 'LINE'"),
-    "far": ({"targets": [{"id": i, "shape": circle(15, 5)} for i in (7, 8)]}, "target 7: no side of"),
+    "far": ({"targets": [{"id": i, "shape": circle(15, 5)} for i in (7, 8)]}, "target 7: it does not lie at the"),
     "missing": ({"targets": [{"id": 7}]}, "topography: KeyError: 'shape'"),
     "bounds": ({"attributes": {}}, "topography: KeyError: 'bounds'"),
     "no_target": ({"targets": []}, "source 3: targetIds: [7]. One target is needed"),
