@@ -137,9 +137,8 @@ def _sorted(parts: Sequence[Part]) -> tuple[list[Any], list[Any], list[Any]]:
     areas = [part for part in shapes if part.role == "floor"]
     if areas and plain:
         raise SceneError(f"{plain[0].where}: a polygon beside a floor. {HOW}")
-    plain_shapes = np.array([part.shape for part in plain], dtype=object)
-    within = shapely.STRtree(plain_shapes).query(plain_shapes, predicate="covered_by")
-    for inner, outer in within.T:
+    alike = np.array([part.shape for part in plain], dtype=object)
+    for inner, outer in shapely.STRtree(alike).query(alike, predicate="covered_by").T:
         if inner != outer:
             raise SceneError(
                 f"{plain[inner].where}: it lies within {plain[outer].where}. Pillars are holes, or "
@@ -155,11 +154,8 @@ def _sorted(parts: Sequence[Part]) -> tuple[list[Any], list[Any], list[Any]]:
         if part.role == "obstacle" and part.shape.geom_type == "Point":
             raise SceneError(f"{part.where}: an obstacle is a polygon or a line, not a point")
     obstacles = [part.shape for part in shapes if part.role == "obstacle"]
-    walls = [
-        part.shape
-        for part in parts
-        if part.role in (None, "obstacle") and part.shape.geom_type == "LineString"
-    ]
+    lines = [part for part in parts if part.shape.geom_type == "LineString"]
+    walls = [part.shape for part in lines if part.role != "door"]
     return [part.shape for part in (*areas, *plain)], obstacles, walls
 
 
@@ -283,6 +279,8 @@ def of_geojson(content: dict[str, Any]) -> Plan:
         role, used = _role(where, said)
         storeys |= {str(said[key]) for key in STOREYS if said.get(key) is not None}
         width = next((said[key] for key in WIDTHS if role == "door" and key in said), None)
+        if width is not None and not (type(width) in (int, float) and 0 < width <= MOST_M):
+            raise SceneError(f"{where}: width: {width!r}. A number above 0, in m, is needed")
         used |= {*STOREYS, *(WIDTHS if role == "door" else ())}
         plan.unused += [f"property {key}" for key in said if key not in used]
         for one in pieces(shape):
@@ -291,18 +289,10 @@ def of_geojson(content: dict[str, Any]) -> Plan:
                 continue
             if role is None and one.geom_type == "LineString" and said:
                 raise SceneError(f"{where}: a line that may be a wall or none. {HOW}")
-            plan.parts.append(Part(where=where, shape=one, role=role, width=_width(where, width)))
+            plan.parts.append(Part(where=where, shape=one, role=role, width=width))
     if len(storeys) > 1:
         raise SceneError(f"area: storeys {', '.join(sorted(storeys))}. One storey is needed")
     return plan
-
-
-def _width(where: str, width: Any) -> float | None:
-    if width is None:
-        return None
-    if isinstance(width, bool) or not isinstance(width, int | float) or not 0 < width <= MOST_M:
-        raise SceneError(f"{where}: width: {width!r}. A number above 0, in m, is needed")
-    return float(width)
 
 
 def _role(where: str, said: dict[str, Any]) -> tuple[str | None, set[str]]:

@@ -51,7 +51,8 @@ def of_vadere(file: Path, scenario: dict[str, Any], own_doors: bool) -> Floor:
         return Floor(polygon=_reached(ground, starts))
     goals = [[int(one) for one in source.get("targetIds", ())] for source in sources]
     targets = {int(one["id"]): one for one in topography.get("targets", ())}
-    shapes = {ids[-1]: _shape("target", targets[ids[-1]]) for ids in goals if {*ids} & {*targets}}
+    last = [ids[-1] for ids in goals if ids and ids[-1] in targets]
+    shapes = {number: _shape("target", targets[number]) for number in last}
     near = [_instead(_reached(ground, starts), one) for one in shapes.values()]
     instead = f"Give {' '.join(dict.fromkeys(near)) or '--door x,y,x,y'}, for example"
     if changing := [key for key in CHANGING if topography.get(key)]:
@@ -76,11 +77,8 @@ def of_vadere(file: Path, scenario: dict[str, Any], own_doors: bool) -> Floor:
 def _reached(floor: shapely.Geometry, starts: list[shapely.Geometry]) -> shapely.Polygon:
     """The part of a floor with the sources."""
     parts = [part for part in shapely.get_parts(floor) if part.area > 0]
-    return polygon_of(
-        shapely.union_all(
-            [part for part in parts if any(part.intersects(start) for start in starts)] or parts
-        )
-    )
+    reached = [part for part in parts if any(part.intersects(start) for start in starts)]
+    return polygon_of(shapely.union_all(reached or parts))
 
 
 def _unused(scenario: dict[str, Any], own_doors: bool) -> list[str]:
