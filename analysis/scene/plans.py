@@ -190,7 +190,7 @@ def _standing(
     pieces = shapely.get_parts(shapely.difference(shapely.intersection(sides, polygon), there))
     ends = [(one.coords[0], one.coords[-1]) for one in pieces if one.length > ON_WALL_M]
     return tuple(
-        ((round(x0, 8), round(y0, 8)), (round(x1, 8), round(y1, 8))) for (x0, y0), (x1, y1) in ends
+        ((round(x0, 7), round(y0, 7)), (round(x1, 7), round(y1, 7))) for (x0, y0), (x1, y1) in ends
     )
 
 
