@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import shlex
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,8 +16,8 @@ from analysis.cli.options import Count, InputFile, NotNegative, Out, Positive, S
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from shapely import Polygon
 
+    from analysis.scene.plans import Floor
     from analysis.scene.real.import_crowd import ImportedCrowd
     from analysis.scene.scene import Scene
     from analysis.scene.waiting import Doorway
@@ -79,8 +80,8 @@ def new(
     door: Width in m of a door in the middle of a room's side, or its ends: x,y,x,y in m. Several
         times for several, each with its share of the crowd behind a colon (0,1,0,2:0.3).
     room: LENGTHxWIDTH in m: −LENGTH < x < 0, |y| < WIDTH/2. Its door is at x = 0.
-    geometry: Floor in m instead of a room: WKT, GeoJSON, an SQLite trajectory of JuPedSim or a
-        Vadere scenario, which has its own doors.
+    geometry: Floor in m instead of a room: WKT, GeoJSON, a floor of crowd:it, a trajectory of
+        JuPedSim or a Vadere scenario. --door replaces the doors that it has.
     stream: Two opposing streams along a room, open at both ends (or as --door).
     block: Pillar or thick wall: x,y,x,y of two opposite corners in m. May be repeated.
     barrier: Straight wall inside, without thickness: x,y,x,y in m. May be repeated.
@@ -114,18 +115,20 @@ def new(
         refuse_beside(context, ("push",), "--speed and --tau give it: mass · speed / tau")
     varied = Varied(people=people_from, radius_share=radius_spread, seed=seed)
     who: dict[str, Any] = {"people": people, "radius": radius, "mass": mass, "varied": varied}
-    who |= {"push": push, "speed": speed, "relaxation": tau, "law": law, "friction": friction}
-    crowd = Crowd(**who)
-    blocks, walls = _corners("block", block), _corners("barrier", barrier)
-    inside = Inside(blocks=blocks, barriers=[(wall[:2], wall[2:]) for wall in walls])
+    crowd = Crowd(**who, push=push, speed=speed, relaxation=tau, law=law, friction=friction)
+    walls = [(wall[:2], wall[2:]) for wall in _corners("barrier", barrier)]
+    inside = Inside(blocks=_corners("block", block), barriers=walls)
     with progress():
         if geometry is None:
             length, width = _lengths("room", room or "", "x", 2)
             doors = _doors_of_room(door or [], (length, width), stream)
             scene = rectangle(name, length, width, doors, crowd, duration, inside)
         else:
-            floor, ways = _floor(geometry, door or [], stream)
-            scene = from_geometry(name, floor, ways, crowd, duration, inside)
+            floor = _floor(geometry, door or [], stream)
+            inside = replace(inside, barriers=[*floor.barriers, *walls])
+            scene = from_geometry(name, floor.polygon, floor.doors, crowd, duration, inside)
+            has = f"{len(scene.walls)} walls, {len(floor.doors)} doors"
+            print(f"{geometry}: {floor.polygon.area:.6g} m², {has}")
     for warning in scene.check(name):
         warn(warning)
     made = scene.write(out)
@@ -159,16 +162,17 @@ def _doors_of_room(
     return [_doorway(text) for text in doors]
 
 
-def _floor(geometry: Path, doors: list[str], stream: bool) -> tuple[Polygon, list[Doorway]]:
-    """The floor of a file, and its doors, or those that are given."""
+def _floor(geometry: Path, doors: list[str], stream: bool) -> Floor:
+    """The floor of a file with its doors, or with those that are given."""
     from analysis.scene.floors import read_floor
 
     if stream:
         raise ValueError("stream: only of a --room. Give the doors of a floor by --door")
-    floor = read_floor(geometry)
-    if not doors and not floor.doors:
+    given = tuple(_doorway(text) for text in doors)
+    floor = read_floor(geometry, own_doors=not given)
+    if not given and not floor.doors:
         raise ValueError(f"door: {geometry} has none. Its ends are needed: --door x,y,x,y")
-    return floor.polygon, [_doorway(text) for text in doors] or list(floor.doors)
+    return replace(floor, doors=given or floor.doors)
 
 
 def _doorway(text: str) -> Doorway:

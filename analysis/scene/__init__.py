@@ -1,6 +1,7 @@
 """What a crowd is: scenes, their disks, rooms and packings."""
 
-from analysis.scene.floors import Floor, read_floor
+from analysis.scene.floors import read_floor
+from analysis.scene.plans import Floor
 from analysis.scene.rooms import Crowd, Inside, from_geometry, room
 from analysis.scene.scene import (
     Analysis,

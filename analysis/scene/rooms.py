@@ -10,8 +10,9 @@ from pydantic import ValidationError
 
 from analysis.scene.anthropometry import Varied, apart
 from analysis.scene.drive import Goal
-from analysis.scene.floors import polygon_of, walled
+from analysis.scene.floors import walled
 from analysis.scene.law import LAWS
+from analysis.scene.plans import polygon_of
 from analysis.scene.scene import (
     Analysis,
     ContactModel,
@@ -22,7 +23,7 @@ from analysis.scene.scene import (
     SceneError,
     first_problem,
 )
-from analysis.scene.waiting import MOST_COVER, Doorway, Ends, counts_of, cover_of, places
+from analysis.scene.waiting import MOST_COVER, ON_WALL_M, Doorway, Ends, counts_of, cover_of, places
 from nscd import Snapshot, Walls
 from nscd.arrays import Floats, Indices
 from nscd.stepping import StepError
@@ -197,7 +198,7 @@ def _crowd(
             f"people: {len(radius)} of mean radius {radius.mean():.3g} m would cover {cover:.0%} of "
             f"the floor. At most {MOST_COVER:.0%} can be placed"
         )
-    if barriers and not floor.covers(shapely.MultiLineString(list(barriers))):
+    if barriers and not floor.buffer(ON_WALL_M).covers(shapely.MultiLineString(list(barriers))):
         raise SceneError("barrier: a part of it is not on the floor")
     counts = counts_of(ways, crowd.people)
     place = places(floor, barriers, ways, counts, radius, crowd.varied.seed)

@@ -7,6 +7,7 @@ import numpy as np
 import shapely
 
 from analysis.scene.scene import SceneError
+from nscd import _core
 from nscd.arrays import Flags, Floats, Indices
 
 # Share of the floor that disks cover where they wait: dense, and still without order.
@@ -30,11 +31,13 @@ class Doorway:
 
     ends: its ends, m, on one side of the outline of the floor
     share: of the crowd that goes there, over the sum of the shares of all doors
-    start: the part of the floor where these people wait; anywhere where left out"""
+    start: the part of the floor where these people wait; anywhere where left out
+    spread: whether they wait all over that part; without, where it is nearest to the door"""
 
     ends: Ends
     share: float = 1.0
     start: shapely.Geometry | None = None
+    spread: bool = False
 
 
 def opposing(length: float, width: float, door: float | None = None) -> tuple[Doorway, Doorway]:
@@ -82,8 +85,10 @@ def straight(
     wide = floor.buffer(ON_WALL_M)
     shapely.prepare(wide)
     found: Flags = shapely.covers(wide, way)
-    for line in barriers:
-        found &= ~shapely.intersects(way, shapely.LineString(line))
+    if barriers:
+        ends = np.stack([shapely.get_coordinates(way)[at::2] for at in (0, 1)])
+        walls = np.array(barriers, dtype=float).swapaxes(0, 1).copy()
+        found &= _core.clear_of(ends[0], ends[1], walls[0], walls[1], ON_WALL_M) > 0
     return found
 
 
@@ -108,13 +113,16 @@ def places(
     largest = float(radius.max())
     free = floor.buffer(-largest)
     if barriers:
-        lines = shapely.union_all([shapely.LineString(line) for line in barriers])
-        free = free.difference(lines.buffer(largest))
+        lines = shapely.linestrings(np.array(barriers, dtype=float))
+        near = shapely.buffer(lines, largest, quad_segs=16)  # one by one: faster by far
+        free = free.difference(shapely.union_all(near))
     own = np.split(radius, np.cumsum(counts)[:-1])
     for door, mine in zip(doors, own, strict=True):
         _check_fit(free if door.start is None else free.intersection(door.start), mine)
     _check_fit(free, radius)
-    if len(doors) == 1 and not barriers and floor.equals(floor.convex_hull):
+    if all(door.spread for door in doors):
+        areas = [free if door.start is None else free.intersection(door.start) for door in doors]
+    elif len(doors) == 1 and not barriers and floor.equals(floor.convex_hull):
         areas = [_before(free, doors[0], radius)]
     else:
         areas = _parts(floor, free, barriers, doors, own)
@@ -174,8 +182,9 @@ def _parts(
         clear[inside] = straight(points, door.ends, floor, barriers)
         clear = binary_erosion(clear, iterations=margin, border_value=1)[inside]
         price[row] = shapely.distance(points, shapely.LineString(door.ends))
-        price[row] += np.where(clear, 0.0, 2 * price[row].max())
-        if door.start is not None:
+        if door.start is None:
+            price[row] += np.where(clear, 0.0, 2 * price[row].max())
+        else:
             price[row, ~shapely.intersects_xy(door.start, middles)] = np.inf
     wanted = sizes / side**2 * min(1.0, len(points) * side**2 / sizes.sum())
     going = _shared_out(price, wanted.astype(np.int64))

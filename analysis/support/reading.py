@@ -11,6 +11,7 @@ import zlib
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import IO, Any, Protocol
+from xml.etree import ElementTree
 
 from analysis.support.extras import MissingExtraError, load
 
@@ -133,6 +134,17 @@ def read_text(path: Path, most: int = LARGEST_TEXT) -> str:
         raise UnreadableError(
             f"{path}, line {content[: error.start].count(10) + 1}: not UTF-8 text"
         ) from None
+
+
+def parsed_xml(file: Path, text: str) -> ElementTree.Element:
+    """Parse the text of an XML file. Raises UnreadableError for what is none, and for a document
+    type, which could grow without end."""
+    if "<!DOCTYPE" in text:
+        raise UnreadableError(f"{file}: a document type is not read")
+    try:
+        return ElementTree.fromstring(text.encode())
+    except ElementTree.ParseError as error:
+        raise UnreadableError(f"{file}: no XML: {error}") from None
 
 
 def whole_number(word: str, what: str, *, least: int = 1, most: int = LARGEST_WHOLE) -> int:

@@ -164,7 +164,7 @@ def circle(x, y):
 
 BAD = {
     "shape": ({"obstacles": [{"id": 5, "shape": {"type": "LINE"}}]}, "obstacle 5: shape 'LINE'"),
-    "far": ({"targets": [{"id": 7, "shape": circle(9, 8)}]}, "target 7: it does not lie at the"),
+    "far": ({"targets": [{"id": i, "shape": circle(15, 5)} for i in (7, 8)]}, "target 7: it does not lie at the"),
     "missing": ({"targets": [{"id": 7}]}, "topography: KeyError: 'shape'"),
     "bounds": ({"attributes": {}}, "topography: KeyError: 'bounds'"),
     "no_target": ({"targets": []}, "source 3: targetIds: [7]. One target is needed"),
@@ -179,6 +179,17 @@ def test_a_scenario_that_is_no_room_is_one_line(refused, tmp_path, bad):
     said = refused("new", "hall", "--geometry", "hall.scenario", "--people", 40)
     where = "hall.scenario: " if says else "door: hall.scenario has none"
     assert said.startswith(f"percussions: {where}{says or ''}")
+
+
+def test_people_of_a_source_stand_all_over_it(tmp_path):
+    """Behind a gap they stood in the line of sight; uniform over 6 m they scatter by 6/√12 m."""
+    walls = [{"id": n, "shape": shape(11, y, 0.5, 4)} for n, y in enumerate((0.5, 6.5))]
+    changes = {"obstacles": walls, "sources": [{"id": 3, "shape": shape(2, 2, 6, 6), "targetIds": [8]}]}
+    (tmp_path / "gap.scenario").write_text(json.dumps(vadere(**changes)))
+    floor = read_floor(tmp_path / "gap.scenario")
+    place = from_geometry("gap", floor.polygon, floor.doors, Crowd(people=60)).snapshot.position
+    assert place.std(0) == pytest.approx([6 / np.sqrt(12)] * 2, rel=0.2)
+    assert place.mean(0) == pytest.approx([5, 5], abs=4 * 1.73 / np.sqrt(60))
 
 
 def test_a_floor_that_is_packed_and_cut_off_is_damaged(tmp_path):

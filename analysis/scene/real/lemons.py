@@ -13,7 +13,7 @@ import shapely
 from analysis.scene.anthropometry import apart
 from analysis.scene.floors import walls_between
 from analysis.scene.scene import Scene, SceneError, Wall, read_room
-from analysis.support.reading import UnreadableError, read_text
+from analysis.support.reading import UnreadableError, parsed_xml, read_text
 from nscd import Snapshot
 from nscd.arrays import Floats
 from nscd.stepping import StepError
@@ -147,14 +147,9 @@ def _shares(where: str, disks: list[Disk]) -> Floats:
 def _xml(file: Path, name: str) -> ElementTree.Element:
     """The root of a file, which has this name."""
     try:
-        text = read_text(file)
-        if "<!DOCTYPE" in text:
-            raise SceneError(f"{file}: a document type is not read")
-        root = ElementTree.fromstring(text.encode())
+        root = parsed_xml(file, read_text(file))
     except UnreadableError as error:
         raise SceneError(str(error)) from None
-    except ElementTree.ParseError as error:
-        raise SceneError(f"{file}: no XML: {error}") from None
     if root.tag != name:
         what = "histories of contacts are not read" if root.tag == "Interactions" else "unknown"
         raise SceneError(f"{file}: <{root.tag}> where <{name}> is needed ({what})")
