@@ -12,7 +12,7 @@ PYTHON := $(VENV)/bin/python
 unexport MAKEFLAGS
 PIP := $(PYTHON) -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
-.PHONY: help install core wheel sanitize report paper explore docs test wheel-test lint bench clean system system-test
+.PHONY: help install core wheel sanitize report paper explore docs test wheel-test lint bench clean system system-test test-rounding
 
 help:
 	@echo "make install   the environment in $(VENV), and YADE from the system's packages"
@@ -22,6 +22,7 @@ help:
 	@echo "make docs      the docs as a site that opens offline, in site/"
 	@echo "make core      the native core compiled anew where nscd/core/ has changed"
 	@echo "make test      lint, types and tests"
+	@echo "make test-rounding  all tests as on a processor without AVX and FMA, and some on one of 2008: the same numbers everywhere; half an hour"
 	@echo "make wheel-test  the wheel installed with all its parts from the package index into a new environment, and used, in build/wheel-test/"
 	@echo "make wheel     a wheel for this Python, in dist/, that needs no compiler where it is installed"
 	@echo "make sanitize  crowds through every way of the core, dumps and random bytes through its readers, watched for errors of memory and threads"
@@ -38,6 +39,7 @@ ready() {
         g++) command -v g++ >/dev/null || command -v clang++ >/dev/null ;;
         python3-dev) $(PYTHON3) -c 'import pathlib, sys, sysconfig; sys.exit(not pathlib.Path(sysconfig.get_path("include"), "Python.h").exists())' 2>/dev/null ;;
         yade) command -v yade >/dev/null ;;
+        qemu-user) command -v qemu-x86_64 >/dev/null ;;
         chromium) command -v chromium >/dev/null || command -v google-chrome >/dev/null ;;
     esac
 }
@@ -64,6 +66,7 @@ need() {
     esac
     case " $$absent " in *" g++ "*) echo "Without g++ or clang++: the core is compiled with the compiler of the Python package ziglang." ;; esac
     case " $$absent " in *" yade "*) echo "Without YADE: every run and report is made with LAMMPS only." ;; esac
+    case " $$absent " in *" qemu-user "*) echo "Without QEMU: no test runs on a processor of 2008." ;; esac
     case " $$absent " in *" chromium "*) echo "Without Chromium: the test that opens the report in a browser is skipped." ;; esac
 }
 endef
@@ -205,6 +208,26 @@ lint: $(VENV)/installed-test
 test: system-test $(VENV)/installed
 	@$(MAKE) --no-print-directory --jobs=2 $(VENV)/core lint
 	$(PYTHON) -m pytest -n auto --dist loadfile --no-loadscope-reorder
+
+# What numpy, OpenBLAS and libm choose by the processor is switched off: all of it for all tests, each alone for the tests
+# that it may change. QEMU's Nehalem has SSE4.2, as numpy needs, and neither AVX nor FMA.
+EXACT := tests/test_rounding.py tests/scene tests/core tests/nscd tests/stepping tests/friction tests/explore
+EMULATED := tests/test_rounding.py tests/core/test_core.py
+test-rounding: system-test $(VENV)/core $(VENV)/installed-test
+	@$(NEEDED)
+	need qemu-user
+	wrong=
+	numpy="NPY_DISABLE_CPU_FEATURES=$$($(PYTHON) -c 'from tests.test_rounding import dispatched; print(dispatched())')"
+	blas=OPENBLAS_CORETYPE=Nehalem libm=GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX512F
+	under() { echo "Rounding of $$1"; kind=$$1; shift; "$$@" || wrong="$$wrong $$kind,"; }
+	under "all three" env "$$numpy" $$blas $$libm $(PYTHON) -m pytest -n auto --dist loadfile --no-loadscope-reorder
+	under numpy env "$$numpy" $(PYTHON) -m pytest $(EXACT)
+	under OpenBLAS env $$blas $(PYTHON) -m pytest $(EXACT)
+	under libm env $$libm $(PYTHON) -m pytest $(EXACT)
+	if [ "$$(uname -m)" = x86_64 ] && ready qemu-user; then
+	    under QEMU qemu-x86_64 -cpu Nehalem $(PYTHON) -m pytest -p no:cacheprovider $(EMULATED)
+	fi
+	[ -z "$$wrong" ] || { echo "Tests fail under the rounding of:$${wrong%,}" >&2; exit 1; }
 
 # The tests install the wheel without a network; this is the whole of it, as a stranger does it.
 wheel-test: $(VENV)/installed-test

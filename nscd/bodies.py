@@ -9,7 +9,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nscd import _core
-from nscd.arrays import LARGEST, Floats, Index32, Indices, number, read_only, whole_numbers
+from nscd.arrays import (
+    LARGEST,
+    Floats,
+    Index32,
+    Indices,
+    dots,
+    lengths,
+    number,
+    read_only,
+    whole_numbers,
+)
 from nscd.segments import nearest_on_segment
 
 _LEFT_OUT: Any = np.empty(0, dtype=np.int64)
@@ -132,7 +142,7 @@ class Snapshot:
         of = Bodies(number=place.astype(np.int32), ids=ids, mass=own, centre=own, inertia=own)
         of = replace(of, centre=of.mean(self.position, self.mass))
         off = self.position - of.centre[place]
-        moment = self.inertia + self.mass * (off**2).sum(1)
+        moment = self.inertia + self.mass * dots(off, off)
         total, given = (np.bincount(place, part).astype(float) for part in (self.mass, moment))
         if inertia is not None:
             given = read_only(inertia, (b,), "inertia")
@@ -156,7 +166,7 @@ class Snapshot:
                 which = of.ids[of.number[one[uneven][0]]]
                 raise ValueError(f"spin: disks of body {which} turn differently")
             least = np.minimum(self.radius[one], self.radius[other])
-            gap = np.hypot(*(self.position[one] - self.position[other]).T)
+            gap = lengths(self.position[one] - self.position[other])
             near = gap - self.radius[one] - self.radius[other] <= NEAR * least
             ends.append(np.column_stack([one[near], other[near]]).astype(np.int32))
         pairs = np.concatenate(ends) if ends else np.empty((0, 2), np.int32)
@@ -193,7 +203,7 @@ class Snapshot:
     @property
     def inertia(self) -> Floats:
         """Compute (n,) kg m², the moment of inertia m r²/2 of each disk about its centre."""
-        inertia: Floats = 0.5 * self.mass * self.radius**2
+        inertia: Floats = 0.5 * self.mass * (self.radius * self.radius)
         return inertia
 
     def __len__(self) -> int:
@@ -238,7 +248,7 @@ class Walls:
             )
         object.__setattr__(self, "start", read_only(self.start, (-1, 2), "start"))
         object.__setattr__(self, "end", read_only(self.end, (len(self.start), 2), "end"))
-        length = np.hypot(*(self.end - self.start).T)
+        length = lengths(self.end - self.start)
         if (length == 0).any():
             raise ValueError(f"end: wall {int(np.argmin(length))} has no length")
 

@@ -9,7 +9,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nscd import _core
-from nscd.arrays import Flags, Floats, Index32, Indices, instance, number, read_only, whole_numbers
+from nscd.arrays import (
+    Flags,
+    Floats,
+    Index32,
+    Indices,
+    dots,
+    instance,
+    lengths,
+    number,
+    read_only,
+    whole_numbers,
+)
 from nscd.bodies import Bodies, Snapshot, Walls
 
 if TYPE_CHECKING:
@@ -59,7 +70,7 @@ class Contacts:
             raise ValueError("first, second: negative index")
         if np.any((self.first == self.second) & ~self.is_wall):
             raise ValueError("second: a disk in contact with itself")
-        off = np.abs(np.hypot(*self.normal.T) - 1)
+        off = np.abs(lengths(self.normal) - 1)
         if k and off.max() > UNIT:
             raise ValueError(f"normal: row {int(np.argmax(off))} is not a unit vector")
 
@@ -99,7 +110,7 @@ class Contacts:
         """Compute v = n·D(u) = C u, positive where the contact closes (paper eq. (2)).
 
         velocity: (n,2) m/s; returns (k,) m/s"""
-        approach: Floats = (self.normal * self.deformation_velocity(velocity)).sum(1)
+        approach: Floats = dots(self.normal, self.deformation_velocity(velocity))
         return approach
 
     def momentum_change(self, impulse: Floats, n: int) -> Floats:
@@ -255,7 +266,8 @@ def inverse_masses(snapshot: Snapshot, contacts: Contacts) -> Floats:
         return contacts.inverse_mass(snapshot.mass)
     of, along = of_bodies(wide, contacts), levers(snapshot, contacts)[0]
     other = np.where(of.is_wall, of.first, of.second)
-    turning = along[:, 0] ** 2 / wide.inertia[of.first] + along[:, 1] ** 2 / wide.inertia[other]
+    square = along * along
+    turning = square[:, 0] / wide.inertia[of.first] + square[:, 1] / wide.inertia[other]
     return of.inverse_mass(wide.mass) + turning
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from nscd.arrays import Floats
+from nscd.arrays import Floats, dots
 
 # A nearest point that is nearer to an end than this (m) is the end: over the joint of two walls in
 # line, rounding would put it into both.
@@ -16,11 +16,7 @@ def nearest_on_segment(points: Floats, start: Floats, end: Floats) -> Floats:
     (n,2) m: start + s·(end − start) with s = (x − start)·(end − start)/|end − start|² cut to [0,
     1]. A segment without length is its start."""
     along = end - start
-    square = _dot(along, along)
-    share = _dot(points - start, along) / np.where(square > 0, square, 1.0)
+    square = dots(along, along)
+    share = dots(points - start, along) / np.where(square > 0, square, 1.0)
     nearest: Floats = start + np.clip(share, 0.0, 1.0)[:, None] * along
     return nearest
-
-
-def _dot(a: Floats, b: Floats) -> Floats:
-    return np.asarray(a @ b if b.ndim == 1 else (a * b).sum(1))

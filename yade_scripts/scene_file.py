@@ -137,7 +137,9 @@ def acceleration(scene):
     """What the body force gives to everybody, (2,) m/s2."""
     force = scene.get("body_force", {"acceleration_m_per_s2": (0.0, 0.0)})
     if "slope_deg" in force:
-        return GRAVITY * math.sin(math.radians(force["slope_deg"])) * np.array(force["downhill"])
+        # 12 digits, which are those of every processor
+        sine = float(f"{math.sin(math.radians(force['slope_deg'])):.12g}")
+        return GRAVITY * sine * np.array(force["downhill"])
     return np.array(force["acceleration_m_per_s2"], float)
 
 
@@ -180,7 +182,9 @@ def read_disks(path, bodies=None):
     ):
         raise SceneFileError(f"{path}: not as many complete Velocities as Atoms")
     radius = 0.5 * atoms[:, 2]
-    mass = np.array([float(f"{m:.13g}") for m in atoms[:, 3] * (4.0 * np.pi / 3.0) * radius**3])
+    # products, since processors round a power differently
+    volume = 4.0 * np.pi / 3.0 * (radius * radius * radius)
+    mass = np.array([float(f"{m:.13g}") for m in atoms[:, 3] * volume])
     ids, place, velocity, spin = (
         atoms[:, 0].astype(int),
         atoms[:, 4:6],

@@ -12,7 +12,7 @@ import numpy as np
 
 from analysis.dumps.frames import LARGEST_LENGTH, DumpError
 from analysis.dumps.index import WORDS, DumpIndex
-from analysis.scene.lammps_data import SPHERE
+from analysis.scene.lammps_data import volumes
 from nscd import Snapshot
 from nscd.arrays import LARGEST, Floats, Indices
 
@@ -114,7 +114,7 @@ class BodyColumns:
         if self.unit != 1.0:
             data |= {name: self.unit * data[name] for name in LENGTHS if name in data}
         if "mass" not in data:
-            data["mass"] = data["density"] * SPHERE * data["radius"] ** 3
+            data["mass"] = data["density"] * volumes(data["radius"])
         return data
 
 

@@ -19,7 +19,7 @@ from analysis.engines.process import killed_by
 from analysis.engines.record import FAILED, STOPPED, EngineError, RunRecord
 from analysis.scene.scene import Scene
 from nscd import Snapshot, find_contacts
-from nscd.arrays import Flags, Floats
+from nscd.arrays import Flags, Floats, lengths
 from nscd.stepping.motion import segments_of
 
 # The limits; the decks and the script hold the same numbers.
@@ -133,9 +133,9 @@ def garbage(
 def speed_most(scene: Scene) -> float:
     """Return the fastest speed that a scene asks for (m/s): at the start, or of its drive, and what
     a body force adds: g τ with a drive, else g times the duration."""
-    speed = float(np.hypot(*scene.snapshot.velocity.T).max())
+    speed = float(lengths(scene.snapshot.velocity).max())
     lasts = scene.drive.relaxation_time_s if scene.drive else scene.run.duration_s
-    added = float(np.hypot(*scene.acceleration())) * lasts
+    added = float(lengths(np.array(scene.acceleration()))) * lasts
     return (max(speed, scene.drive.speed_m_per_s) if scene.drive else speed) + added
 
 

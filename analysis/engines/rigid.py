@@ -12,6 +12,7 @@ from analysis.engines.guard import speed_most
 from analysis.engines.process import Command, digest_of, python_command
 from analysis.engines.record import EngineError, Timing, divided
 from analysis.scene.scene import Scene
+from nscd.arrays import lengths
 
 NAME = "rigid"
 # What a person goes in a step, at the desired speed, as a share of the mean radius: by default, and
@@ -71,7 +72,7 @@ def _fastest(scene: Scene) -> float:
     """The fastest speed that a scene asks for (m/s), its drive's or without one what falling gives."""
     if scene.drive is None:
         return speed_most(scene)
-    return max(float(np.hypot(*scene.snapshot.velocity.T).max()), scene.drive.speed_m_per_s)
+    return max(float(lengths(scene.snapshot.velocity).max()), scene.drive.speed_m_per_s)
 
 
 class Rigid(Engine):

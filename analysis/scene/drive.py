@@ -11,7 +11,7 @@ import pydantic
 from analysis.scene.fields import Count, Number, Point, Positive, Schema, means_of
 from analysis.scene.way import Way, way_of
 from nscd import Snapshot, Walls, _core
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Flags, Floats, Indices, dots, lengths
 from nscd.segments import nearest_on_segment
 
 # The key that may stand for desired speed or relaxation time, and the latter where only it is
@@ -67,7 +67,7 @@ class Exit(Schema):
 
     @pydantic.model_validator(mode="after")
     def _check_door(self) -> Self:
-        if abs(np.hypot(*self.outward) - 1) > 1e-9:
+        if abs(lengths(np.array(self.outward)) - 1) > 1e-9:
             raise ValueError("outward must be a unit vector")
         if self.door_start_m == self.door_end_m:
             raise ValueError("door_start_m and door_end_m are the same point")
@@ -85,7 +85,7 @@ class Exit(Schema):
 
     def beyond(self, position: Floats) -> Flags:
         """Who (n,) at (n,2) m has passed the line of the door."""
-        passed: Flags = (position - np.array(self.door_start_m)) @ np.array(self.outward) >= 0
+        passed: Flags = dots(position - self.door_start_m, np.array(self.outward)) >= 0
         return passed
 
 
@@ -261,7 +261,7 @@ class Drive(Exit, Pace):
         for number, (exit_, mine) in enumerate(self.exits(people.ids)):
             (x0, y0), (x1, y1) = exit_.door
             door = f"the door from ({x0:g}, {y0:g}) to ({x1:g}, {y1:g}) m"
-            if np.hypot(x1 - x0, y1 - y0) < widest:
+            if lengths(np.subtract(*exit_.door)) < widest:
                 raise ValueError(f"drive: {door} is narrower than the widest person, {widest:g} m")
             shut = mine & (self.hidden(walls, people) | ~exit_.beyond(people.position))
             shut &= self.way.at(people.position, number, self.way.next) < 0

@@ -16,7 +16,7 @@ from analysis.scene.vadere import of_vadere
 from analysis.scene.waiting import ON_WALL_M, Doorway, Ends
 from analysis.support.foreign import read_foreign
 from analysis.support.reading import UnreadableError, begins, parsed_xml, read_text
-from nscd.arrays import Floats
+from nscd.arrays import Floats, dots, lengths
 
 
 def walled(
@@ -43,10 +43,10 @@ def walled(
         if side is None:
             raise SceneError(f"door: {way.ends} m is not on one side of the room's outline")
         start, along = side[0], side[1] - side[0]
-        at = np.sort((ends - start) @ along / (along @ along))
+        at = np.sort(dots(ends - start, along) / dots(along, along))
         first, last = (start + share * along for share in at)
         # the floor is on the left of its sides
-        outward.append(np.array([along[1], -along[0]]) / np.hypot(*along))
+        outward.append(np.array([along[1], -along[0]]) / lengths(along))
         placed.append(replace(way, ends=(_point(first), _point(last))))
         if any(placed[-1].ends == other.ends for other in placed[:-1]):
             continue
@@ -54,7 +54,7 @@ def walled(
         if whole is None:
             raise SceneError(f"door: {way.ends} m overlaps another door")
         pieces = ((sides[whole][0], first), (last, sides[whole][1]))
-        sides[whole : whole + 1] = [(a, b) for a, b in pieces if np.hypot(*(b - a)) > ON_WALL_M]
+        sides[whole : whole + 1] = [(a, b) for a, b in pieces if lengths(b - a) > ON_WALL_M]
     sides += [(start, end) for start, end in np.array(barriers).reshape(-1, 2, 2)]
     return walls_between(sides, names), outward, placed
 

@@ -51,15 +51,20 @@ def written_mass(snapshot: Snapshot) -> Floats:
     return _mass(_density(snapshot), snapshot.radius)
 
 
+def volumes(radius: Floats) -> Floats:
+    """Compute the volumes (n,) m³ of spheres; processors round a power differently."""
+    return SPHERE * (radius * radius * radius)
+
+
 def _density(snapshot: Snapshot) -> Floats:
-    density: Floats = snapshot.mass / (SPHERE * snapshot.radius**3)
+    density: Floats = snapshot.mass / volumes(snapshot.radius)
     return density
 
 
 def _mass(density: Floats, radius: Floats) -> Floats:
     """To the digits that survive the way to a density and back."""
     with np.errstate(over="ignore"):  # what is not finite is refused by the snapshot
-        mass = density * SPHERE * radius**3
+        mass = density * volumes(radius)
     return np.array([float(f"{m:.13g}") for m in mass])
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 
 from nscd import Snapshot, Walls, find_contacts
-from nscd.arrays import Floats
+from nscd.arrays import Floats, lengths
 
 # An overlap below this share of the smaller radius is rounding or reconciliation, not a mistake.
 OVERLAP = 1e-6
@@ -30,7 +30,7 @@ def check_room(snapshot: Snapshot, walls: Walls, doors: Walls | None) -> list[st
             raise ValueError(f"disk {snapshot.ids[disk]} at ({x:g}, {y:g}) m is outside the walls")
     warnings = []
     if doors is not None:
-        width = float(np.hypot(*(doors.end - doors.start).T).min())
+        width = float(lengths(doors.end - doors.start).min())
         widest = 2 * float(snapshot.radius.max())
         if width < widest:
             warnings.append(

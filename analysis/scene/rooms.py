@@ -25,7 +25,7 @@ from analysis.scene.scene import (
 )
 from analysis.scene.waiting import MOST_COVER, ON_WALL_M, Doorway, Ends, counts_of, cover_of, places
 from nscd import Snapshot, Walls
-from nscd.arrays import Floats, Indices
+from nscd.arrays import Floats, Indices, lengths
 from nscd.stepping import StepError
 
 # More people than these take minutes; more of the others is no crowd.
@@ -154,7 +154,7 @@ def from_geometry(
         snapshot = apart(snapshot, Walls(start=shut[:, 0], end=shut[:, 1]))
     except StepError as error:
         raise SceneError(f"people: {error}") from None
-    widths = " and ".join(f"{np.hypot(*np.subtract(*way.ends)):.3g} m" for way in ways)
+    widths = " and ".join(f"{lengths(np.subtract(*way.ends)):.3g} m" for way in ways)
     contact = {"law": crowd.law, "friction": crowd.friction, "restitution": RESTITUTION}
     if crowd.law not in LAWS or not LAWS[crowd.law].own_stiffness:
         contact["stiffness_N_per_m"] = 1e6

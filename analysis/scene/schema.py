@@ -14,6 +14,7 @@ from analysis.scene.drive import Drive
 from analysis.scene.fields import Count, FileName, Number, Period, Point, Positive, Schema, means_of
 from analysis.scene.law import AS_HERTZ, LAWS, NOMINAL, Elastic, Law, hertz_stiffness
 from nscd import Snapshot, Walls
+from nscd.arrays import lengths
 from nscd.stepping import Arms
 
 # The keys that may stand for the stiffness of hertz.
@@ -294,7 +295,7 @@ class Wall(Schema):
     def normal(self) -> Point:
         """Give the unit vector along which a wall gives: to the left on the way from start to end."""
         along = self.end_m[0] - self.start_m[0], self.end_m[1] - self.start_m[1]
-        length = math.hypot(*along)
+        length = float(lengths(np.array(along)))
         return -along[1] / length, along[0] / length
 
     @model_validator(mode="after")
@@ -329,7 +330,8 @@ class BodyForce(Schema):
             return self.acceleration_m_per_s2
         assert self.slope_deg is not None
         assert self.downhill is not None
-        along = GRAVITY * math.sin(math.radians(self.slope_deg))
+        sine = math.sin(math.radians(self.slope_deg))  # whose 12 digits are those of every processor
+        along = GRAVITY * float(f"{sine:.12g}")
         return along * self.downhill[0], along * self.downhill[1]
 
     @model_validator(mode="after")
@@ -337,7 +339,7 @@ class BodyForce(Schema):
         given = self.acceleration_m_per_s2, self.slope_deg, self.downhill
         if [one is None for one in given] not in ([False, True, True], [True, False, False]):
             raise ValueError("acceleration_m_per_s2, or slope_deg and downhill, are needed")
-        if self.downhill is not None and abs(math.hypot(*self.downhill) - 1) > 1e-9:
+        if self.downhill is not None and abs(lengths(np.array(self.downhill)) - 1) > 1e-9:
             raise ValueError("downhill must be a unit vector")
         return self
 

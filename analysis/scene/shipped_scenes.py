@@ -17,6 +17,7 @@ from analysis.scene.rooms import Crowd, Inside, from_geometry
 from analysis.scene.scene import Drive, Room, Scene, SceneError, Wall, read_room, read_scene
 from analysis.scene.waiting import Doorway
 from nscd import Snapshot
+from nscd.arrays import lengths, normal
 
 MASS_KG = 75.0
 
@@ -86,7 +87,7 @@ def room_with_a_door(reach: float) -> tuple[tuple[Wall, ...], Drive]:
 
 def _in_room(name: str, n: int, crowd: Snapshot) -> Scene:
     """A crowd in the room of its size."""
-    reach = float(np.hypot(*crowd.position.T).max()) + float(crowd.radius.max())
+    reach = float(lengths(crowd.position).max()) + float(crowd.radius.max())
     return _again(name, n, crowd, walls=room_with_a_door(reach)[0])
 
 
@@ -185,15 +186,16 @@ BODY = ((0.42, -0.58), (0.5, 0.0), (0.42, 0.58))
 
 def _shoulders(name: str, n: int, seed: int) -> Scene:
     people = crowd_before_a_door(n, seed, 0.24)
+    # nanometres are those of every processor
     away = np.arctan2(*(people.position.T[::-1])) + np.pi / 2
     facing = away + np.random.default_rng([seed, 8]).uniform(-0.5, 0.5, n)
     share, place = np.array(BODY).T
     across = np.column_stack([np.cos(facing), np.sin(facing)])
-    position = people.position[:, None] + np.einsum("n,b,nx->nbx", people.radius, place, across)
+    off = people.radius[:, None, None] * place[:, None] * across[:, None]
     crowd = Snapshot(
-        position=position.reshape(-1, 2).round(9),
+        position=(people.position[:, None] + off).reshape(-1, 2).round(9),
         radius=np.outer(people.radius, share).ravel().round(9),
-        mass=np.outer(people.mass, share**2 / (share**2).sum()).ravel().round(9),
+        mass=np.outer(people.mass, share * share / (share * share).sum()).ravel().round(9),
     ).joined(np.repeat(np.arange(1, n + 1), 3))
     return _in_room(name, n, crowd)
 
@@ -278,12 +280,12 @@ def variant(scene: Scene, number: int) -> Scene:
     centre = given.position if of is None else of.centre[who]
     count = int(who.max(initial=-1)) + 1
     for _ in range(DRAWS):
-        shift = random.normal(0.0, PLACE_M, (count, 2))[who]
+        shift = PLACE_M * normal(random, (count, 2))[who]
         size = random.uniform(1 - RADIUS_SHARE, 1 + RADIUS_SHARE, count)
         place = centre + size[who, None] * (given.position - centre) + shift
         moved = dataclasses.replace(given, position=place, radius=given.radius * size[who])
         if of is not None:
-            moved = moved.joined(of.ids[who], inertia=of.inertia * size**2)
+            moved = moved.joined(of.ids[who], inertia=of.inertia * (size * size))
         try:
             return _instead(scene, moved, f"{scene.name}, crowd {number}")
         except SceneError as error:

@@ -8,7 +8,7 @@ import shapely
 
 from analysis.scene.scene import SceneError
 from nscd import _core
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Flags, Floats, Indices, lengths
 
 # Share of the floor that disks cover where they wait: dense, and still without order.
 COVER = 0.6
@@ -56,7 +56,7 @@ def opposing(length: float, width: float, door: float | None = None) -> tuple[Do
 
 def cover_of(radius: Floats, floor: shapely.Geometry) -> float:
     """Compute the share of a floor that disks cover."""
-    return float(np.pi * (radius**2).sum() / floor.area) if floor.area else np.inf
+    return float(np.pi * (radius * radius).sum() / floor.area) if floor.area else np.inf
 
 
 def counts_of(doors: Sequence[Doorway], people: int) -> list[int]:
@@ -135,7 +135,7 @@ def places(
 
 def _check_fit(free: shapely.Geometry, radius: Floats) -> None:
     """Raise SceneError where there is no room for the centres of disks."""
-    if free.is_empty or free.area < np.pi * float((radius**2).sum()):
+    if free.is_empty or free.area < np.pi * float((radius * radius).sum()):
         raise SceneError(
             f"people: {len(radius)} of mean radius {radius.mean():.3g} m do not fit where they are "
             f"to wait: {free.area:.3g} m² for their centres"
@@ -144,7 +144,7 @@ def _check_fit(free: shapely.Geometry, radius: Floats) -> None:
 
 def _before(free: shapely.Geometry, door: Doorway, radius: Floats) -> shapely.Geometry:
     """The part nearest to a door where disks cover COVER, or all of it."""
-    size = float(np.pi * (radius**2).sum()) / COVER
+    size = float(np.pi * (radius * radius).sum()) / COVER
     free = free if door.start is None else free.intersection(door.start)
     line = shapely.LineString(door.ends)
     least, most = 0.0, float(shapely.hausdorff_distance(line, free)) + line.length
@@ -166,7 +166,7 @@ def _parts(
     their door and the ways are short."""
     from scipy.ndimage import binary_erosion
 
-    sizes = np.array([float(np.pi * (radius**2).sum()) / COVER for radius in own])
+    sizes = np.array([float(np.pi * (radius * radius).sum()) / COVER for radius in own])
     side = float(np.sqrt(max(sizes.sum() / CELLS, free.area / MOST_CELLS)))
     x0, y0, x1, y1 = free.bounds
     x, y = np.arange(x0 + side / 2, x1, side), np.arange(y0 + side / 2, y1, side)
@@ -186,7 +186,7 @@ def _parts(
             price[row] += np.where(clear, 0.0, 2 * price[row].max())
         else:
             price[row, ~shapely.intersects_xy(door.start, middles)] = np.inf
-    wanted = sizes / side**2 * min(1.0, len(points) * side**2 / sizes.sum())
+    wanted = sizes / (side * side) * min(1.0, len(points) * (side * side) / sizes.sum())
     going = _shared_out(price, wanted.astype(np.int64))
     boxes = shapely.box(*(middles - side / 2).T, *(middles + side / 2).T)
     return [free.intersection(shapely.union_all(boxes[going == row])) for row in range(len(doors))]
@@ -221,7 +221,7 @@ def _put(
         apart_from = share * (radius[:person] + radius[person])
         for _ in range(TRIES):
             place[person] = random.uniform(area.bounds[:2], area.bounds[2:])
-            near = np.hypot(*(place[:person] - place[person]).T) < apart_from
+            near = lengths(place[:person] - place[person]) < apart_from
             if not near.any() and shapely.contains_xy(area, *place[person]):
                 break
         else:

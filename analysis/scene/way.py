@@ -11,12 +11,18 @@ import numpy as np
 import shapely
 
 from nscd import Walls, _core
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Flags, Floats, Indices, dots, lengths
 
 # m, side of a cell where the floor has no more than MOST_CELLS of them.
 CELL_M, MOST_CELLS = 0.1, 250_000
-# Corners round an end of a wall, on a circle.
-RING = 16
+# Corners round an end of a wall, on a circle: unit vectors, as numbers since processors round sin
+# and cos differently.
+QUARTER = np.array(
+    [[1.0, 0.0], [0.9238795325112867, 0.3826834323650898], [0.7071067811865476, 0.7071067811865476],
+     [0.3826834323650898, 0.9238795325112867]]
+)  # fmt: skip
+LEFT = QUARTER[:, ::-1] * [-1.0, 1.0]
+RING = np.concatenate([QUARTER, LEFT, -QUARTER, -LEFT])
 # m of way that a person goes round for a metre that the wall is too near.
 AVOIDS = 3.0
 # m: walls that are nearer meet.
@@ -126,11 +132,10 @@ def _corners(walls: Walls, radius: float, clearance: float) -> Floats:
     radius + clearance, or with half or none of the clearance where there is not the room."""
     ends, along = np.concatenate([walls.start, walls.end]), np.tile(walls.end - walls.start, (2, 1))
     _, first = np.unique((ends / MEET_M).round(), axis=0, return_index=True)
-    turn = (
-        np.arctan2(along[first, 1], along[first, 0])[:, None] + np.arange(RING) * 2 * np.pi / RING
-    )
-    way = np.stack([np.cos(turn), np.sin(turn)], axis=-1).reshape(-1, 2)
-    middle, found = np.repeat(ends[first], RING, axis=0), np.full(len(way), np.nan)
+    x, y = (along[first] / lengths(along[first])[:, None]).T[:, :, None]
+    way = np.stack([x * RING[:, 0] - y * RING[:, 1], y * RING[:, 0] + x * RING[:, 1]], axis=-1)
+    way = way.reshape(-1, 2)
+    middle, found = np.repeat(ends[first], len(RING), axis=0), np.full(len(way), np.nan)
     for reach in radius + clearance * np.array([0.0, 0.5, 1.0]):
         ring = middle + reach * way
         clear = _core.clear_of(ring, ring, walls.start, walls.end, reach)
@@ -163,7 +168,7 @@ class _Search:
         self.radius, self.cell = radius, cell
         (first, last), self.outward = doors[number, :2], doors[number, 2]
         # a person does not fit nearer to the posts
-        share = min(0.5, reach / float(np.hypot(*(last - first))))
+        share = min(0.5, reach / float(lengths(last - first)))
         self.door = first + share * (last - first), last + share * (first - last)
 
     def sight(self, start: Floats, end: Floats, most: float, *, through: bool = False) -> Floats:
@@ -185,11 +190,11 @@ class _Search:
         (m) past it; and its nearest point (n,2) m."""
         a, b = self.door
         along = b - a
-        share = np.clip((start - a) @ along / max(float(along @ along), 1e-300), 0.0, 1.0)
+        share = np.clip(dots(start - a, along) / max(float(dots(along, along)), 1e-300), 0.0, 1.0)
         nearest = a + share[:, None] * along
         clear = self.sight(start, nearest, most, through=True)
-        clear[(start - self.doors[self.number, 0]) @ self.outward >= beyond] = 0.0
-        return np.hypot(*(nearest - start).T), clear, nearest
+        clear[dots(start - self.doors[self.number, 0], self.outward) >= beyond] = 0.0
+        return lengths(nearest - start), clear, nearest
 
     def ways(self, corners: Floats, middles: Floats, columns: int) -> tuple[Indices, Floats]:
         """Next corner from 1 (0: the door, −1: none) and length of the way of each middle of a cell
@@ -215,7 +220,7 @@ class _Search:
         while np.isfinite(ahead := np.where(left, length, np.inf)).any():
             now = int(np.argmin(ahead))
             left[now] = False
-            longer = length[now] + np.hypot(*(corners - corners[now]).T)
+            longer = length[now] + lengths(corners - corners[now])
             tried = np.flatnonzero(left & (longer < length))
             here = np.broadcast_to(corners[now], (len(tried), 2)).copy()
             seen = tried[self.sight(here, corners[tried], wide) >= wide]
@@ -251,7 +256,7 @@ class _Search:
     def _over(self, cell: Indices, tried: Indices) -> Floats:
         """The length (n,) m of the ways from cells over corners; infinite where a cell has its
         corner inside, since who has come to a corner goes on from it."""
-        away = np.hypot(*(self.corners[tried] - self.middles[cell]).T)
+        away = lengths(self.corners[tried] - self.middles[cell])
         away[(away < 0.75 * self.cell) & (tried > 0)] = np.inf
         over: Floats = self.length[tried] + away
         return over
@@ -266,7 +271,7 @@ class _Search:
         to, onward = self.corners[tried[rest]], self.onward[tried[rest]]
         clear[rest] = self.sight(place[rest], to, most)
         # nobody turns back to a corner who is past it and sees the next one
-        past = np.flatnonzero(((place[rest] - to) * (onward - to)).sum(1) > 0)
+        past = np.flatnonzero(dots(place[rest] - to, onward - to) > 0)
         free = self.radius - self.cell / np.sqrt(2)
         seen = self.sight(place[rest[past]], onward[past], free, through=True) >= free
         clear[rest[past[seen]]] = 0.0

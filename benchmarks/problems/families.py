@@ -19,6 +19,7 @@ from scipy.spatial import cKDTree
 from analysis.scene.packing import REST
 from analysis.scene.scene import read_scene
 from nscd import Contacts, Snapshot, Walls, _core, find_contacts
+from nscd.arrays import lengths, normal
 
 DOOR = 0.5  # half width, m
 WIDEST, SKIN = 0.25, 0.05  # m
@@ -47,7 +48,9 @@ def heap(n: int, seed: int = 1) -> Case:
 def masses(n: int, seed: int = 1) -> Case:
     """The heap with masses from 10⁻³ to 10³ times 75 kg."""
     position, radius = _heap(n, seed)
+    # 12 are those of every processor
     mass = 75.0 * 10.0 ** np.random.default_rng(seed).uniform(-3, 3, n)
+    mass = np.array([float(f"{one:.12g}") for one in mass])
     return _case("masses", position, radius, mass, 1e-9, closed=False)
 
 
@@ -75,7 +78,7 @@ def hexagonal(n: int, seed: int = 1) -> Case:
     m = int(np.sqrt(n)) + 2
     i, j = (a.ravel() for a in np.meshgrid(np.arange(m), np.arange(-m, m + 1), indexing="ij"))
     position = np.column_stack([-r - i * r * np.sqrt(3), (j + 0.5 * (i % 2)) * 2 * r])
-    position = position[np.argsort(np.hypot(*position.T), kind="stable")[:n]]
+    position = position[np.argsort(lengths(position), kind="stable")[:n]]
     return _case("hexagonal", position, np.full(n, r), np.full(n, 75.0), 1e-9, closed=False)
 
 
@@ -104,7 +107,8 @@ def push(n: int, seed: int = 1) -> Case:
     rng = np.random.default_rng(seed)
     radius, aside = rng.uniform(0.18, 0.25, n), rng.uniform(-ASIDE, ASIDE, n)
     mass = rng.uniform(55.0, 100.0, n)
-    between = np.sqrt((radius[1:] + radius[:-1]) ** 2 - np.diff(aside) ** 2)
+    apart, beside = radius[1:] + radius[:-1], np.diff(aside)
+    between = np.sqrt(apart * apart - beside * beside)
     along = -radius[0] - np.concatenate([[0.0], np.cumsum(between)])
     velocity = np.zeros((n, 2))
     velocity[-1, 0] = 2.0
@@ -116,12 +120,12 @@ def pressed(n: int, seed: int = 1) -> Case:
     rounds. By seed the door is open or closed, contacts are 1e-9 or 1e-3 m, masses and speeds differ."""
     rng = np.random.default_rng(1000 * n + seed)
     position, radius = _heap(n, seed)
-    position = position * rng.uniform(0.93, 0.995) + rng.normal(0, 0.01, (n, 2))
+    position = position * rng.uniform(0.93, 0.995) + 0.01 * normal(rng, (n, 2))
     position[:, 0] = np.minimum(position[:, 0], -0.9 * radius)
     for _ in range(int(rng.integers(0, 120))):
         pair = cKDTree(position).query_pairs(2 * WIDEST, output_type="ndarray")
         apart = position[pair[:, 1]] - position[pair[:, 0]]
-        distance = np.hypot(*apart.T)
+        distance = lengths(apart)
         overlap = np.maximum(radius[pair].sum(1) - distance, 0) / distance
         push = 0.25 * overlap[:, None] * apart
         moved = np.zeros((n, 2))
@@ -132,7 +136,7 @@ def pressed(n: int, seed: int = 1) -> Case:
     even, shut, noisy = seed % 4 != 0, seed % 2 == 0, seed % 3 == 0
     mass = np.full(n, 75.0) if even else rng.uniform(50.0, 110.0, n)
     case = _case("pressed", position, radius, mass, 1e-3 if shut else 1e-9, closed=shut)
-    noise = rng.normal(0, 0.3, (n, 2)) if noisy else 0.0
+    noise = 0.3 * normal(rng, (n, 2)) if noisy else 0.0
     return case._replace(left_velocity=case.left_velocity + noise)
 
 
@@ -144,7 +148,7 @@ def _case(name: str, position: Any, radius: Any, mass: Any, tolerance: float, cl
     y = position[:, 1]
     target = np.column_stack([np.zeros(len(y)), np.clip(y, -DOOR, DOOR)])
     towards = target - position
-    velocity = 2.0 * towards / np.hypot(*towards.T)[:, None]
+    velocity = 2.0 * towards / lengths(towards)[:, None]
     reach = float(np.abs(position).max()) + 1.0
     shut = [[[0.0, -reach], [0.0, reach]]]
     ajar = [[[0.0, -reach], [0.0, -DOOR]], [[0.0, DOOR], [0.0, reach]]]
@@ -190,7 +194,8 @@ def _arch(position: Any, radius: Any) -> int:
         rho, step = 0.8, radius[count - 1] + radius[count]
         x, y = position[count - 1]
         angle = math.atan2(y, -x) - 2 * math.asin(step / (2 * rho))
-        position[count] = -rho * math.cos(angle), rho * math.sin(angle)
+        # picometres are those of every processor
+        position[count] = np.round([-rho * math.cos(angle), rho * math.sin(angle)], 12)
         if position[count, 0] > -radius[count]:
             return count
     return len(radius)

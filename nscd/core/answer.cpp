@@ -294,7 +294,7 @@ Answer climb(const System& s, const Asked& asked) {
     for (int c = 0; c < part.k; ++c) answer.reaction[rest.contact[c]] = found.reaction[c];
     for (int i = 0; i < part.n; ++i)
         for (int a = 0; a < s.d; ++a) answer.velocity[std::size_t(s.d) * rest.disk[i] + a] = found.velocity[s.d * i + a];
-    found.distance = std::hypot(found.distance, answer.distance);
+    found.distance = length(found.distance, answer.distance);
     found.reaction = std::move(answer.reaction), found.velocity = std::move(answer.velocity);
     return found;
 }

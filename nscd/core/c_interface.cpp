@@ -119,10 +119,10 @@ int nscd_contact(nscd_crowd* crowd, std::ptrdiff_t first, std::ptrdiff_t second,
         if (first < 0 || first >= n || second < -1 || second >= n || first == second) return refuse("contact: disk " + std::to_string(first) + " with " + std::to_string(second) + " of " + std::to_string(n));
         if (second >= 0) {
             x = crowd->position[2 * second] - crowd->position[2 * first], y = crowd->position[2 * second + 1] - crowd->position[2 * first + 1];
-            const double apart = std::hypot(x, y);
+            const double apart = length(x, y);
             if (apart == 0.0) return refuse("contact: disks " + std::to_string(first) + " and " + std::to_string(second) + " have one centre");
             x /= apart, y /= apart;
-        } else if (!(std::abs(std::hypot(x, y) - 1.0) <= 1e-9)) {
+        } else if (!(std::abs(length(x, y) - 1.0) <= 1e-9)) {
             return refuse("contact: the normal of disk " + std::to_string(first) + " at an obstacle is no unit vector");
         }
         crowd->first.push_back(Index(first)), crowd->second.push_back(Index(second));

@@ -4,12 +4,13 @@
 
 #include "friction_paths.hpp"
 #include "levels.hpp"
+#include "rounding.hpp"
 
 namespace nscd {
 
 namespace {
 
-double exponential(Random& random) { return -std::log1p(-random.number()); }
+double exponential(Random& random) { return exponential_of(random.number()); }
 
 // A flight that is reflected more often, for each unknown, has come into a corner, and ends there.
 constexpr std::size_t MOST_BOUNCES = 100;
@@ -18,7 +19,7 @@ constexpr std::size_t MOST_BOUNCES = 100;
 constexpr std::int64_t DRAWS = 8;
 
 double normal(Random& random) {
-    return std::sqrt(2.0 * exponential(random)) * std::cos(2.0 * 3.14159265358979323846 * random.number());
+    return std::sqrt(2.0 * exponential(random)) * turn_by(2.0 * 3.14159265358979323846 * random.number()).cosine;
 }
 
 // Of the standard normal law above a.

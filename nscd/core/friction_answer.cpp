@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "rounding.hpp"
+
 namespace nscd {
 
 namespace {
@@ -101,7 +103,7 @@ public:
         Random random(seed);
         Rubbed at{Numbers(p_.k), Numbers(p_.k), p_.left};
         for (int c = 0; c < p_.k; ++c) {
-            at.lam[c] = -std::log1p(-random.number()) * p_.scale / p_.inverse_mass[c];
+            at.lam[c] = exponential_of(random.number()) * p_.scale / p_.inverse_mass[c];
             at.tau[c] = p_.friction[c] * at.lam[c] * (2.0 * random.number() - 1.0);
         }
         if (by_random_states(random, at, known)) return;

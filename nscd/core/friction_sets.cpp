@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "rounding.hpp"
+
 namespace nscd {
 
 namespace {
@@ -214,7 +216,7 @@ const Rubbed& Edges::follow(const Rubbing& p, FrictionFactor& factor, double acc
             if (stage == 1) continue;
             double after = 0.0;
             for (int e = 0; e < 2 * k; ++e) after += (slack[e] + length * slack_step[e]) * (edge[e] + length * edge_step[e]) / (2 * k);
-            double centring = std::pow(after / mean, 3.0);
+            double centring = cube(after / mean);
             if (length < 0.1) centring = std::max(centring, 0.3);
             for (int e = 0; e < 2 * k; ++e) product[e] += slack_step[e] * edge_step[e] - centring * mean;
         }

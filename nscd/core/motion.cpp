@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "rounding.hpp"
+
 namespace nscd {
 
 namespace {
@@ -194,7 +196,7 @@ void Motion::turn(In way) {
     for (std::size_t i = 0; i < from.size(); ++i) now.centre[i] += way[i / 2 * 3 + i % 2];
     for (std::size_t i = 0; i < body.size(); ++i) {
         const std::size_t at = body[i];
-        const double c = std::cos(way[3 * at + 2]), s = std::sin(way[3 * at + 2]);
+        const auto [c, s] = turn_by(way[3 * at + 2]);
         const double x = now.position[2 * i] - from[2 * at], y = now.position[2 * i + 1] - from[2 * at + 1];
         now.position[2 * i] = now.centre[2 * at] + (c * x - s * y), now.position[2 * i + 1] = now.centre[2 * at + 1] + (s * x + c * y);
         now.spin[i] = now.moving[3 * at + 2];

@@ -4,6 +4,7 @@
 
 #include "canonical.hpp"
 #include "levels.hpp"
+#include "rounding.hpp"
 
 namespace nscd {
 
@@ -212,7 +213,7 @@ Found solve_by_path(Factor& factor, const Near& near, double tolerance, bool lea
         press(s, near.reaction, near.velocity, {}, closed);
         if (double(std::count(closed.begin(), closed.end(), 1)) > JAMMED * s.k) {
             Numbers soft = s.stiffness();
-            const double share = std::max(SOFT * std::min(1.0, std::pow(MEDIUM / s.n, 3.0)), FIRMEST);
+            const double share = std::max(SOFT * std::min(1.0, cube(MEDIUM / s.n)), FIRMEST);
             for (double& c : soft) c = share / c;
             const Followed path = follow(factor, NEARLY, soft, true, away_from(s, near.reaction, near.velocity, NEARLY, near.away));
             press(s, path.reaction, path.velocity, soft, closed);

@@ -67,7 +67,7 @@ class Arms(NamedTuple):
         """Compute the work (k,) J that brought people to gaps (k,) m: F_a (d² − max(0, −g)²)/(2 a),
         d = max(0, a − g)."""
         within, beyond = np.maximum(self.reach - gap, 0.0), np.maximum(-gap, 0.0)
-        return np.asarray(0.5 * self.stiffness * (within**2 - beyond**2))
+        return np.asarray(0.5 * self.stiffness * (within * within - beyond * beyond))
 
     def reached(
         self, position: Floats, radius: Floats, segments: _core.Walls

@@ -22,6 +22,7 @@
   const mean = (values) => values.reduce((sum, one) => sum + one, 0) / values.length;
   const least = (values) => values.reduce((a, b) => Math.min(a, b), Infinity);
   const most = (values) => values.reduce((a, b) => Math.max(a, b), 0);
+  const long = (x, y) => Math.sqrt(x * x + y * y);  // Math.hypot is rounded differently elsewhere
   const copy = (value) => JSON.parse(JSON.stringify(value));
 
   // ---- a scene: {name, notes, content, disks: {id, x, u, r, m, w}, way}
@@ -33,14 +34,14 @@
     const [x, y] = one.outward, ends = [1, -1].map((s) => [AHEAD * (x - 0.5 * s * y), AHEAD * (y + 0.5 * s * x)]);
     return { ...one, door_start_m: ends[0], door_end_m: ends[1], ahead: true };
   });
-  const downhill = ({ slope_deg: slope, downhill: way }) => way.map((one) => 9.80665 * Math.sin(slope * Math.PI / 180) * one);
+  const downhill = ({ slope_deg: slope, downhill: way }) => way.map((one) => 9.80665 * +Math.sin(slope * Math.PI / 180).toPrecision(12) * one);
   const acceleration = ({ body_force: of }) => (of ? of.acceleration_m_per_s2 || downhill(of) : [0, 0]);
 
   // The step and the steps between frames, as the rigid engine takes them.
   function timing({ content, disks }) {
     const { drive, contact, run: asked } = content;
-    const start = most(disks.r.map((_, i) => Math.hypot(disks.u[2 * i], disks.u[2 * i + 1])));
-    const falls = Math.hypot(...acceleration(content)) * asked.duration_s, speed = drive ? Math.max(start, drive.speed_m_per_s) : start + falls;
+    const start = most(disks.r.map((_, i) => long(disks.u[2 * i], disks.u[2 * i + 1])));
+    const falls = long(...acceleration(content)) * asked.duration_s, speed = drive ? Math.max(start, drive.speed_m_per_s) : start + falls;
     let longest = speed ? 0.06 * mean(disks.r) / speed : asked.duration_s;
     if (contact.arm_reach_m) longest = Math.min(longest, 0.2 * Math.sqrt(least(disks.m) / (contact.arm_force_N / contact.arm_reach_m)));
     longest = asked.rigid_step_s || longest;
@@ -124,12 +125,12 @@
   const same = (p, q) => gap(p, q) < 1e-9;
   function pull() {
     for (const one of pulls) {
-      const far = Math.hypot(...one.left), share = far > 0 ? Math.min(1, PULL * run.h / far) : 0;
+      const far = long(...one.left), share = far > 0 ? Math.min(1, PULL * run.h / far) : 0;
       const move = one.left.map((value) => share * value);
       for (const { one: of, key } of one.points) of[key] = of[key].map((value, k) => value + move[k]);
       one.left = one.left.map((value, k) => value - move[k]);
     }
-    pulls = pulls.filter((one) => one.held || Math.hypot(...one.left) > 1e-6);
+    pulls = pulls.filter((one) => one.held || long(...one.left) > 1e-6);
     geometry(), core.reconnect();
   }
   // What can be pulled at a point: an edge of a door along its line, or a group of walls that no door ends.
@@ -152,7 +153,7 @@
     const [a, b] = [door.door_start_m, door.door_end_m], along = b.map((v, k) => (v - a[k]) / gap(a, b));
     return { points, left: [0, 0], held: true, along };
   }
-  const gap = ([x, y], [u, v]) => Math.hypot(x - u, y - v), away = (point, start, end) => gap(point, nearest(point, start, end));
+  const gap = ([x, y], [u, v]) => long(x - u, y - v), away = (point, start, end) => gap(point, nearest(point, start, end));
 
   // ---- people in a room: at random near their doors, pushed apart
   function random(count, seed) {  // of [0, 1): xorshift of 32 bits
@@ -204,7 +205,7 @@
       for (const [part, wide] of [[room, 0.95], [room, 0.85], [room, 0.75], [cells.length, 0.75]]) {
         const order = random(part, seed + number + 1), queue = [...order.keys()].sort((p, q) => order[p] - order[q]);
         for (const k of queue) {
-          const i = x.length / 2, [px, py] = cells[k], free = (j) => Math.hypot(px - x[2 * j], py - x[2 * j + 1]) >= wide * (r[j] + r[i]);
+          const i = x.length / 2, [px, py] = cells[k], free = (j) => long(px - x[2 * j], py - x[2 * j + 1]) >= wide * (r[j] + r[i]);
           if (i < last && r.slice(0, i).every((_, j) => free(j))) x.push(px, py);
         }
       }
@@ -265,12 +266,12 @@
     }
     return [...lines, ...tables].join("\n");
   }
-  const SPHERE = 4 / 3 * Math.PI;
+  const volume = (radius) => 4 * Math.PI / 3 * (radius * radius * radius);
   function toData({ id, r, m, x, u, w }, title) {
     const [low, high] = [0, 1].map((k) => x.filter((_, i) => i % 2 === k)).reduce(([a, b], all) => [[...a, least(all) - 200], [...b, 200 - least(all.map((v) => -v))]], [[], []]);
     const half = 2 * most(r);
     const box = ["x", "y"].map((name, k) => `${low[k].toFixed(1)} ${high[k].toFixed(1)} ${name}lo ${name}hi`);
-    const atoms = id.map((one, i) => `${one} 1 ${2 * r[i]} ${m[i] / (SPHERE * r[i] ** 3)} ${x[2 * i]} ${x[2 * i + 1]} 0.0`);
+    const atoms = id.map((one, i) => `${one} 1 ${2 * r[i]} ${m[i] / volume(r[i])} ${x[2 * i]} ${x[2 * i + 1]} 0.0`);
     const moving = id.map((one, i) => `${one} ${u[2 * i]} ${u[2 * i + 1]} 0.0 0.0 0.0 ${w[i]}`);
     return [`${title} (SI units, density is that of the sphere, as read_data takes it)`, "", `${id.length} atoms`, "1 atom types", "", ...box,
       `${-half.toFixed(3)} ${half.toFixed(3)} zlo zhi`, "", "Atoms # sphere", "", ...atoms, "", "Velocities", "", ...moving, ""].join("\n");
@@ -286,7 +287,7 @@
     const { Atoms: a, Velocities: v } = rows;
     if (!a.length || a.length !== v.length || ![...a, ...v].every((row) => row.length > 6 && row.every(Number.isFinite))) throw Error("not a LAMMPS data file of spheres");
     const r = a.map((row) => 0.5 * row[2]);
-    return { id: a.map((row) => row[0]), r, m: a.map((row, i) => +(row[3] * SPHERE * r[i] ** 3).toPrecision(13)), x: a.flatMap((row) => row.slice(4, 6)), u: v.flatMap((row) => row.slice(1, 3)), w: v.map((row) => row[6]) };
+    return { id: a.map((row) => row[0]), r, m: a.map((row, i) => +(row[3] * volume(r[i])).toPrecision(13)), x: a.flatMap((row) => row.slice(4, 6)), u: v.flatMap((row) => row.slice(1, 3)), w: v.map((row) => row[6]) };
   }
   // A room from rings of points (m): the first is the outline, the others are pillars. The door stands for its ends.
   function roomOf(rings, [a, b], name) {
@@ -422,7 +423,7 @@
     const place = (i) => [x[2 * i], x[2 * i + 1]], loads = new Float64Array(id.length), lines = [];
     let largest = 0;
     each(frame, ({ first, second, wall, normal, across }) => {
-      const size = Math.hypot(normal, across);
+      const size = long(normal, across);
       for (const one of wall ? [first] : [first, second]) loads[one] = Math.max(loads[one], size);
       largest = Math.max(largest, size), lines.push([first, second, wall, size]);
     });
@@ -464,7 +465,7 @@
     each(run.frames.at(-1), (one) => {
       const { first, second, wall, normal, across } = one;
       if (first !== mine && (wall || second !== mine)) return;
-      const size = Math.hypot(normal, across);
+      const size = long(normal, across);
       sum += size;
       rows.push([wall ? `wall ${scene.content.walls[second].name}` : `${id[first === mine ? second : first]}`, `${number(normal)} N`, row.size ? `${range(row.get(key(one))).join(" to ")} N` : `${number(Math.abs(across))} N`].slice(0, columns.length));
     });
@@ -555,7 +556,7 @@
       const walls = [...old, ...corners.map((p, i) => ({ name: `pillar_${count + i + 1}`, start_m: p, end_m: corners[(i + 1) % 4] }))];
       return trying(() => place(asked(), { ...scene, content: { ...scene.content, walls } }));
     }
-    if (kind === "room" && points.length > 2 && Math.hypot(point[0] - points[0][0], point[1] - points[0][1]) < 14 / view.scale) return sketch([points], "room");
+    if (kind === "room" && points.length > 2 && long(point[0] - points[0][0], point[1] - points[0][1]) < 14 / view.scale) return sketch([points], "room");
     points.push(kind === "room" ? at : point);
     if (kind === "room" || points.length < 2) return draw();
     const ask = drawing, name = ask.name.replace(/\.\w+$/, "");

@@ -22,7 +22,7 @@ from analysis.scene.scene import Room, Scene, SceneError, read_room
 from analysis.scene.schema import OtherFrames, Reconciliation
 from analysis.support.files import write_text
 from nscd import Snapshot, Walls, find_contacts
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Flags, Floats, Indices, lengths
 
 # People farther than this from everyone have cells of this radius in the Voronoi densities.
 CELL_RADIUS_M = 0.8
@@ -241,7 +241,7 @@ def _changes(heads: Floats, after: Snapshot, walls: Walls, tolerance: float) -> 
     overlapping = touching.gap < 0
     overlap = -touching.gap[overlapping & ~touching.is_wall]
     move = after.position - heads
-    moved = np.hypot(*move.T)
+    moved = lengths(move)
     mean_x, mean_y = move.mean(0)
     numbers = {
         "overlap_before_largest_m": overlap.max(initial=0.0),
@@ -249,7 +249,7 @@ def _changes(heads: Floats, after: Snapshot, walls: Walls, tolerance: float) -> 
         "overlap_before_sum_m": overlap.sum(),
         "overlap_after_m": np.maximum(-left.gap, 0.0).max(initial=0.0),
         "moved_mean_m": moved.mean(),
-        "moved_rms_m": np.sqrt((moved**2).mean()),
+        "moved_rms_m": np.sqrt((moved * moved).mean()),
         "moved_largest_m": moved.max(),
         "moved_share_over_1_cm": (moved > 0.01).mean(),
         "moved_mean_x_m": mean_x,

@@ -1,6 +1,5 @@
 """Crowds of LEMONS: AgentDynamics.xml with Agents.xml and Geometry.xml beside it."""
 
-import cmath
 import math
 from dataclasses import dataclass
 from itertools import pairwise
@@ -15,7 +14,7 @@ from analysis.scene.floors import walls_between
 from analysis.scene.scene import Scene, SceneError, Wall, read_room
 from analysis.support.reading import UnreadableError, parsed_xml, read_text
 from nscd import Snapshot
-from nscd.arrays import Floats
+from nscd.arrays import Floats, lengths
 from nscd.stepping import StepError
 
 BODIES, ROOM = "Agents.xml", "Geometry.xml"
@@ -50,7 +49,7 @@ class LemonsCrowd:
             moved = apart(disks, stated.wall_segments())
         except (StepError, ValueError) as error:
             raise SceneError(f"{self.file}: {error}") from None
-        far = np.hypot(*(moved.position - disks.position).T)
+        far = lengths(moved.position - disks.position)
         notes += f"""
 
 {self._people()}. Moved apart by {far.mean():.3f} m in the mean, {far.max():.3f} m at most. Ids of
@@ -108,9 +107,11 @@ def read_lemons(file: Path, *, one_disk: bool) -> LemonsCrowd:
             rows.append((one + 1, *centre, *way, round(_radius(disks), 6), mass))
             continue
         inertia += _attribute(where, bodies[one], "MomentOfInertia", 1)
-        places = [complex(*place) * cmath.exp(1j * turn) + complex(*centre) for place, _ in disks]
-        for place, (_, radius), share in zip(places, disks, _shares(where, disks), strict=True):
-            rows.append((one + 1, place.real, place.imag, *way, radius, mass * share))
+        c, s = math.cos(turn), math.sin(turn)
+        for ((x, y), radius), share in zip(disks, _shares(where, disks), strict=True):
+            # picometres are those of every processor
+            place = (round(at, 12) for at in (centre[0] + c * x - s * y, centre[1] + s * x + c * y))
+            rows.append((one + 1, *place, *way, radius, mass * share))
     return LemonsCrowd(
         file=file,
         snapshot=_crowd(file, np.array(rows), np.array(inertia)),
@@ -134,14 +135,14 @@ def _crowd(file: Path, rows: Floats, inertia: Floats) -> Snapshot:
 
 def _shares(where: str, disks: list[Disk]) -> Floats:
     """The share of the mass (n,) of each disk, near that of its area w, so that the centre of mass is
-    at 0: w (1 + a·p) of the least a."""
-    places, weight = np.array([place for place, _ in disks]), np.array([r**2 for _, r in disks])
+    at 0: w (1 + a·p) of the least a; 12 digits, which are those of every processor."""
+    places, weight = np.array([place for place, _ in disks]), np.array([r * r for _, r in disks])
     weighted = weight[:, None] * places
     tilt = np.linalg.lstsq(places.T @ weighted, -weighted.sum(0), rcond=1e-9)[0]
     share = weight * (1 + places @ tilt)
     if share.min() <= 0 or np.abs(share @ places).max() > 1e-9 * share.sum():
         raise SceneError(f"{where}: its disks are not about its centre of mass")
-    return np.asarray(share / share.sum())
+    return np.asarray((share / share.sum()).round(12))
 
 
 def _xml(file: Path, name: str) -> ElementTree.Element:
@@ -194,7 +195,7 @@ def _disks(where: str, shapes: list[ElementTree.Element]) -> list[Disk]:
 
 
 def _radius(disks: list[Disk]) -> float:
-    """The radius (m) of the disk that has the area of these."""
+    """The radius (m) of the disk that has the area of these; micrometres are those of every processor."""
     if len(disks) == 1:
         return disks[0][1]
     circles = [shapely.Point(place).buffer(radius, quad_segs=CORNERS) for place, radius in disks]

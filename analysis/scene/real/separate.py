@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from nscd import Contacts, Snapshot, Walls, _core, find_contacts
-from nscd.arrays import Floats
+from nscd.arrays import Floats, dots, lengths
 
 # Answers are whole multiples of GRID_M, so that every machine gives the same digits; gaps are at
 # least SPARE_M before rounding and so never negative after it.
@@ -109,9 +109,10 @@ def _rest(steps: list[Floats]) -> Floats | None:
     last; None where they do not."""
     if len(steps) < 3:
         return None
-    shares = [float(np.vdot(b, a) / np.vdot(a, a)) for a, b in pairwise(steps)]
+    shares = [float((b * a).sum() / (a * a).sum()) for a, b in pairwise(steps)]
     share = shares[-1]
-    straight = np.linalg.norm(steps[-1] - share * steps[-2]) < AGREE * np.linalg.norm(steps[-1])
+    bent = lengths(np.ravel(steps[-1] - share * steps[-2]))
+    straight = bent < AGREE * lengths(np.ravel(steps[-1]))
     if not 0 < share < 1 or not straight or abs(shares[0] - share) > AGREE * (1 - share):
         return None
     return share / (1 - share) * steps[-1]
@@ -125,8 +126,8 @@ def _with_door(
     if door is None or outward is None:
         return contacts
     nearest = door.nearest_point(position, np.zeros(len(position), dtype=np.int64))
-    depth = (door.start[0] - position) @ outward
-    near = np.flatnonzero((np.hypot(*(nearest - position).T) <= reach) & (depth >= 0))
+    depth = dots(door.start[0] - position, outward)
+    near = np.flatnonzero((lengths(nearest - position) <= reach) & (depth >= 0))
     count = len(near)
     return Contacts(
         first=np.concatenate([contacts.first, near]),
