@@ -1,12 +1,10 @@
 """Heads of a real crowd: trajectory files of each known format (`load` picks the reader), read and
 checked row by row, and the positions and velocities of one frame."""
 
-import csv
 import itertools
 import json
 import re
 import warnings
-from array import array
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -16,6 +14,7 @@ import pandas as pd
 import pedpy
 from scipy.spatial import cKDTree
 
+from analysis.scene.real.tables import read_rows
 from analysis.support import reading
 from analysis.support.foreign import Node, read_foreign
 from nscd.arrays import Floats, Indices
@@ -25,9 +24,6 @@ Unit = Literal["m", "cm"]
 # it has many rows: its people are seen at steps, and PedPy fills the frames between them.
 LARGEST_JSON = 1 << 30
 MOST_FRAMES, FRAMES_OF_ROW = 1_000_000, 100
-# A row of a table has at least so many numbers, and its columns are named where one is an id.
-LEAST_NUMBERS = 3
-ID = re.compile(r"id|pedID|NO|\w*edestrianId\S*")
 # Tables of text with named columns, by ending; all other text is id, frame, x, y.
 NAMED = ("csv", "pp", "fzp", "traj")
 PLAIN = ("id", "frame", "x", "y")
@@ -85,55 +81,6 @@ class _Given:
         raise self.refuse(f"states no {' and no '.join(words)}. Give {' and '.join(ways)}")
 
 
-def _read_rows(file: Path, named: bool) -> tuple[list[str], pd.DataFrame]:
-    """The lines before the first row of a text file, and all rows by their lines, the columns named
-    by the last of these lines that has the name of an id, or numbered.
-
-    Raises TrajectoryError naming the first row that is not as the one before all: as many cells,
-    numbers in the same places."""
-    head: list[str] = []
-    like: list[bool] = []
-    values, lines = array("d"), array("q")
-    with reading.open_file(file) as content:
-        for number, line in enumerate(reading.lines_of(content, file), start=1):
-            text = line.decode("utf-8", "replace").removeprefix("\ufeff").strip()
-            cells = _cells(text)
-            numbers = [bool(reading.NUMBER.fullmatch(cell)) for cell in cells]
-            where = f"{file}, line {number}: {text[:60]!r}"
-            if "\r" in text:
-                raise TrajectoryError(f"{where} has a carriage return. Lines end in \\n or \\r\\n")
-            if not like:
-                if cells and all(numbers) and len(cells) < LEAST_NUMBERS:
-                    raise TrajectoryError(f"{where} has too few cells for a row")
-                if text.startswith("#") or sum(numbers) < LEAST_NUMBERS:
-                    head.append(text)
-                    continue
-                like = numbers
-            if text and text[0] not in "#$*":
-                if numbers != like:
-                    raise TrajectoryError(
-                        f"{where} is not a row as the first one, with {len(like)} cells"
-                    )
-                values.extend(map(float, itertools.compress(cells, numbers)))
-                lines.append(number)
-    if not like:
-        raise TrajectoryError(f"{file}: no row of numbers")
-    names: list[Any] = [*range(len(like))]
-    for text in head if named else ():
-        cells = [cell.rpartition(":")[2] for cell in _cells(text)]
-        if len(cells) == len(like) and any(map(ID.fullmatch, cells)):
-            names = cells
-    table = np.frombuffer(values).reshape(len(lines), sum(like))
-    columns = pd.Index(list(itertools.compress(names, like)))
-    return head, pd.DataFrame(table, index=pd.Index(lines, name="line"), columns=columns)
-
-
-def _cells(text: str) -> list[str]:
-    mark = next((mark for mark in ";," if mark in text), None)
-    cells = next(csv.reader([text], delimiter=mark)) if mark and '"' in text else text.split(mark)
-    return [cell.strip() for cell in cells]
-
-
 def load(file: Path, unit: Unit | None, frame_rate: float | None) -> Loaded:
     """Read a file of any format that is known: id, frame, x, y (m) of all rows, and the frame rate.
 
@@ -152,7 +99,7 @@ def load(file: Path, unit: Unit | None, frame_rate: float | None) -> Loaded:
             if end in FOREIGN:
                 data, rate = FOREIGN[end](given)
             else:
-                head, table = _read_rows(file, end in NAMED)
+                head, table = read_rows(file, end in NAMED)
                 reader = _vadere if end == "traj" else _named if end in NAMED else _text
                 data, rate = reader(given, head, table)
         for name in ("id", "frame"):
