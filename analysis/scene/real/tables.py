@@ -237,12 +237,11 @@ def _header(head: list[str], row: list[str]) -> tuple[list[str], list[str]]:
     names: list[str] = []
     units, most = [""] * len(row), 0
     for text in head:
-        cells = cells_of(LOOSE.sub(lambda found: found[1] or "/", text.lstrip("#").strip()))
-        while len(cells) > len(row) and not cells[-1]:
-            cells.pop()
-        if len(cells) == len(row) - 1 and not row[-1]:
-            cells.append("")
-        if len(cells) != len(row):
+        bare = text.lstrip("#").strip()
+        loose = LOOSE.sub(lambda found: found[1] or "/", bare)
+        fitted = (_fitted(cells_of(one), row) for one in (bare, loose))
+        cells = next((cells for cells in fitted if len(cells) == len(row)), [])
+        if not cells:
             continue
         words = [unit_of(cell) for cell in cells]
         known = sum(bool(_parsed(cell)[0]) for cell in cells)
@@ -251,6 +250,13 @@ def _header(head: list[str], row: list[str]) -> tuple[list[str], list[str]]:
         elif known >= max(most, 2 if text.startswith(COMMENTS) else 0):
             names, most = cells, known
     return names, units
+
+
+def _fitted(cells: list[str], row: list[str]) -> list[str]:
+    """The cells above a row, one more or less where only the mark at the end of a line makes it."""
+    while len(cells) > len(row) and not cells[-1]:
+        cells.pop()
+    return [*cells, ""] if len(cells) == len(row) - 1 and not row[-1] else cells
 
 
 def _parsed(name: str) -> tuple[str, str]:

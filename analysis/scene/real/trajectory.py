@@ -201,9 +201,9 @@ def _rate_of_velocities(rows: pd.DataFrame) -> float | None:
     way = moved[seen][["x", "y"]].to_numpy()
     went = rows[seen][["v_x", "v_y"]].to_numpy() * moved[seen][["frame"]].to_numpy()
     step = (way * went).sum() / (went**2).sum()
-    if not ((way - step * went) ** 2).sum() < VELOCITIES_AGREE**2 * (way**2).sum():
-        return None
-    return float(np.round(1 / step, 3))
+    apart = ((way - step * went) ** 2).sum()
+    agree = step > 0 and apart < VELOCITIES_AGREE**2 * (way**2).sum()
+    return float(np.round(1 / step, 3)) if agree else None
 
 
 def _timed(given: _Given, rows: pd.DataFrame) -> Loaded:
