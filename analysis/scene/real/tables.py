@@ -275,22 +275,26 @@ def numbered(file: Path, ids: list[str], codes: Indices) -> Floats:
     values = [number_of(one) for one in ids]
     odd = [value is None or abs(value) >= reading.LARGEST_WHOLE for value in values]
     if any(odd) and not any(value is not None and np.isnan(value) for value in values):
-        first = ids[odd.index(True)]
-        reading.log.log(
-            reading.NOTE,
-            "%s: ids such as %s: people are numbered from 1 as they appear",
-            file,
-            first,
+        said = (
+            f"{file}: ids such as {ids[odd.index(True)]}: people are numbered from 1 as they appear"
         )
+        reading.log.log(reading.NOTE, said)
         return np.asarray(codes + 1, dtype=np.float64)
     return np.array(values, dtype=np.float64)[codes]
 
 
 def seen_once(file: Path, rows: pd.DataFrame) -> pd.DataFrame:
-    """Leave out rows without a place and rows that are there twice, which is said."""
+    """Leave out rows without a place and rows that are there twice, which is said. Raises
+    UnreadableError for a person in two places at once."""
     unseen = rows[["x", "y"]].isna().all(axis=1)
     keys = [role for role in (*NEEDED, "end_time", "end_x", "end_y") if role in rows]
     again = rows.duplicated(keys) & ~unseen
     for which, what in ((unseen, "rows without a place"), (again, "rows that are there twice")):
         reading.note_unused(file, what, [str(which.sum())] if which.any() else [])
-    return rows[~(unseen | again)]
+    rows = rows[~(unseen | again)]
+    when = "frame" if "frame" in rows else "time"
+    twice = rows[rows.duplicated(["id", when])]
+    if len(twice):
+        who, now = twice[["id", when]].iloc[0]
+        raise UnreadableError(f"{file}: {when} {now:g}: person {who:g} occurs twice")
+    return rows

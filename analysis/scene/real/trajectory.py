@@ -151,16 +151,18 @@ def _text(given: _Given, end: str, columns: list[str]) -> Loaded:
     if not (columns or table.layout.named) and len(names) == len(OBSMAT):
         other = read_table(given.file, named=False, columns=OBSMAT)
         if rate := _rate_of_velocities(other.rows):
-            other.note("id", "frame", "x", "y", "v_x", "v_y")
-            return given.loaded(other.rows[[*PLAIN]], "m", rate)
+            found = given.loaded(other.rows[[*PLAIN]], "m", rate)
+            other.note(*PLAIN, "v_x", "v_y")
+            return found
     implied = any(known <= names for known in IN_METRES) and not given.unit
-    return _people(given, table, table.length or ("m" if implied else None))
+    found = _people(given, table, table.length or ("m" if implied else None))
+    table.note("id", "frame", "time", "x", "y")
+    return found
 
 
 def _people(given: _Given, table: Table, length: str | None) -> Loaded:
     """People of a table, in this unit; the frame rate is in a comment, or follows from times (s)."""
     rows, units, said = table.rows, table.layout.units, table.frame_rate
-    table.note("id", "frame", "time", "x", "y")
     if length == "mm" and given.unit:
         raise given.refuse(f"--unit {given.unit}: the file states mm")
     if "z" in rows:
@@ -190,7 +192,7 @@ def _one_floor(given: _Given, height: Any) -> None:
     """Refuse people of several floors, who would stand in each other: height (m) of each row."""
     if len(height) and np.nanmax(height) - np.nanmin(height) > FLOOR_M:
         low, high = np.nanmin(height), np.nanmax(height)
-        raise given.refuse(f"z from {low:g} to {high:g} m: several floors. One floor is needed")
+        raise given.refuse(f"z from {low:g} to {high:g} m: several floors. Cut one out, or name the columns without z")
 
 
 def _rate_of_velocities(rows: pd.DataFrame) -> float | None:
@@ -251,7 +253,8 @@ def _jupedsim(given: _Given) -> Loaded:
     others += [key for key, value in said.items() if (key, value) not in known]
     reading.note_unused(given.file, "columns and keys", others)
     columns = (found["trajectory_data"].below[name].values for name in names)
-    return given.loaded(dict(zip(PLAIN, columns, strict=True)), "m", _fps(given, said.get("fps")))
+    rows = seen_once(given.file, pd.DataFrame(dict(zip(PLAIN, columns, strict=True))))
+    return given.loaded(rows, "m", _fps(given, said.get("fps")))
 
 
 def _archive(given: _Given) -> Loaded:
@@ -271,9 +274,11 @@ def _archive(given: _Given) -> Loaded:
     said = {unit_of(one or other) for one, other in UNIT.findall(told)}
     if said - {"m", "cm"} or len(said) > 1:
         raise given.refuse(f"/trajectory: x and y: {told[:80]}. One of m and cm is read")
-    return given.loaded(
-        columns, "cm" if "cm" in said else "m", _fps(given, found.attributes.get("fps"))
+    rows, rate = (
+        seen_once(given.file, pd.DataFrame(columns)),
+        _fps(given, found.attributes.get("fps")),
     )
+    return given.loaded(rows, "cm" if "cm" in said else "m", rate)
 
 
 def _fps(given: _Given, said: object) -> float:
@@ -300,9 +305,6 @@ def _vadere(given: _Given, table: Table) -> Loaded:
             )
         rows = pd.concat([rows[["id", "time", "x", "y"]], ends[ended & ~(late.abs() <= SAME_S)]])
         rows = rows.sort_values(["id", "time"], kind="stable")
-    again = rows.duplicated(["id", "time"])
-    if again.any():
-        raise given.refuse(f"line {again.idxmax()}: another step of this person at this time")
     seen = rows.groupby("id")["time"].agg(["min", "max"])
     frames = float((seen["max"] - seen["min"]).sum()) * rate
     if not frames <= MOST_FRAMES + FRAMES_OF_ROW * len(rows):
