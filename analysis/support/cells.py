@@ -7,12 +7,13 @@ import re
 from analysis.support.reading import NUMBER
 
 DECIMAL_COMMA = re.compile(r"[+-]?[0-9]+,[0-9]+(?:[eE][+-]?[0-9]+)?")
+LEAST_NUMBERS = 3  # of a row
 MISSING = ("", "na", "n/a", "null", "none")
 
 
 def cells_of(text: str) -> list[str]:
     """Split a line into cells: at ; or tabs or commas, else at spaces. A comma is a decimal one beside
-    ; or tabs, and where cells between commas would hold two numbers."""
+    ; and tabs, and where spaces stand between three numbers or more."""
     bare = re.sub(r'"[^"]*"', "", text) if '"' in text else text
     mark = next((mark for mark in ";\t," if mark in bare and _separates(mark, bare)), None)
     if mark == "\t":
@@ -25,13 +26,15 @@ def cells_of(text: str) -> list[str]:
 
 
 def _separates(mark: str, text: str) -> bool:
-    """Tell whether a mark stands between cells, none of which holds two numbers."""
-    if " " not in text and (mark == "\t" or "\t" not in text):
-        return ",\t" not in text
-    cells = [cell.split() for cell in text.split(mark)]
-    if mark == "\t" and any(cell and cell[-1].endswith(",") for cell in cells):
+    """Tell whether a mark that is in a line stands between its cells."""
+    if mark == "\t" and re.search(",[ ]*\t", text):
         return False
-    return all(sum(map(bool, map(NUMBER.fullmatch, cell))) < 2 for cell in cells)
+    if mark == ";" or (" " not in text and (mark == "\t" or "\t" not in text)):
+        return True
+    if mark == ",":
+        return sum(number_of(cell) is not None for cell in text.split()) < LEAST_NUMBERS
+    cells = (cell.split() for cell in text.split(mark))
+    return not any(len(cell) > 1 and all(map(NUMBER.fullmatch, cell)) for cell in cells)
 
 
 def number_of(cell: str) -> float | None:

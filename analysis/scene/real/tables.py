@@ -5,14 +5,14 @@ import codecs
 import re
 from array import array
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from analysis.support import reading
-from analysis.support.cells import cells_of, number_of
+from analysis.support.cells import LEAST_NUMBERS, cells_of, number_of
 from analysis.support.reading import UnreadableError
 from nscd.arrays import Floats, Indices
 
@@ -22,7 +22,7 @@ PLAIN = ("id", "frame", "x", "y")
 AXIS = "{0} pos{0} {0}pos position{0} {0}position coord{0} {0}coord coordcent{0} start{0} person{0}"
 NAMES = {axis: AXIS.format(axis) for axis in "xyz"} | {
     "id": "id no pid ped pedid pedestrian pedestrianid person personid persid agent agentid track trackid",
-    "frame": "frame frameid frameno framenumber framenr fr timestep",
+    "frame": "frame frameid frameno framenum framenumber framenr fr timestep",
     "time": "time t simtime simsec times timestamp timesteptime",
     "end_time": "endtime",
     "end_x": "endx",
@@ -45,7 +45,7 @@ WORDS = r"(?:centi|milli)?met(?:er|re)s?|[cm]?m|px|pixels?|ft|feet"
 UNIT = re.compile(
     rf"(?:\b[xy]\s*/\s*|\bin\s+)({WORDS})(?![\w/²^])|[\[(]\s*({WORDS})\s*[\])]", re.IGNORECASE
 )
-NUMBER = r"[+-]?(?:\d+(?:[.,]\d+)?(?:e[+-]?\d+)?|(?:nan|inf)\b)"
+NUMBER = r"[+-]?(?:\d+(?:\.\d+|,\d{1,2})?(?:e[+-]?\d+)?(?!,?\d)|(?:nan|inf)\b)"
 # The number after the word, or the one before "fps". No fraction.
 RATE = re.compile(
     r"(?:frame[ _-]?rate|frames? per s(?:ec(?:ond)?)?|\bfps\b)(?:\s*[\[(][^\])]*[\])])?"
@@ -54,13 +54,10 @@ RATE = re.compile(
     re.IGNORECASE,
 )
 COMMENTS = tuple("#$*")
-# A row has at least so many numbers, missing ones included.
-LEAST_NUMBERS = 3
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Layout:
-    """Hold the columns: names, what each means and its unit, and whether the file names them."""
+class Columns(NamedTuple):
+    """Hold the names of columns, what each means and its unit, and whether the file names them."""
 
     names: list[str]
     roles: dict[str, int]
@@ -68,46 +65,46 @@ class Layout:
     named: bool
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Table:
+class Table(NamedTuple):
     """Hold a table: the lines above it, its columns, and its rows by their lines: id, and frame or
     time (s) or both, x, y, and what else is known, in the units of the file."""
 
     file: Path
     head: list[str]
-    layout: Layout
+    columns: Columns
     rows: pd.DataFrame
 
     @property
     def length(self) -> str | None:
         """The unit of x and y: that of their names, or else in a comment. Raises UnreadableError for
         two, and for one that is no length."""
-        units = self.layout.units
-        said = {unit_of(units[axis]) for axis in "xy" if axis in units}
-        every = (found for line in self.head for found in UNIT.findall(line))
-        said = said or {unit_of(one or other) for one, other in every}
+        units = self.columns.units
+        said = {units[axis] for axis in "xy" if axis in units} or units_in("\n".join(self.head))
         if len(said) > 1 or not said <= LENGTHS.keys():
             raise UnreadableError(
                 f"{self.file}: states the unit {' and '.join(sorted(said))}. One of m, cm and mm is read"
             )
         return next(iter(said), None)
 
-    @property
-    def frame_rate(self) -> float | None:
-        """Frames per second in the lines above. Raises UnreadableError for two."""
+    def frame_rate(self, given: float | None) -> float | None:
+        """Frames per second in the lines above. Raises UnreadableError for two, unless one is given."""
         every = (found for line in self.head for found in RATE.findall(line))
         said = {float((one or other).replace(",", ".")): one or other for one, other in every}
-        if len(said) > 1:
-            raise UnreadableError(
-                f"{self.file}: states the frame rates {' and '.join(said.values())}"
-            )
-        return next(iter(said), None)
+        if len(said) > 1 and given not in said:
+            both = " and ".join(said.values())
+            raise UnreadableError(f"{self.file}: states the frame rates {both}. Give --frame-rate")
+        return given if given in said else next(iter(said), None)
 
     def note(self, *used: str) -> None:
         """Say which columns are not used."""
-        places = {self.layout.roles[role] for role in used if role in self.layout.roles}
-        names = (name for place, name in enumerate(self.layout.names) if place not in places)
+        places = {self.columns.roles.get(role) for role in used}
+        names = (name for place, name in enumerate(self.columns.names) if place not in places)
         reading.note_unused(self.file, "columns", names)
+
+
+def units_in(text: str) -> set[str]:
+    """The units of length that a comment states."""
+    return {unit_of(one or other) for one, other in UNIT.findall(text)}
 
 
 def unit_of(word: str) -> str:
@@ -128,7 +125,7 @@ def read_table(file: Path, *, named: bool, columns: Sequence[str] = ()) -> Table
     the one before all, columns that are missing or of which two could be one, a decimal point beside
     a decimal comma."""
     head: list[str] = []
-    layout: Layout | None = None
+    layout: Columns | None = None
     points = commas = False
     ids: dict[str, int] = {}
     codes, lines, values = array("q"), array("q"), array("d")
@@ -162,7 +159,7 @@ def read_table(file: Path, *, named: bool, columns: Sequence[str] = ()) -> Table
     table = np.frombuffer(values).reshape(len(lines), len(places))
     rows = pd.DataFrame(table, pd.Index(lines, name="line"), list(places))
     rows.insert(0, "id", numbered(file, list(ids), np.frombuffer(codes, dtype=np.int64)))
-    return Table(file=file, head=head, layout=layout, rows=seen_once(file, rows))
+    return Table(file, head, layout, seen_once(file, rows))
 
 
 def _lines(file: Path) -> Iterator[tuple[int, str]]:
@@ -185,7 +182,7 @@ def _lines(file: Path) -> Iterator[tuple[int, str]]:
 def _is_row(text: str, cells: list[str], where: str) -> bool:
     """Tell whether a line is a row, not one of those above."""
     numbers = [value for value in map(number_of, cells) if value is not None]
-    there = sum(not np.isnan(value) for value in numbers)
+    there = len(numbers) - int(np.isnan(numbers).sum())
     if text and len(cells) < LEAST_NUMBERS and there == len(cells):
         raise UnreadableError(f"{where} has too few cells for a row")
     return not text.startswith(COMMENTS) and len(numbers) >= LEAST_NUMBERS and there > 1
@@ -193,7 +190,7 @@ def _is_row(text: str, cells: list[str], where: str) -> bool:
 
 def _layout(
     file: Path, head: list[str], row: list[str], named: bool, columns: Sequence[str]
-) -> Layout:
+) -> Columns:
     """The columns of a table that begins with this row."""
     names, below = _header(head, row)
     if not (names or columns) and named:
@@ -228,7 +225,7 @@ def _layout(
             raise UnreadableError(
                 f"{file}: --columns: {role} is {shown[roles[role]]!r}. The file names it otherwise"
             )
-    return Layout(names=shown, roles=roles, units=units, named=bool(names))
+    return Columns(shown, roles, units, bool(names))
 
 
 def _header(head: list[str], row: list[str]) -> tuple[list[str], list[str]]:

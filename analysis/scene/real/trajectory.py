@@ -20,12 +20,11 @@ from analysis.scene.real.tables import (
     LENGTHS,
     PLAIN,
     TIMES,
-    UNIT,
     Table,
     numbered,
     read_table,
     seen_once,
-    unit_of,
+    units_in,
 )
 from analysis.support import reading
 from analysis.support.foreign import Node, read_foreign
@@ -144,11 +143,11 @@ def _text(given: _Given, end: str, columns: list[str]) -> Loaded:
     if any(line.startswith("$VEHICLE") for line in table.head):
         raise given.refuse("vehicles of Vissim. A table of its pedestrians is needed")
     names = {
-        re.sub(r"-pid\d+$", "", name.rpartition(":")[2].lower()) for name in table.layout.names
+        re.sub(r"-pid\d+$", "", name.rpartition(":")[2].lower()) for name in table.columns.names
     }
     if "startx" in names:
         return _vadere(given, table)
-    if not (columns or table.layout.named) and len(names) == len(OBSMAT):
+    if not (columns or table.columns.named) and len(names) == len(OBSMAT):
         other = read_table(given.file, named=False, columns=OBSMAT)
         if rate := _rate_of_velocities(other.rows):
             found = given.loaded(other.rows[[*PLAIN]], "m", rate)
@@ -162,7 +161,7 @@ def _text(given: _Given, end: str, columns: list[str]) -> Loaded:
 
 def _people(given: _Given, table: Table, length: str | None) -> Loaded:
     """People of a table, in this unit; the frame rate is in a comment, or follows from times (s)."""
-    rows, units, said = table.rows, table.layout.units, table.frame_rate
+    rows, units, said = table.rows, table.columns.units, table.frame_rate(given.frame_rate)
     if length == "mm" and given.unit:
         raise given.refuse(f"--unit {given.unit}: the file states mm")
     if "z" in rows:
@@ -192,7 +191,9 @@ def _one_floor(given: _Given, height: Any) -> None:
     """Refuse people of several floors, who would stand in each other: height (m) of each row."""
     if len(height) and np.nanmax(height) - np.nanmin(height) > FLOOR_M:
         low, high = np.nanmin(height), np.nanmax(height)
-        raise given.refuse(f"z from {low:g} to {high:g} m: several floors. Cut one out, or name the columns without z")
+        raise given.refuse(
+            f"z from {low:g} to {high:g} m: several floors. Cut one out, or name the columns without z"
+        )
 
 
 def _rate_of_velocities(rows: pd.DataFrame) -> float | None:
@@ -271,13 +272,11 @@ def _archive(given: _Given) -> Loaded:
     if "z" in others and values.dtype["z"].kind in "iuf":
         _one_floor(given, values["z"])
     told = " ".join(str(found.attributes.get(axis)) for axis in "xy")
-    said = {unit_of(one or other) for one, other in UNIT.findall(told)}
+    said = units_in(told)
     if said - {"m", "cm"} or len(said) > 1:
         raise given.refuse(f"/trajectory: x and y: {told[:80]}. One of m and cm is read")
-    rows, rate = (
-        seen_once(given.file, pd.DataFrame(columns)),
-        _fps(given, found.attributes.get("fps")),
-    )
+    rate = _fps(given, found.attributes.get("fps"))
+    rows = seen_once(given.file, pd.DataFrame(columns))
     return given.loaded(rows, "cm" if "cm" in said else "m", rate)
 
 
@@ -291,6 +290,9 @@ def _vadere(given: _Given, table: Table) -> Loaded:
     """Footsteps of Vadere: places at the frames between two steps, and to the end of the last."""
     _, rate = given.stated("m", None)
     rows = table.rows.sort_values(["id", "time"], kind="stable")
+    bad = ~np.isfinite(rows[["id", "time"]]).all(axis=1)
+    if bad.any():
+        raise given.refuse(f"line {bad.idxmax()}: an id and a time are needed")
     table.note("id", "time", "x", "y", "end_time", "end_x", "end_y")
     if {"end_time", "end_x", "end_y"} <= {*rows}:
         ends = rows[["id", "end_time", "end_x", "end_y"]].set_axis(["id", "time", "x", "y"], axis=1)
@@ -325,14 +327,20 @@ def _vadere(given: _Given, table: Table) -> Loaded:
 
 def is_fcd(file: Path) -> bool:
     """Tell whether a file is floating car data of SUMO. Raises UnreadableError for none."""
+    return b"<fcd-export" in _start(file)
+
+
+def _start(file: Path) -> bytes:
     with reading.open_file(file) as content:
-        return b"<fcd-export" in content.read(reading.LONGEST_LINE)
+        try:
+            return content.read(reading.LONGEST_LINE)
+        except reading.DAMAGED:
+            return b""
 
 
 def _fcd(given: _Given) -> Loaded:
     """Persons of SUMO (--fcd-output), in metres."""
-    with reading.open_file(given.file) as content:
-        start = content.read(reading.LONGEST_LINE).partition(b"<fcd-export")
+    start = _start(given.file).partition(b"<fcd-export")
     if not start[1] or b"<!DOCTYPE" in start[0]:
         raise given.refuse("no <fcd-export> of SUMO")
     if re.search(rb'fcd-output\.geo value="(?:t|1|y|on|x)', start[0]):
@@ -362,13 +370,8 @@ def _fcd(given: _Given) -> Loaded:
 
 
 # Readers of files that are no rows of text, by ending.
-FOREIGN = {
-    "sqlite": _jupedsim,
-    "h5": _archive,
-    "hdf5": _archive,
-    "json": _pathfinder_json,
-    "xml": _fcd,
-}
+FOREIGN = {"sqlite": _jupedsim, "json": _pathfinder_json, "xml": _fcd}
+FOREIGN |= dict.fromkeys(("h5", "hdf5"), _archive)
 
 
 def first_line(error: Exception) -> str:
