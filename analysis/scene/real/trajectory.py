@@ -32,7 +32,7 @@ from nscd.arrays import Floats, Indices
 
 Unit = Literal["m", "cm"]
 # A file of Pathfinder has so many bytes at most, and one of Vadere so many frames, and more where
-# it has many rows: its people are seen at steps, and PedPy fills the frames between them.
+# it has many rows: its people are seen at steps, and the frames between them are filled.
 LARGEST_JSON = 1 << 30
 MOST_FRAMES, FRAMES_OF_ROW = 1_000_000, 100
 # Tables of text whose columns must have names, by ending.
