@@ -231,6 +231,7 @@ class OfFile:
     mass: Of a trajectory: mass of each person in kg. Default: 75.
     unit: Unit of lengths, where the file does not say. Of a dump also mm.
     frame_rate: Of a trajectory: frames per second, where the file does not say.
+    columns: Of a trajectory as text: what each column is, as 'frame id x y', where names do not say.
     time_step: Of a dump: time step of the simulation in s, where the dump has no times."""
 
     frames: str | None = None
@@ -239,6 +240,7 @@ class OfFile:
     mass: Positive | None = None
     unit: Literal["m", "cm", "mm"] | None = None
     frame_rate: Positive | None = None
+    columns: str | None = None
     time_step: Positive | None = None
 
     def refuse_run(self, **others: object) -> None:

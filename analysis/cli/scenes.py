@@ -204,7 +204,7 @@ def _lengths(key: str, text: str, between: str, wanted: int) -> Any:
 # Options that make disks of the heads of a trajectory.
 OF_HEADS = (
     *("frame", "people", "radius", "mass", "radius_spread", "seed", "unit", "frame_rate"),
-    *("window", "others", "apart"),
+    *("columns", "window", "others", "apart"),
 )
 
 
@@ -223,6 +223,7 @@ def import_(
     name: str | None = None,
     unit: Unit | None = None,
     frame_rate: Positive | None = None,
+    columns: str | None = None,
     window: Positive = 0.4,
     others: Annotated[int, typer.Option(min=0, max=100)] = 4,
     apart: Positive = 1.0,
@@ -241,13 +242,16 @@ def import_(
     others: Other frames that a report varies the crowd by. 0: none.
     apart: Time in s from one of these frames to the next.
 
-    file: Trajectory file that PedPy can load, or AgentDynamics.xml of LEMONS, with its other files
-        beside it.
+    columns: Of a table without names: what each column is, as 'frame id x y'.
+    file: Trajectory: a table of text, JuPedSim, Pathfinder, Viswalk, Vadere, SUMO, Jülich's archive,
+        or AgentDynamics.xml of LEMONS, with its other files beside it.
     window: Time in s over which velocities are measured.
 
     Example: percussions import scenes/gate_excerpt.txt --frame 405 --room scenes/rooms/gate.toml
     --name mine"""
-    if file.suffix.lower() == ".xml":
+    from analysis.scene.real.trajectory import Recording, is_fcd
+
+    if file.suffix.lower() == ".xml" and not is_fcd(file):
         refuse_beside(context, OF_HEADS, "only of a trajectory. Files of LEMONS say it")
         _import_lemons(file, room, name, one_disk, out)
         return
@@ -258,9 +262,8 @@ def import_(
         raise ValueError("--frame: of a trajectory it is needed, and --one-disk is for LEMONS")
     from analysis.scene.anthropometry import Varied
     from analysis.scene.real.import_crowd import import_crowd, with_other_frames
-    from analysis.scene.real.trajectory import Recording
 
-    recording = Recording.read(file, unit=unit, frame_rate=frame_rate)
+    recording = Recording.read(file, unit=unit, frame_rate=frame_rate, columns=columns)
 
     def crowd_of(number: int) -> ImportedCrowd:
         after = number - frame

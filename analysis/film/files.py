@@ -44,7 +44,8 @@ NO_FORCES = "its percussions are impulses (N·s) of measured velocities, no forc
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Given:
     """Say of a file what it does not: which frames, its room (TOML), own contact forces, radius (m)
-    and mass (kg) of heads, unit of lengths, frames per second of heads, time step (s) of a dump."""
+    and mass (kg) of heads, unit of lengths, frames per second and columns of heads, time step (s) of a
+    dump."""
 
     frames: str | None = None
     room: Path | None = None
@@ -53,6 +54,7 @@ class Given:
     mass: float | None = None
     unit: Any = None
     frame_rate: float | None = None
+    columns: str | None = None
     time_step: float | None = None
 
     def refuse(self, why: str, *names: str) -> None:
@@ -121,12 +123,14 @@ def open_any(file: Path, given: Given) -> FrameFile:
         except DAMAGED:
             start = b""
     if start.startswith(b"ITEM:") or is_binary(start):
-        given.refuse(f"of heads. The disks of {file} have theirs", "radius", "mass", "frame_rate")
+        heads = ("radius", "mass", "frame_rate", "columns")
+        given.refuse(f"of heads. The disks of {file} have theirs", *heads)
         return _of_disks(file, given)
     given.refuse(f"of a dump. {file} is a trajectory", "time_step", "contacts")
     if given.unit == "mm":
         raise ValueError(f"--unit mm: {file} is a trajectory. Give m or cm")
-    return of_heads(Recording.read(file, unit=given.unit, frame_rate=given.frame_rate), given)
+    unit, rate = given.unit, given.frame_rate
+    return of_heads(Recording.read(file, unit=unit, frame_rate=rate, columns=given.columns), given)
 
 
 def _of_disks(file: Path, given: Given) -> FrameFile:

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import nnls
 
+from analysis.support.cells import cells_of, number_of
 from analysis.support.reading import UnreadableError, read_text
 from nscd import Contacts, Snapshot, find_contacts
 from nscd.arrays import Flags, Floats, Indices
@@ -200,13 +201,19 @@ def _refuse(path: Path, wrong: Flags, words: str) -> None:
 
 
 def _numbers(path: Path, between: str | None) -> Floats:
-    """The rows of a table of numbers, all of one length."""
+    """The rows of a table of numbers, all of one length; decimal commas too, between ; or tabs."""
     rows: list[list[float]] = []
-    for line, text in enumerate(read_text(path, LARGEST_FILE).rstrip().splitlines(), start=1):
+    content = read_text(path, LARGEST_FILE).rstrip()
+    for line, text in enumerate(content.splitlines(), start=1):
         try:
             rows.append(list(map(float, text.split(between))))
-        except ValueError as error:
-            raise UnreadableError(f"{path}, line {line}: {str(error)[:80]}") from None
+        except ValueError:
+            cells = cells_of(text)
+            numbers = [value for value in map(number_of, cells) if value is not None]
+            if len(numbers) < len(cells) or ("." in content and "," in "".join(cells)):
+                what = "numbers, with decimal points or commas throughout"
+                raise UnreadableError(f"{path}, line {line}: {text[:60]!r}: {what}") from None
+            rows.append(numbers)
         if not (rows[-1] and len(rows[-1]) == len(rows[0]) and np.isfinite(rows[-1]).all()):
             there = f"{len(rows[0])} finite numbers are needed, as line 1 has"
             raise UnreadableError(f"{path}, line {line}: {there}")

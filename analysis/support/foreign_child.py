@@ -53,7 +53,7 @@ def parts_of_sqlite(path: str, most: int, names: list[str]) -> Iterator[tuple[st
         for column in columns:
             if hidden.get(column, 1):
                 raise RefusedError(f"{name} has no column {column}")
-        yield name, None, {}
+        yield name, None, {"others": " ".join(sorted(hidden.keys() - columns.keys()))}
         rows = base.execute(f"SELECT {', '.join(columns)} FROM {name}")
         yield from _columns(name, columns, rows, most)
 

@@ -202,7 +202,7 @@ def test_what_no_command_can_take_is_one_line(refused, row, words, said):
     archive(row / "holds.h5", rows, floor=FLOOR)
     archive(row / "broken.h5", rows, floor="POLYGON ((oops))")
     (row / "late_cm.dump").write_text(frame(0, []) + frame(1, row_of([7, 5], 100.0)))
-    (row / "town.txt").write_text("# framerate: 10\n# in Mannheim, x/mm\n1 0 0 0\n")
+    (row / "town.txt").write_text("# framerate: 10\n# in Mannheim, in m/s\n1 0 0 0\n")
     (row / "far.toml").write_text(ROOM)
     (row / "heads.txt").write_text("# framerate: 10\n1 0 0 0\n")
     (row / "thin.dump").write_text(text().replace("radius", "size"))

@@ -133,8 +133,9 @@ def put(row, column, value, table=0):
         (edited(lambda rows, _: rows[2].pop()), "line 3: 4 finite numbers"),
         (edited(lambda _, places: places.reverse()), "line 1: ids 1, 2, …"),
         (put(1, 2, "nan"), "line 2: 4 finite numbers"),
-        (put(1, 2, "x"), "line 2: could not convert"),
-        (put(1, 2, "0;" * 900), "line 2: could not convert string to float: '[0;]{1,60}$"),
+        (put(1, 2, "x"), "line 2: '.*': numbers, with decimal points or commas"),
+        (put(1, 2, "0;" * 900), "line 2: '.{60}': numbers, with"),
+        (put(1, 2, "0;0,1"), "line 2: '.*': numbers, with"),
         (put(1, 2, "-0.1"), "line 2: a force below 0"),
         (put(1, 1, "0.1"), "line 2: a force of a disk on itself"),
         (put(2, 3, "0", table=1), "line 3: a radius > 0"),
@@ -297,9 +298,10 @@ def test_distance_is_that_of_contacts_with_a_force():
     )
 
 
-def test_files_are_read_as_they_are_published(tmp_path):
+@pytest.mark.parametrize("between", [",", ";", "\t"])
+def test_files_are_read_as_they_are_published(tmp_path, between):
     """Whole numbers, five digits, and tiny ones with an exponent, as dlmwrite writes them; other
-    matrices beside."""
+    matrices beside. With decimal commas too, in tables of a German spreadsheet."""
     (tmp_path / f"{PREFIX.format('05384')}ParticleData.dlm").write_text(
         "1,121,1563.5,30,0\n2,179.52,1563.5,29,14.081\n3,121,1504.4,29,34.781\n"
     )
@@ -307,6 +309,8 @@ def test_files_are_read_as_they_are_published(tmp_path):
     for what in ("NormWeighted", "TanWeighted", "AbsWeighted", "Binary"):
         text = normal if what == "NormWeighted" else "0,-2.5212e-05,1\n" * 3
         (tmp_path / f"{PREFIX.format('05384')}{what}AdjacencyMatrix.dlm").write_text(text)
+    for path in tmp_path.iterdir() if between != "," else ():
+        path.write_text(path.read_text().replace(",", between).replace(".", ","))
     read = only(tmp_path)
     assert read.name == "DSC05384"
     assert read.snapshot.radius.tolist() == [30, 29, 29]

@@ -2,6 +2,7 @@
 itself only, each value of its kind, and memory that goes with rows. Crowds of LEMONS: five
 disks a person, of which one is made only where that is asked for."""
 
+import gzip
 import re
 import resource
 import shutil
@@ -18,7 +19,7 @@ from analysis.scene.floors import read_floor
 from analysis.scene.real.lemons import read_lemons
 from analysis.scene.real.trajectory import Recording, TrajectoryError, read_heads
 from analysis.scene.scene import SceneError
-from analysis.support import foreign
+from analysis.support import foreign, reading
 from analysis.support.reading import UnreadableError
 from tests.crowds import room_text, turn
 from tests.forked import as_program, in_fork
@@ -187,6 +188,47 @@ def test_floors_of_jupedsim(tmp_path):
         read_floor(base_of(tmp_path / "none.sqlite", []))
     with pytest.raises(SceneError, match=r"bad\.sqlite: geometry: ParseException"):
         read_floor(base_of(tmp_path / "bad.sqlite", [], geometry=["POLYGON (("]))
+
+
+ALL = "create table trajectory_data (frame int, id int, pos_x real, pos_y real, ori_x real, ori_y real)"
+HIGH = [*KINDS, ("z", "f8"), ("angle", "f4")]
+
+
+@pytest.mark.parametrize(
+    ("name", "make", "unused"),
+    [
+        ("a.sqlite", lambda p: base_of(p, [(f, i, x, y, 0, 1) for i, f, x, y in walkers()], table=ALL),
+         ["ori_x", "ori_y"]),
+        ("a.h5", lambda p: archive(p, [(*row, 1.7, 0) for row in walkers()], HIGH), ["z", "angle"]),
+        ("b.h5", lambda p: archive(p, [(i, f, 100 * x, 100 * y) for i, f, x, y in walkers()],
+                                   x="pedestrian x-coordinate (centimeter [cm])"), []),
+        ("a.csv", lambda p: p.write_bytes(gzip.compress(b"id,t,x,y\n" + b"".join(
+            b"%d,%.1f,%.3f,%.3f\n" % (i, f / 10, x, y) for i, f, x, y in walkers()))), []),
+    ],
+)  # fmt: skip
+def test_all_that_a_format_knows_is_used_or_named(name, make, unused, tmp_path, monkeypatch):
+    named = []
+    monkeypatch.setattr(reading, "note_unused", lambda file, what, names: named.extend(names))
+    make(tmp_path / name)
+    found = Recording.read(tmp_path / name)
+    rows = found.data[["id", "frame", "x", "y"]].sort_values(["id", "frame"]).to_numpy()
+    assert rows == pytest.approx(np.array(walkers()))
+    assert (found.frame_rate, named) == (10, unused)
+
+
+@pytest.mark.parametrize(
+    ("name", "make", "said"),
+    [
+        ("a.h5", lambda p: archive(p, [(*row, 3.0 * row[0], 0) for row in walkers()], HIGH), "floors"),
+        ("a.h5", lambda p: archive(p, x="in m", y="in cm"), "One of m and cm is read"),
+        ("a.h5", lambda p: archive(p, [*walkers(), (1, 4, 9.0, 9.0)]), "frame 4: person 1 occurs twice"),
+        ("a.csv", lambda p: p.write_text("id,t,x,y\n1,0,0,0\n", "utf-16"), "UTF-16. Save it as UTF-8"),
+    ],
+)  # fmt: skip
+def test_what_would_change_the_answer_is_refused(name, make, said, tmp_path):
+    make(tmp_path / name)
+    with pytest.raises(TrajectoryError, match=said):
+        Recording.read(tmp_path / name)
 
 
 EVACUATION = ROOT.parent / "shared/data/lemons_evacuation"

@@ -1,7 +1,6 @@
 """Heads of a real crowd: trajectory files of each known format (`load` picks the reader), read and
 checked row by row, and the positions and velocities of one frame."""
 
-import csv
 import itertools
 import json
 import re
@@ -10,44 +9,56 @@ from array import array
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
+from xml.etree import ElementTree
 
 import numpy as np
 import pandas as pd
 import pedpy
 from scipy.spatial import cKDTree
 
+from analysis.scene.real.tables import (
+    LENGTHS,
+    PLAIN,
+    TIMES,
+    Table,
+    numbered,
+    read_table,
+    seen_once,
+    units_in,
+)
 from analysis.support import reading
 from analysis.support.foreign import Node, read_foreign
 from nscd.arrays import Floats, Indices
 
 Unit = Literal["m", "cm"]
 # A file of Pathfinder has so many bytes at most, and one of Vadere so many frames, and more where
-# it has many rows: its people are seen at steps, and PedPy fills the frames between them.
+# it has many rows: its people are seen at steps, and the frames between them are filled.
 LARGEST_JSON = 1 << 30
 MOST_FRAMES, FRAMES_OF_ROW = 1_000_000, 100
-# A row of a table has at least so many numbers, and its columns are named where one is an id.
-LEAST_NUMBERS = 3
-ID = re.compile(r"id|pedID|NO|\w*edestrianId\S*")
-# Tables of text with named columns, by ending; all other text is id, frame, x, y.
+# Tables of text whose columns must have names, by ending.
 NAMED = ("csv", "pp", "fzp", "traj")
-PLAIN = ("id", "frame", "x", "y")
-# Columns for id, time (s), x and y (m), as the programs name them that write tables in metres:
-# Crowdit, Pathfinder, Viswalk.
-TIMED = (
-    ("pedID", "time", "posX", "posY"),
-    ("id", "t", "x", "y"),
-    ("NO", "SIMSEC", "COORDCENTX", "COORDCENTY"),
+# Columns of the programs that write tables in metres: crowd:it, Pathfinder, Viswalk, Vadere, JuPedSim.
+IN_METRES = (
+    {"pedid", "time", "posx", "posy"},
+    {"id", "t", "x", "y"},
+    {"no", "simsec", "coordcentx", "coordcenty"},
+    {"timestep", "pedestrianid", "x", "y"},
+    {"id", "fr", "x", "y", "z", "a", "b", "angle", "color"},
 )
+# Columns of the BIWI walking pedestrians (obsmat.txt), which has no names: z is up.
+OBSMAT = ("frame", "id", "x", "z", "y", "v_x", "v_z", "v_y")
+# Heads of one floor, stairs included, are within so much (m) in height.
+FLOOR_M = 2.5
+# Velocities are differences of places up to this share: a row may have those after it.
+VELOCITIES_AGREE = 0.2
+# Times (s) and places (m) of two steps that are the same.
+SAME_S, SAME_M = 1e-6, 0.01
 # id, frame, x (m), y (m) of all rows, and the frame rate (1/s).
 Loaded = tuple[pd.DataFrame, float]
 
 
 class TrajectoryError(ValueError):
     """A trajectory file that cannot be used; the message names the file and what is wrong in it."""
-
-
-# A unit in a comment: "x/m", "in cm", "in metres"; no "in Mannheim".
-UNIT = re.compile(r"(?:x/|\bin )(cm|m)(?:et(?:er|re)s?)?\b")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,59 +96,13 @@ class _Given:
         raise self.refuse(f"states no {' and no '.join(words)}. Give {' and '.join(ways)}")
 
 
-def _read_rows(file: Path, named: bool) -> tuple[list[str], pd.DataFrame]:
-    """The lines before the first row of a text file, and all rows by their lines, the columns named
-    by the last of these lines that has the name of an id, or numbered.
-
-    Raises TrajectoryError naming the first row that is not as the one before all: as many cells,
-    numbers in the same places."""
-    head: list[str] = []
-    like: list[bool] = []
-    values, lines = array("d"), array("q")
-    with reading.open_file(file) as content:
-        for number, line in enumerate(reading.lines_of(content, file), start=1):
-            text = line.decode("utf-8", "replace").removeprefix("\ufeff").strip()
-            cells = _cells(text)
-            numbers = [bool(reading.NUMBER.fullmatch(cell)) for cell in cells]
-            where = f"{file}, line {number}: {text[:60]!r}"
-            if "\r" in text:
-                raise TrajectoryError(f"{where} has a carriage return. Lines end in \\n or \\r\\n")
-            if not like:
-                if cells and all(numbers) and len(cells) < LEAST_NUMBERS:
-                    raise TrajectoryError(f"{where} has too few cells for a row")
-                if text.startswith("#") or sum(numbers) < LEAST_NUMBERS:
-                    head.append(text)
-                    continue
-                like = numbers
-            if text and text[0] not in "#$*":
-                if numbers != like:
-                    raise TrajectoryError(
-                        f"{where} is not a row as the first one, with {len(like)} cells"
-                    )
-                values.extend(map(float, itertools.compress(cells, numbers)))
-                lines.append(number)
-    if not like:
-        raise TrajectoryError(f"{file}: no row of numbers")
-    names: list[Any] = [*range(len(like))]
-    for text in head if named else ():
-        cells = [cell.rpartition(":")[2] for cell in _cells(text)]
-        if len(cells) == len(like) and any(map(ID.fullmatch, cells)):
-            names = cells
-    table = np.frombuffer(values).reshape(len(lines), sum(like))
-    columns = pd.Index(list(itertools.compress(names, like)))
-    return head, pd.DataFrame(table, index=pd.Index(lines, name="line"), columns=columns)
-
-
-def _cells(text: str) -> list[str]:
-    mark = next((mark for mark in ";," if mark in text), None)
-    cells = next(csv.reader([text], delimiter=mark)) if mark and '"' in text else text.split(mark)
-    return [cell.strip() for cell in cells]
-
-
-def load(file: Path, unit: Unit | None, frame_rate: float | None) -> Loaded:
+def load(
+    file: Path, unit: Unit | None, frame_rate: float | None, columns: str | None = None
+) -> Loaded:
     """Read a file of any format that is known: id, frame, x, y (m) of all rows, and the frame rate.
 
     unit, frame_rate (1/s): needed only where the file does not state them
+    columns: of a table of text: what each column is, as in "frame id x y"
 
     Raises TrajectoryError naming the file and what is wrong in it."""
     if not file.is_file():
@@ -149,12 +114,12 @@ def load(file: Path, unit: Unit | None, frame_rate: float | None) -> Loaded:
         # numpy's complaints of numbers that are none; the error that follows says more
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)
-            if end in FOREIGN:
-                data, rate = FOREIGN[end](given)
+            if end not in FOREIGN:
+                data, rate = _text(given, end, re.findall(r"[^\s,;]+", columns or ""))
+            elif columns:
+                raise given.refuse("--columns: only of a table of text")
             else:
-                head, table = _read_rows(file, end in NAMED)
-                reader = _vadere if end == "traj" else _named if end in NAMED else _text
-                data, rate = reader(given, head, table)
+                data, rate = FOREIGN[end](given)
         for name in ("id", "frame"):
             whole = (np.abs(data[name]) < reading.LARGEST_WHOLE) & (data[name] % 1 == 0)
             if not whole.all():
@@ -172,32 +137,76 @@ def load(file: Path, unit: Unit | None, frame_rate: float | None) -> Loaded:
         raise given.refuse(f"it cannot be read: {first_line(error)}") from None
 
 
-def _text(given: _Given, head: list[str], table: pd.DataFrame) -> Loaded:
-    """Rows of id, frame, x, y; comments before them may state unit and frame rate."""
-    comments = [*itertools.takewhile(lambda line: line.startswith("#"), head)]
-    said = UNIT.findall("\n".join(comments).lower())
-    unit: Unit | None = ("cm" if said[-1] == "cm" else "m") if said else None
-    words = [word for line in comments if "framerate" in line for word in line.split()]
-    rates = [float(word) for word in words if reading.NUMBER.fullmatch(word)]
-    return given.loaded(table.iloc[:, :4].set_axis(PLAIN, axis=1), unit, next(iter(rates), None))
+def _text(given: _Given, end: str, columns: list[str]) -> Loaded:
+    """A table of text: footsteps of Vadere, the BIWI walking pedestrians, or any other."""
+    table = read_table(given.file, named=end in NAMED, columns=columns)
+    if any(line.startswith("$VEHICLE") for line in table.head):
+        raise given.refuse("vehicles of Vissim. A table of its pedestrians is needed")
+    names = {
+        re.sub(r"-pid\d+$", "", name.rpartition(":")[2].lower()) for name in table.columns.names
+    }
+    if "startx" in names:
+        return _vadere(given, table)
+    if not (columns or table.columns.named) and len(names) == len(OBSMAT):
+        other = read_table(given.file, named=False, columns=OBSMAT)
+        if rate := _rate_of_velocities(other.rows):
+            found = given.loaded(other.rows[[*PLAIN]], "m", rate)
+            other.note(*PLAIN, "v_x", "v_y")
+            return found
+    implied = any(known <= names for known in IN_METRES) and not given.unit
+    found = _people(given, table, table.length or ("m" if implied else None))
+    table.note("id", "frame", "time", "x", "y")
+    return found
 
 
-def _named(given: _Given, head: list[str], table: pd.DataFrame) -> Loaded:
-    """A table with known names; with those of PedPy's own data, the frame rate follows from a column
-    `time` (s)."""
-    if {*PLAIN} <= {*table}:
-        rate = given.frame_rate
-        if rate is None and "time" in table:
-            moving = table.groupby("id")[["frame", "time"]].diff().dropna()
+def _people(given: _Given, table: Table, length: str | None) -> Loaded:
+    """People of a table, in this unit; the frame rate is in a comment, or follows from times (s)."""
+    rows, units, said = table.rows, table.columns.units, table.frame_rate(given.frame_rate)
+    if length == "mm" and given.unit:
+        raise given.refuse(f"--unit {given.unit}: the file states mm")
+    if "z" in rows:
+        _one_floor(given, rows.z * LENGTHS.get(units.get("z", length or given.unit or "m"), 1.0))
+    if length == "mm":
+        rows, length = rows.assign(x=rows.x / 1000, y=rows.y / 1000), "m"
+    unit: Unit | None = "cm" if length == "cm" else "m" if length else None
+    if "time" in rows:
+        if (times := units.get("time", "s")) not in TIMES:
+            raise given.refuse(f"the unit of its times is {times}. One of s and ms is read")
+        rows = rows.assign(time=rows.time * TIMES[times])
+    if "frame" in rows:
+        rate = said or given.frame_rate
+        if rate is None and "time" in rows:
+            moving = rows.groupby("id")[["frame", "time"]].diff().dropna()
             rate = float(np.round((moving.frame / moving.time).median(), 6))
-        return given.loaded(table[[*PLAIN]], None, rate)
-    for names in TIMED:
-        if {*names} <= {*table}:
-            return _timed(given, table[[*names]])
-    needed = " or ".join(", ".join(sorted(names)) for names in TIMED)
-    raise given.refuse(
-        f"its first lines have no columns that are known: id, frame, x, y or {needed}"
-    )
+        return given.loaded(rows[[*PLAIN]], unit, rate)
+    unit, _ = replace(given, frame_rate=None).stated(unit, 1.0)
+    places = {axis: rows[axis] / (100 if unit == "cm" else 1) for axis in "xy"}
+    found = _timed(replace(given, unit=None), rows[["id", "time", "x", "y"]].assign(**places))
+    if said and not abs(found[1] - said) <= 0.05 * said:
+        raise given.refuse(f"states {said:g} frames per second, and its times are {found[1]:g}")
+    return found
+
+
+def _one_floor(given: _Given, height: Any) -> None:
+    """Refuse people of several floors, who would stand in each other: height (m) of each row."""
+    if len(height) and np.nanmax(height) - np.nanmin(height) > FLOOR_M:
+        low, high = np.nanmin(height), np.nanmax(height)
+        raise given.refuse(
+            f"z from {low:g} to {high:g} m: several floors. Cut one out, or name the columns without z"
+        )
+
+
+def _rate_of_velocities(rows: pd.DataFrame) -> float | None:
+    """Frames per second, where two columns are the velocities (m/s) between two rows of a person."""
+    rows = rows.sort_values(["id", "frame"])
+    moved = rows.groupby("id")[["frame", "x", "y"]].diff()
+    seen = moved.frame > 0
+    way = moved[seen][["x", "y"]].to_numpy()
+    went = rows[seen][["v_x", "v_y"]].to_numpy() * moved[seen][["frame"]].to_numpy()
+    step = (way * went).sum() / (went**2).sum()
+    apart = ((way - step * went) ** 2).sum()
+    agree = step > 0 and apart < VELOCITIES_AGREE**2 * (way**2).sum()
+    return float(np.round(1 / step, 3)) if agree else None
 
 
 def _timed(given: _Given, rows: pd.DataFrame) -> Loaded:
@@ -213,6 +222,11 @@ def _timed(given: _Given, rows: pd.DataFrame) -> Loaded:
 def _pathfinder_json(given: _Given) -> Loaded:
     # person → time → position
     content = json.loads(reading.read_text(given.file, LARGEST_JSON), object_pairs_hook=_once)
+    every = [seen for person in content.values() for seen in person.values()]
+    reading.note_unused(
+        given.file, "keys", (key for seen in every for key in seen if key != "position")
+    )
+    _one_floor(given, [float(seen["position"].get("z", 0)) for seen in every])
     rows = [
         (int(who), float(when), *(float(seen["position"][axis]) for axis in "xy"))
         for who, person in content.items()
@@ -235,8 +249,13 @@ def _jupedsim(given: _Given) -> Loaded:
         raise given.refuse(f"no table {' and '.join(sorted(missing))}")
     said = dict(zip(found["metadata"].texts("key"), found["metadata"].texts("value"), strict=True))
     names = ("id", "frame", "pos_x", "pos_y")
+    others = found["trajectory_data"].attributes["others"].split()
+    known = {("fps", said.get("fps")), ("version", "1"), ("version", "2")}
+    others += [key for key, value in said.items() if (key, value) not in known]
+    reading.note_unused(given.file, "columns and keys", others)
     columns = (found["trajectory_data"].below[name].values for name in names)
-    return given.loaded(dict(zip(PLAIN, columns, strict=True)), "m", _fps(given, said.get("fps")))
+    rows = seen_once(given.file, pd.DataFrame(dict(zip(PLAIN, columns, strict=True))))
+    return given.loaded(rows, "m", _fps(given, said.get("fps")))
 
 
 def _archive(given: _Given) -> Loaded:
@@ -248,7 +267,17 @@ def _archive(given: _Given) -> Loaded:
     if odd := [name for name in PLAIN if values.dtype[name].kind not in "iuf"]:
         raise given.refuse(f"/trajectory: {odd[0]}: numbers are needed")
     columns = {name: values[name].astype(np.float64 if name in "xy" else None) for name in PLAIN}
-    return given.loaded(columns, "m", _fps(given, found.attributes.get("fps")))
+    others = [name for name in values.dtype.names or () if name not in PLAIN]
+    reading.note_unused(given.file, "columns", others)
+    if "z" in others and values.dtype["z"].kind in "iuf":
+        _one_floor(given, values["z"])
+    told = " ".join(str(found.attributes.get(axis)) for axis in "xy")
+    said = units_in(told)
+    if said - {"m", "cm"} or len(said) > 1:
+        raise given.refuse(f"/trajectory: x and y: {told[:80]}. One of m and cm is read")
+    rate = _fps(given, found.attributes.get("fps"))
+    rows = seen_once(given.file, pd.DataFrame(columns))
+    return given.loaded(rows, "cm" if "cm" in said else "m", rate)
 
 
 def _fps(given: _Given, said: object) -> float:
@@ -257,23 +286,92 @@ def _fps(given: _Given, said: object) -> float:
     return float(str(said))
 
 
-def _vadere(given: _Given, head: list[str], table: pd.DataFrame) -> Loaded:
-    """A file of Vadere: steps of people, between which PedPy fills the frames."""
+def _vadere(given: _Given, table: Table) -> Loaded:
+    """Footsteps of Vadere: places at the frames between two steps, and to the end of the last."""
     _, rate = given.stated("m", None)
-    who, when = (next(name for name in table if key in name) for key in ("edestrianId", "simTime"))
-    seen = table.groupby(who)[when].agg(["min", "max"])
+    rows = table.rows.sort_values(["id", "time"], kind="stable")
+    bad = ~np.isfinite(rows[["id", "time"]]).all(axis=1)
+    if bad.any():
+        raise given.refuse(f"line {bad.idxmax()}: an id and a time are needed")
+    table.note("id", "time", "x", "y", "end_time", "end_x", "end_y")
+    if {"end_time", "end_x", "end_y"} <= {*rows}:
+        ends = rows[["id", "end_time", "end_x", "end_y"]].set_axis(["id", "time", "x", "y"], axis=1)
+        following = rows.groupby("id")[["time", "x", "y"]].shift(-1)
+        ended = (rows.end_time > rows.time) & np.isfinite(ends).all(axis=1)
+        apart = np.hypot(rows.end_x - following.x, rows.end_y - following.y)
+        late = rows.end_time - following.time
+        wrong = ended & ((late > SAME_S) | (late.abs() <= SAME_S) & (apart > SAME_M))
+        if wrong.any():
+            raise given.refuse(
+                f"line {wrong.idxmax()}: a step ends after or beside the next's start"
+            )
+        rows = pd.concat([rows[["id", "time", "x", "y"]], ends[ended & ~(late.abs() <= SAME_S)]])
+        rows = rows.sort_values(["id", "time"], kind="stable")
+    seen = rows.groupby("id")["time"].agg(["min", "max"])
     frames = float((seen["max"] - seen["min"]).sum()) * rate
-    if not frames <= MOST_FRAMES + FRAMES_OF_ROW * len(table):
+    if not frames <= MOST_FRAMES + FRAMES_OF_ROW * len(rows):
         raise given.refuse(
-            f"{frames:.3g} frames of {len(table)} rows at {rate:g} frames per second. Is the frame "
-            "rate right?"
+            f"{frames:.3g} frames of {len(table.rows)} rows at {rate:g} frames per second. Is the "
+            "frame rate right?"
         )
-    found = pedpy.load_trajectory_from_vadere(trajectory_file=given.file, frame_rate=rate)
-    return found.data[[*PLAIN]], found.frame_rate
+    made = []
+    for who, one in rows.groupby("id"):
+        first, last = np.ceil(one.time.min() * rate - SAME_S), one.time.max() * rate + SAME_S
+        at = np.arange(first, np.floor(last) + 1)
+        places = {axis: np.interp(at / rate, one.time, one[axis]) for axis in "xy"}
+        made.append(pd.DataFrame({"id": who, "frame": at, **places}))
+    unseen = [f"{who:g}" for who, one in zip(seen.index, made, strict=True) if one.empty]
+    reading.note_unused(given.file, "people between two frames", unseen)
+    return pd.concat(made).sort_values(["frame", "id"], ignore_index=True), rate
+
+
+def is_fcd(file: Path) -> bool:
+    """Tell whether a file is floating car data of SUMO. Raises UnreadableError for none."""
+    return b"<fcd-export" in _start(file)
+
+
+def _start(file: Path) -> bytes:
+    with reading.open_file(file) as content:
+        try:
+            return content.read(reading.LONGEST_LINE)
+        except reading.DAMAGED:
+            return b""
+
+
+def _fcd(given: _Given) -> Loaded:
+    """Persons of SUMO (--fcd-output), in metres."""
+    start = _start(given.file).partition(b"<fcd-export")
+    if not start[1] or b"<!DOCTYPE" in start[0]:
+        raise given.refuse("no <fcd-export> of SUMO")
+    if re.search(rb'fcd-output\.geo value="(?:t|1|y|on|x)', start[0]):
+        raise given.refuse("places in degrees. Write it without --fcd-output.geo")
+    ids: dict[str, int] = {}
+    others: dict[str, None] = {}
+    codes, values, time = array("q"), array("d"), ""
+    with reading.open_file(given.file) as content:
+        for event, node in ElementTree.iterparse(content, ["start", "end"]):
+            if node.tag == "timestep":
+                time = node.get("time", "")
+                if event == "end":
+                    node.clear()
+            elif event == "start" and node.tag == "person" and "vehicle" not in node.attrib:
+                row = (time, *(node.get(axis, "") for axis in "xy"))
+                if "id" not in node.attrib or not all(map(reading.NUMBER.fullmatch, row)):
+                    raise given.refuse(f"time {time[:40]!r}: a person without id or numbers")
+                values.extend(map(float, row))
+                codes.append(ids.setdefault(node.attrib["id"], len(ids)))
+                others |= dict.fromkeys(node.attrib.keys() - {"id", "x", "y"})
+            elif event == "start" and node.tag != "fcd-export":
+                others[f"<{node.tag}>" if node.tag != "person" else "persons in vehicles"] = None
+    reading.note_unused(given.file, "attributes and elements", sorted(others))
+    rows = pd.DataFrame(np.frombuffer(values).reshape(len(codes), 3), columns=["time", "x", "y"])
+    rows.insert(0, "id", numbered(given.file, list(ids), np.frombuffer(codes, dtype=np.int64)))
+    return _timed(given, seen_once(given.file, rows))
 
 
 # Readers of files that are no rows of text, by ending.
-FOREIGN = {"sqlite": _jupedsim, "h5": _archive, "hdf5": _archive, "json": _pathfinder_json}
+FOREIGN = {"sqlite": _jupedsim, "json": _pathfinder_json, "xml": _fcd}
+FOREIGN |= dict.fromkeys(("h5", "hdf5"), _archive)
 
 
 def first_line(error: Exception) -> str:
@@ -312,15 +410,21 @@ class Recording:
 
     @classmethod
     def read(
-        cls, file: Path, *, unit: Unit | None = None, frame_rate: float | None = None
+        cls,
+        file: Path,
+        *,
+        unit: Unit | None = None,
+        frame_rate: float | None = None,
+        columns: str | None = None,
     ) -> "Recording":
         """Read a file.
 
         unit, frame_rate (1/s): needed only where the file does not state them
+        columns: of a table of text: what each column is, as in "frame id x y"
 
         Raises TrajectoryError naming the file, for one that PedPy cannot read or that has nobody
         in it, a missing unit or frame rate."""
-        data, rate = load(file, unit, frame_rate)
+        data, rate = load(file, unit, frame_rate, columns)
         if not 0 < rate < np.inf:
             raise TrajectoryError(
                 f"{file}: {rate:g} frames per second. Its times must grow with frames"
