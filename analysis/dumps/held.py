@@ -26,8 +26,8 @@ from nscd.arrays import Floats
 PAIR_COLUMNS, MORE_COLUMNS = ("first", "second", "fx", "fy"), ("tx", "ty", "dist")
 # Names of LAMMPS' compute property/local.
 ALIASES = {"patom1": "first", "patom2": "second", "natom1": "first", "natom2": "second"}
-# m, texts have places to so much at least; directions may be off by this beside that.
-COARSEST_M, DIRECTION = 1e-3, 1e-5
+# m, texts have places to so much at least, and need not to more; directions may be off by this, too.
+COARSEST_M, FINEST_M, DIRECTION = 1e-3, 1e-9, 1e-5
 # Frames in which the sign of forces is looked at, and the share of normal forces that may pull there.
 LOOKED_AT, PULLING = 20, 0.25
 log = logging.getLogger(__name__)
@@ -96,7 +96,12 @@ def resolution(data: Any, largest: float) -> float:
     """Estimate (m) to what the places of a frame are known: one of the last of their digits."""
     names = [name for place, _ in PLACES[1:] for name in place[:2] if name in data] or ["x", "y"]
     digits = max((_digits(one) for name in names for one in data[name][:100].tolist()), default=17)
-    return min(COARSEST_M, 10.0 ** (math.floor(math.log10(largest or 1.0)) + 1 - digits))
+    return _last_place(largest, digits)
+
+
+def _last_place(largest: float, digits: int) -> float:
+    last = 10.0 ** (math.floor(math.log10(largest or 1.0)) + 1 - digits)
+    return min(COARSEST_M, max(FINEST_M, last))
 
 
 def _digits(value: float) -> int:
@@ -191,8 +196,7 @@ class OwnContacts:
         apart = (gap > slack + reach) & found.force.any(1)
         index.refuse(here, apart, "a force between bodies that are ", gap, " m apart")
         own = max(map(_digits, found.overlap[:100].tolist()), default=17)
-        deep = float(np.abs(found.overlap).max(initial=0.0)) or 1.0
-        slack += min(COARSEST_M, 10.0 ** (math.floor(math.log10(deep)) + 1 - own))
+        slack += _last_place(float(np.abs(found.overlap).max(initial=0.0)), own)
         unlike = np.abs(found.overlap + gap) > slack
         index.refuse(here, unlike, "overlap: that of the bodies is ", -gap, " m")
 
