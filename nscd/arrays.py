@@ -196,11 +196,7 @@ def _are_numbers(array: NDArray[Any], name: str) -> bool:
 
 
 def _remade(kind: type[T], values: dict[str, Any]) -> T:
-    made = kind(**values)
-    for value in values:
-        if isinstance(array := getattr(made, value), np.ndarray):
-            array.flags.writeable = False
-    return made
+    return kind(**values)
 
 
 class Frozen:

@@ -93,19 +93,15 @@ class Contacts(Frozen):
     def check_once(self) -> None:
         """Raise ValueError where two disks have two contacts, or a disk has two with one point of one
         wall: each would carry a part of the percussion."""
-        pairs, turned = ~self.is_wall, self.first > self.second
-        low, high = self.first, self.second
-        if (turned & pairs).any():
-            low = np.where(turned & pairs, self.second, self.first)
-            high = np.where(turned & pairs, self.first, self.second)
+        pairs, low, high = ~self.is_wall, self.first, self.second
+        if (turned := pairs & (low > high)).any():
+            low, high = np.where(turned, high, low), np.where(turned, low, high)
         keys = (self.is_wall.astype(np.int64) << 62) + (low << 31) + high
         if (keys[1:] > keys[:-1]).all():  # as `find_contacts` lists them
             return
         order = np.lexsort((*self.point.T, keys))
-        same = (keys[order[1:]] == keys[order[:-1]]) & (
-            pairs[order[1:]] | (np.abs(np.diff(self.normal[order], axis=0)) <= UNIT).all(1)
-        )
-        if same.any():
+        same = pairs[order[1:]] | (np.abs(np.diff(self.normal[order], axis=0)) <= UNIT).all(1)
+        if (same := same & (np.diff(keys[order]) == 0)).any():
             one, other = sorted(order[int(np.argmax(same)) :][:2].tolist())
             raise ValueError(f"contacts: row {other} is the contact of row {one} again")
 

@@ -142,9 +142,8 @@ class OwnContacts:
         turned = found.first > found.second
         way = np.where(turned, -1.0, 1.0)[:, None]
         low, high = np.sort(np.column_stack([found.first, found.second]), axis=1).T
-        return replace(
-            found, first=low, second=high, normal=way * found.normal, force=way * found.force
-        )
+        normal, force = way * found.normal, way * found.force
+        return replace(found, first=low, second=high, normal=normal, force=force)
 
     def _pairs(self, number: int, snapshot: Snapshot) -> EngineContacts:
         """The pairs of a frame as they are listed, normals and overlaps from the disks."""
@@ -152,9 +151,7 @@ class OwnContacts:
         get = dict(zip(index.columns, index.table(number).T, strict=True))
         first, second = (index.ids(here, get[name], name) for name in PAIR_COLUMNS[:2])
         force = np.column_stack([get["fx"], get["fy"]])
-        if "tx" in get or "ty" in get:
-            zero = np.zeros(len(first))
-            force = force + np.column_stack([get.get("tx", zero), get.get("ty", zero)])
+        force += np.column_stack([get.get(name, 0.0 * force[:, 0]) for name in ("tx", "ty")])
         none = np.zeros(len(first), dtype=bool)
         keys = keys_of(np.minimum(first, second), np.maximum(first, second), none)
         again = ~none
@@ -203,11 +200,11 @@ class OwnContacts:
     def look_at_signs(self, trajectory: Any, file: Path) -> None:
         """Find on which of a pair its force is, as contacts push. Raises DumpError where some push and
         others pull."""
-        steps = [step for step in self.index.steps if step in {*trajectory.steps}]
+        steps = trajectory.steps
         chosen = {steps[k] for k in np.linspace(0, len(steps) - 1, LOOKED_AT).astype(int)}
         sums, pulls = np.zeros((2, 2)), ["", ""]
         for step in sorted(chosen):
-            ts = trajectory[trajectory.steps.index(step)]
+            ts = trajectory[steps.index(step)]
             found = self.at(ts, snapshot_of(ts, file, needs_velocity=False))
             along = (found.force * found.normal).sum(1)
             for wall, kind in enumerate(("", "wall ")):
@@ -224,7 +221,9 @@ class OwnContacts:
                 log.log(NOTE, "%s: fx fy read as the force on the second", self.index.path)
         for wall, (push, pull) in enumerate(sums.tolist()):
             if pull > PULLING * (push + pull):
+                why = "fx fy is the force of the first on the second. Is it that on the first here?"
+                if self.lacks_walls:
+                    why = "Others push. Is fx fy the force on the first of each row?"
                 raise DumpError(
-                    f"{self.index.path}, {pulls[wall]} pull each other, and no law here pulls. "
-                    "fx fy is the force of the first on the second. Is it that on the first here?"
+                    f"{self.index.path}, {pulls[wall]} pull each other, and no law here pulls. {why}"
                 )

@@ -105,7 +105,6 @@ class Equilibrium:
             first=first, second=np.where(wall, 0, second), is_wall=wall, normal=unit,
             gap=np.zeros(k), point=place[first] + size[first, None] * np.asarray(unit),
         )  # fmt: skip
-        contacts.check_once()
         loads = numbers(load, "load")
         columns = loads.shape[1] if loads.ndim == 2 and loads.shape[1] in (2, 3) else 3
         loads = np.pad(read_only(load, (n, columns), "load"), ((0, 0), (0, 3 - columns)))
