@@ -1,5 +1,8 @@
 """The array types of the whole tree, and the checks of what comes from outside."""
 
+import contextlib
+import dataclasses
+import math
 import reprlib
 from numbers import Real
 from typing import Any, TypeVar
@@ -16,6 +19,8 @@ Index32 = NDArray[np.int32]
 
 # Beyond this, squares of a number and their products with another leave double precision.
 LARGEST = 1e100
+# What np.asarray raises for what is no array, a tensor with a gradient among them.
+NO_ARRAY = (TypeError, ValueError, OverflowError, RuntimeError)
 T = TypeVar("T")
 
 
@@ -46,7 +51,8 @@ def read_only(
     largest: magnitude that is refused beyond
 
     Raises ValueError naming the field, and the first bad row, where shape or a value is wrong."""
-    array = _numbers(value, shape, name, "numbers").astype(np.float64, order="C")
+    with np.errstate(over="ignore"):  # of longer floats: refused as infinite
+        array = _numbers(value, shape, name, "numbers").astype(np.float64, order="C")
     if array.size and not np.abs(array).max() <= largest:  # nor where one is no number
         if not np.isfinite(array).all():
             row = int(np.argwhere(~np.isfinite(array))[0][0])
@@ -63,27 +69,60 @@ def read_only(
 def whole_numbers(value: ArrayLike, shape: tuple[int, ...], name: str) -> Indices:
     """Copy `value` to an int64 array of the given shape, set read-only.
 
-    Raises ValueError naming the field where the shape is wrong or a value is not a whole number."""
+    Raises ValueError naming the field where the shape is wrong, or a value is not a whole number or
+    is beyond 2⁶³ − 1."""
     given = _numbers(value, shape, name, "whole numbers")
     with np.errstate(invalid="ignore"):
         array = given.astype(np.int64, order="C")
-    if given.dtype.kind not in "ib" and not np.array_equal(given, array):
-        row = int(np.argwhere(given != array)[0][0])
-        raise ValueError(f"{name}: {given[row]} in row {row} is not a whole number")
+    if given.dtype.kind != "i":
+        # a float of 2⁶³ becomes another number on each processor
+        good = (given < 2.0**63) & (given >= -(2.0**63)) & (given == np.floor(given))
+        _refuse_row(good, given, name, "is not a whole number below 2⁶³")
     array.flags.writeable = False
     return array
+
+
+def flags(value: ArrayLike, shape: tuple[int, ...], name: str) -> Flags:
+    """Copy `value`, True and False or 1 and 0, to an array of bool of the given shape, set read-only.
+
+    Raises ValueError naming the field for all else."""
+    given = _numbers(value, shape, name, "True and False", "biuf")
+    _refuse_row((given == 0) | (given == 1), given, name, "is not True or False")
+    array = given.astype(np.bool_, order="C")
+    array.flags.writeable = False
+    return array
+
+
+def _refuse_row(good: Flags, given: NDArray[Any], name: str, what: str) -> None:
+    if not good.all():
+        place = tuple(np.argwhere(~good)[0].tolist())
+        raise ValueError(f"{name}: {given[place]} in row {place[0]} {what}")
 
 
 def number(value: Any, name: str, need: str = "A finite number") -> float:
     """Take a finite float of at most 10¹⁰⁰.
 
     Raises ValueError naming the field, and what is needed, for all else."""
-    if isinstance(value, np.ndarray) and value.ndim == 0:
-        value = value[()]
-    real = type(value) is float or isinstance(value, Real)  # the second takes 0.5 µs
-    if not real or not -LARGEST <= value <= LARGEST:
-        raise ValueError(f"{name}: {shown(value)}. {need} is needed")
-    return float(value)
+    given, real = value, type(value) is float or isinstance(value, Real)  # the second takes 0.5 µs
+    if not real:
+        plain = _bare(value, name)
+        with contextlib.suppress(*NO_ARRAY):
+            value = np.asarray(plain)[()]
+        real = isinstance(value, Real)
+    made = math.nan
+    if real and not isinstance(value, bool):
+        with contextlib.suppress(OverflowError):  # of whole numbers
+            made = float(value)
+    if not -LARGEST <= made <= LARGEST:
+        raise ValueError(f"{name}: {shown(given)}. {need} is needed")
+    return made
+
+
+def numbers(value: ArrayLike, name: str) -> Floats:
+    """Take an array of any shape, infinite numbers too, as float64.
+
+    Raises ValueError naming the field for what is none, has a unit or masked entries."""
+    return _numbers(value, None, name, "numbers").astype(np.float64, copy=False)
 
 
 def count(value: Any, name: str) -> int:
@@ -107,19 +146,86 @@ def instance(value: Any, kind: type[T], name: str) -> T:
     return value
 
 
-def _numbers(value: ArrayLike, shape: tuple[int, ...], name: str, what: str) -> NDArray[Any]:
+def _numbers(
+    value: ArrayLike, shape: tuple[int, ...] | None, name: str, what: str, kinds: str = "iuf"
+) -> NDArray[Any]:
+    plain = _bare(value, name)
     try:
-        array = np.asarray(value)
-    except (TypeError, ValueError, OverflowError):
+        array = np.asarray(plain)
+    except NO_ARRAY:
         raise ValueError(f"{name}: {shown(value)} is no array of {what}") from None
-    if array.size and array.dtype.kind not in "biuf":
-        raise ValueError(f"{name}: {shown(value)} is no array of {what}")
-    if array.ndim != len(shape) or any(
-        s not in (-1, a) for s, a in zip(shape, array.shape, strict=True)
+    if array.dtype == object and _are_numbers(array, name):
+        made = np.array(array.tolist())
+        array = array.astype(np.float64) if made.dtype == object else made
+    if not array.size:
+        array = array.astype(np.float64)
+    if array.dtype.kind not in kinds:
+        raise ValueError(f"{name}: {shown(value)} ({array.dtype}) is no array of {what}")
+    if shape is not None and (
+        array.ndim != len(shape)
+        or any(s not in (-1, a) for s, a in zip(shape, array.shape, strict=True))
     ):
         wanted = ", ".join("n" if s == -1 else str(s) for s in shape)
         raise ValueError(f"{name}: shape {array.shape} where ({wanted}) is needed")
     return array
+
+
+def _bare(value: Any, name: str, row: int | None = None) -> Any:
+    """Take numbers without a unit and without masked entries; `np.asarray` would drop both silently.
+
+    row: of a list that the value is in"""
+    if type(value) is np.ndarray:
+        return value
+    if isinstance(value, list | tuple):
+        kinds = {*map(type, value)}
+        if bool in kinds and not kinds <= {bool, np.bool_}:
+            raise ValueError(f"{name}: {shown(value)}. True or False is no number")
+        for number_, item in enumerate(value):
+            if type(item) is not float:
+                _bare(item, name, number_ if row is None else row)
+        return value
+    if hasattr(value, "iloc"):  # of pandas: names of columns are attributes too
+        return value
+    inner = value.data if hasattr(value, "dims") else None  # xarray has units of others in it
+    for one in (value, inner):
+        unit = getattr(one, "units", getattr(one, "unit", None))
+        if unit is not None and str(unit) not in ("", "1", "dimensionless"):
+            raise ValueError(f"{name}: it has the unit {unit}. Give plain numbers in SI units")
+        mask = getattr(one, "mask", None)
+        if mask is not None and not callable(mask) and np.any(mask):
+            if row is None and np.ndim(mask):
+                row = int(np.argwhere(mask)[0][0])
+            raise ValueError(f"{name}: masked in row {row or 0}. Each entry is needed")
+    return getattr(value, "magnitude", value)
+
+
+def _are_numbers(array: NDArray[Any], name: str) -> bool:
+    """Tell whether an array of objects, as tables with missing values have them, has numbers only."""
+    for place, item in np.ndenumerate(array):
+        row = place[0] if place else 0
+        if item is None or type(item).__name__ in ("NAType", "NaTType"):
+            raise ValueError(f"{name}: missing in row {row}. Each entry is needed")
+        if not isinstance(item, Real) or isinstance(item, bool):
+            _bare(item, name, row)
+            return False
+        if isinstance(item, int) and abs(item) >= 2**64:
+            raise ValueError(f"{name}: {shown(item)} in row {row} has more than 64 bits")
+    return True
+
+
+def _remade(kind: type[T], values: dict[str, Any]) -> T:
+    return kind(**values)
+
+
+class Frozen:
+    """Make a dataclass anew, and check it again, where it is copied or unpickled: NumPy's copies of
+    read-only arrays can be written to."""
+
+    __slots__ = ()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        fields: Any = dataclasses.fields(self)  # type: ignore[arg-type]
+        return _remade, (type(self), {one.name: getattr(self, one.name) for one in fields})
 
 
 def shown(value: Any) -> str:

@@ -12,6 +12,7 @@ from nscd import _core
 from nscd.arrays import (
     LARGEST,
     Floats,
+    Frozen,
     Index32,
     Indices,
     dots,
@@ -28,7 +29,7 @@ NEAR = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Bodies:
+class Bodies(Frozen):
     """Hold b rigid bodies of one or several disks; `Snapshot.joined` makes them.
 
     number: (n,) the body of each disk, 0…b−1
@@ -42,6 +43,17 @@ class Bodies:
     mass: Floats
     centre: Floats
     inertia: Floats
+
+    def __post_init__(self) -> None:
+        put, b = object.__setattr__, len(self.ids)
+        number = whole_numbers(self.number, (-1,), "number").astype(np.int32)
+        if number.size and not 0 <= number.min() <= number.max() < b:
+            raise ValueError(f"number: a body that does not exist, where there are {b}")
+        number.flags.writeable = False
+        put(self, "number", number)
+        put(self, "ids", whole_numbers(self.ids, (b,), "ids"))
+        for name, shape in (("mass", (b,)), ("centre", (b, 2)), ("inertia", (b,))):
+            put(self, name, read_only(getattr(self, name), shape, name))
 
     def __len__(self) -> int:
         return len(self.mass)
@@ -72,7 +84,7 @@ class Bodies:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Snapshot:
+class Snapshot(Frozen):
     """Hold n disks at one instant.
 
     position: (n,2) m
@@ -139,7 +151,8 @@ class Snapshot:
         inertia that is not positive."""
         ids, place = np.unique(whole_numbers(body, (len(self),), "body"), return_inverse=True)
         own, b = np.ones(len(ids)), len(ids)
-        of = Bodies(number=place.astype(np.int32), ids=ids, mass=own, centre=own, inertia=own)
+        centre = np.zeros((b, 2))
+        of = Bodies(number=place.astype(np.int32), ids=ids, mass=own, centre=centre, inertia=own)
         of = replace(of, centre=of.mean(self.position, self.mass))
         off = self.position - of.centre[place]
         moment = self.inertia + self.mass * dots(off, off)
@@ -225,7 +238,7 @@ def _positive(value: Floats, n: int, name: str) -> Floats:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Walls:
+class Walls(Frozen):
     """Hold w straight fixed walls without thickness. A door is the space between two.
 
     start, end: (w,2) m
@@ -242,10 +255,11 @@ class Walls:
     period_x: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        if self.period_x and not -np.inf < self.period_x[0] < self.period_x[1] < np.inf:
-            raise ValueError(
-                f"period_x: {self.period_x} m. Two finite numbers that rise are needed"
-            )
+        if self.period_x is not None:
+            low, high = read_only(self.period_x, (2,), "period_x").tolist()
+            if not low < high:
+                raise ValueError(f"period_x: {low:g} to {high:g} m. Two that rise are needed")
+            object.__setattr__(self, "period_x", (low, high))
         object.__setattr__(self, "start", read_only(self.start, (-1, 2), "start"))
         object.__setattr__(self, "end", read_only(self.end, (len(self.start), 2), "end"))
         length = lengths(self.end - self.start)

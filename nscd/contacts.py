@@ -12,9 +12,11 @@ from nscd import _core
 from nscd.arrays import (
     Flags,
     Floats,
+    Frozen,
     Index32,
     Indices,
     dots,
+    flags,
     instance,
     lengths,
     number,
@@ -36,7 +38,7 @@ NO_WALLS = Walls(start=np.empty((0, 2)), end=np.empty((0, 2)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Contacts:
+class Contacts(Frozen):
     """Hold the k contacts of a snapshot, disk–disk and disk–wall.
 
     first: (k,) index of a disk
@@ -63,9 +65,7 @@ class Contacts:
         put(self, "point", read_only(self.point, (k, 2), "point"))
         for name in ("first", "second"):
             put(self, name, whole_numbers(getattr(self, name), (k,), name))
-        is_wall = whole_numbers(self.is_wall, (k,), "is_wall").astype(np.bool_)
-        is_wall.flags.writeable = False
-        put(self, "is_wall", is_wall)
+        put(self, "is_wall", flags(self.is_wall, (k,), "is_wall"))
         if k and min(self.first.min(), self.second.min()) < 0:
             raise ValueError("first, second: negative index")
         if np.any((self.first == self.second) & ~self.is_wall):
@@ -91,6 +91,21 @@ class Contacts:
         highest = max(self.first.max(initial=-1), self.second[~self.is_wall].max(initial=-1))
         if highest >= n:
             raise ValueError(f"contacts: disk index {highest} where there are {n} disks")
+
+    def check_once(self) -> None:
+        """Raise ValueError where two disks have two contacts, or a disk has two with one point of one
+        wall: each would carry a part of the percussion."""
+        pairs, low, high = ~self.is_wall, self.first, self.second
+        if (turned := pairs & (low > high)).any():
+            low, high = np.where(turned, high, low), np.where(turned, low, high)
+        keys = (self.is_wall.astype(np.int64) << 62) + (low << 31) + high
+        if (keys[1:] > keys[:-1]).all():  # as `find_contacts` lists them
+            return
+        order = np.lexsort((*self.point.T, keys))
+        same = pairs[order[1:]] | (np.abs(np.diff(self.normal[order], axis=0)) <= UNIT).all(1)
+        if (same := same & (np.diff(keys[order]) == 0)).any():
+            one, other = sorted(order[int(np.argmax(same)) :][:2].tolist())
+            raise ValueError(f"contacts: row {other} is the contact of row {one} again")
 
     @property
     def tangent(self) -> Floats:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nscd.arrays import Floats, read_only
+from nscd.arrays import Floats, number, numbers, read_only
 from nscd.bodies import Snapshot
 from nscd.contacts import Contacts
 from nscd.laws import ContactLaw
@@ -86,7 +86,7 @@ class SocialForceLaw:
     def __post_init__(self) -> None:
         for name in ("strength", "decay", "body_stiffness", "sliding_friction"):
             value = getattr(self, name)
-            if not (np.isfinite(value) and value >= 0):
+            if number(value, name, "A finite number ≥ 0") < 0:
                 raise ValueError(f"{name}: {value}. A finite number ≥ 0 is needed")
         if self.decay == 0:
             raise ValueError("decay: 0 m. A length > 0 is needed")
@@ -238,11 +238,11 @@ def loehner_force(
     unknown reading."""
     n = len(snapshot)
     pairs.check_disks(n)
-    limit = np.asarray(maximum_force, dtype=np.float64)
+    limit = numbers(maximum_force, "maximum_force")
     limit = read_only(np.full(n, limit) if limit.ndim == 0 else limit, (n,), "maximum_force")
     if (limit < 0).any():
         raise ValueError(f"maximum_force: {limit.min():g} N. A force ≥ 0 is needed")
-    if not (np.isfinite(tolerance) and tolerance >= 0):
+    if number(tolerance, "tolerance", "A length ≥ 0 m") < 0:
         raise ValueError(f"tolerance: {tolerance} m. A length ≥ 0 is needed")
     if reading not in list(LoehnerReading):
         raise ValueError(f"reading: unknown {reading!r}. There are: {', '.join(LoehnerReading)}")

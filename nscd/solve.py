@@ -96,7 +96,7 @@ def solve(
     `friction.spread`. Reactions are then not canonical, and there is no choice of solver or guess.
 
     Raises ValueError naming the field for what is not of the kind that is asked, a left velocity of
-    the wrong shape or not finite, contacts that name disks which do not exist, a tolerance below
+    the wrong shape or not finite, contacts that name disks which do not exist or that are given twice, a tolerance below
     1e-14, an unknown solver, a solver by name where there is friction, or fewer than one start.
 
     >>> from nscd import find_contacts
@@ -227,7 +227,7 @@ def _check(
     snapshot: Snapshot, contacts: Contacts, law: ContactLaw, tolerance: float, solver: str
 ) -> None:
     instance(snapshot, Snapshot, "snapshot")
-    instance(contacts, Contacts, "contacts")
+    instance(contacts, Contacts, "contacts").check_once()
     need = "Between 1e-14 (rounding) and 1"
     if not 1e-14 <= number(tolerance, "tolerance", need) < 1:
         raise ValueError(f"tolerance: {tolerance}. {need} is needed")

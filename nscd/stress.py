@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nscd import _core
-from nscd.arrays import Floats, read_only
+from nscd.arrays import Floats, number, read_only
 from nscd.bodies import Snapshot
 from nscd.contacts import Contacts
 
@@ -38,9 +38,9 @@ class Kernel:
     cutoff: float = 6.0
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.width) and self.width > 0):
+        if not number(self.width, "width", "A positive width (m)") > 0:
             raise ValueError(f"width: {self.width} m. A kernel needs a positive width")
-        if not (np.isfinite(self.cutoff) and self.cutoff >= 1):
+        if not number(self.cutoff, "cutoff", "At least 1 width") >= 1:
             raise ValueError(f"cutoff: {self.cutoff} widths. At least 1 is needed")
 
     @property

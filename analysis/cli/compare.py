@@ -110,10 +110,12 @@ def _by_files(files: list[Path], of_file: OfFile, radius: float | None, out: Pat
     made = []
     for one in sources:
         if one.engine:
-            every = one.frames(of_file.frames)
             pairs = (
-                (each.window(one.file, ENGINE), each.window(one.file, RIGID)) for each in every
+                (each.window(one.file, ENGINE), each.window(one.file, RIGID))
+                for each in one.frames(of_file.frames)
             )
+            if one.lacks_walls:
+                pairs = ((own.of_pairs(), rigid.of_pairs()) for own, rigid in pairs)
             titles = (f"{one.file.name}, own forces", "percussions")
             made.append((f"{one.file.stem}_own", compare_frames(one.scene, titles, pairs)))
     first, *others = sources
@@ -431,4 +433,7 @@ def _loads_of(file: Path, of_file: OfFile, radius: float | None) -> RunLoads:
         windows = [one.window(file, model) for one in source.frames(of_file.frames)]
     if len(windows) < 2:
         raise ValueError(f"{file}: one frame only. Times above limits need two")
-    return loads_of_frames(source.scene, windows)
+    scene = source.scene
+    if source.lacks_walls:
+        scene, windows = scene.model_copy(update={"walls": ()}), [one.of_pairs() for one in windows]
+    return loads_of_frames(scene, windows)

@@ -225,9 +225,11 @@ class OfFile:
     room: Of a file: TOML file with walls and drive. Default: scene.toml beside a dump. Where it has
         no walls, a trajectory of JuPedSim (SQLite, HDF5) or of Jülich's archive (HDF5) gives
         its own. Without a drive percussions are those of the measured velocities, not forces.
-    contacts: Of a dump: dump of its own contact forces in N, with columns first second is_wall nx
-        ny overlap fx fy. Default: NAME_contacts.dump beside NAME.dump, or contacts.dump beside
-        bodies.dump. `exposure` sums these instead, where given.
+    contacts: Of a dump: dump of its own contact forces in N. Columns: first second is_wall nx ny
+        overlap fx fy. Or LAMMPS' own dump local of pairs. Default: NAME_contacts.dump beside
+        NAME.dump, or contacts.dump beside bodies.dump. `exposure` sums these instead, where given.
+    contacts_columns: Which columns of --contacts are meant: "first=c_ids[1] second=c_ids[2]
+        fx=c_f[2] fy=c_f[3]". Also tx and ty (tangential forces), and dist.
     mass: Of a trajectory: mass of each person in kg. Default: 75.
     unit: Unit of lengths, where the file does not say. Of a dump also mm.
     frame_rate: Of a trajectory: frames per second, where the file does not say.
@@ -237,6 +239,7 @@ class OfFile:
     frames: str | None = None
     room: InputFile | None = None
     contacts: InputFile | None = None
+    contacts_columns: str | None = None
     mass: Positive | None = None
     unit: Literal["m", "cm", "mm"] | None = None
     frame_rate: Positive | None = None

@@ -10,6 +10,7 @@ import numpy as np
 
 from analysis import dumps
 from analysis.dumps.contacts import arm_rows, integrate_contacts
+from analysis.dumps.held import checked_contacts
 from analysis.engines.record import RunRecord, read_finished
 from analysis.percussions.setting import FORCE, law_of
 from analysis.percussions.snapshot import SnapshotPercussions, openness_of, percussions_of
@@ -296,25 +297,6 @@ class OpenRun:
         if index.steps != universe.trajectory.steps:
             raise dumps.DumpError(f"{index.path}: its steps are not those of bodies.dump beside it")
         return cls(record=record, scene=scene, universe=universe, index=index)
-
-
-def checked_contacts(
-    index: dumps.DumpIndex, number: int, snapshot: Snapshot, scene: Scene
-) -> dumps.EngineContacts:
-    """Read the contacts of a frame, of which the snapshot is. Raises DumpError naming the line of one
-    with a disk or a wall that does not exist."""
-    contacts, walls = dumps.contacts_at(index, number), len(scene.walls)
-    wall = contacts.is_wall
-    known = np.isin(contacts.first, snapshot.ids)
-    known &= np.where(wall, contacts.second <= walls, np.isin(contacts.second, snapshot.ids))
-    if not known.all():
-        row = int(np.argmin(known))
-        raise dumps.DumpError(
-            f"{index.path}, line {index.frames[number].line + row}: a contact of "
-            f"{contacts.first[row]} and {'wall ' if wall[row] else ''}{contacts.second[row]}, "
-            "which the scene has not"
-        )
-    return contacts
 
 
 def _determined(found: SnapshotPercussions, known: Determinacy) -> Flags:

@@ -73,6 +73,11 @@ class Window:
         impulse = np.where(turned[:, None], -self.impulse, self.impulse)
         return replace(self, now=people, keys=keys, impulse=impulse, disks=self)
 
+    def of_pairs(self) -> Window:
+        """Give the window without walls."""
+        pairs = ~self.is_wall
+        return replace(self, keys=self.keys[pairs], impulse=self.impulse[pairs])
+
     def summed(self) -> Window:
         """Give the window with each key once."""
         keys, impulse = _summed(self.keys, self.impulse)

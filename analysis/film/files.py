@@ -10,17 +10,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from analysis.compare.comparison import OpenRun, checked_contacts, match_contacts, rigid_law_of
+from analysis.compare.comparison import OpenRun, match_contacts, rigid_law_of
 from analysis.dumps import (
     DumpError,
-    DumpIndex,
     EngineContacts,
-    index_contacts,
     open_bodies,
     snapshot_of,
 )
 from analysis.dumps.frames import is_binary
+from analysis.dumps.held import OwnContacts, open_contacts
+from analysis.dumps.reader import RECORD
 from analysis.dumps.windows import Window
+from analysis.engines.record import RunRecord
+from analysis.engines.rigid import NAME as RIGID_ENGINE
 from analysis.film.frame import NOBODY, OWN, RIGID, Frames, window_of
 from analysis.percussions.setting import FORCE, Setting, room_beside
 from analysis.percussions.snapshot import SnapshotPercussions, percussions_of
@@ -43,13 +45,14 @@ NO_FORCES = "its percussions are impulses (N·s) of measured velocities, no forc
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Given:
-    """Say of a file what it does not: which frames, its room (TOML), own contact forces, radius (m)
-    and mass (kg) of heads, unit of lengths, frames per second and columns of heads, time step (s) of a
-    dump."""
+    """Say of a file what it does not: which frames, its room (TOML), own contact forces and the names
+    of their columns, radius (m) and mass (kg) of heads, unit of lengths, frames per second and columns of
+    heads, time step (s) of a dump."""
 
     frames: str | None = None
     room: Path | None = None
     contacts: Path | None = None
+    contacts_columns: str | None = None
     radius: float | None = None
     mass: float | None = None
     unit: Any = None
@@ -97,7 +100,8 @@ class FrameFile:
     scene: its room, with nobody in it; ends: the first and the last frame
     solve: solves frames by their numbers, one after the other
     engine: of its own contact forces: OWN, or the one that ran it; nothing where it has none
-    recording: of heads; measured: whether the left velocity is theirs, else they want to go"""
+    recording: of heads; measured: whether the left velocity is theirs, else they want to go
+    lacks_walls: whether its own contact forces are those of pairs alone"""
 
     file: Path
     scene: Scene
@@ -106,6 +110,7 @@ class FrameFile:
     engine: str = ""
     recording: Recording | None = None
     measured: bool = False
+    lacks_walls: bool = False
 
     def frames(self, text: str | None) -> Iterator[FileFrame]:
         """Solve the frames of `first:last:step`, all of them where left out."""
@@ -126,7 +131,7 @@ def open_any(file: Path, given: Given) -> FrameFile:
         heads = ("radius", "mass", "frame_rate", "columns")
         given.refuse(f"of heads. The disks of {file} have theirs", *heads)
         return _of_disks(file, given)
-    given.refuse(f"of a dump. {file} is a trajectory", "time_step", "contacts")
+    given.refuse(f"of a dump. {file} is a trajectory", "time_step", "contacts", "contacts_columns")
     if given.unit == "mm":
         raise ValueError(f"--unit mm: {file} is a trajectory. Give m or cm")
     unit, rate = given.unit, given.frame_rate
@@ -146,15 +151,30 @@ def _of_disks(file: Path, given: Given) -> FrameFile:
     contacts = given.contacts or (beside if beside.is_file() else None)
     if contacts is not None and given.unit not in (None, "m"):
         raise DumpError(f"{contacts}: --unit {given.unit}: own forces are read in N and m only")
-    index = None if contacts is None else index_contacts(contacts)
-    if index is not None and (missing := set(trajectory.steps) - set(index.steps)):
-        raise DumpError(f"{index.path}: step {min(missing)} of {file} is missing")
+    own = None
+    if contacts is None:
+        given.refuse(f"there are no contacts of {file}. Give --contacts", "contacts_columns")
+    else:
+        index = open_contacts(contacts, given.contacts_columns)
+        if missing := set(trajectory.steps) - set(index.steps):
+            raise DumpError(f"{index.path}: step {min(missing)} of {file} is missing")
+        own = OwnContacts(index, scene, geometry=not _is_rigid(contacts))
+        own.look_at_signs(trajectory, file)
     if np.isnan(trajectory[0].time):
         raise DumpError(f"{file}: its frames have no times. Give --time-step")
 
-    solve = _of_frames(trajectory, file, scene, setting, index)
-    ends, engine = (0, int(trajectory.n_frames) - 1), "" if index is None else OWN
-    return FrameFile(file=file, scene=scene, ends=ends, solve=solve, engine=engine)
+    solve = _of_frames(trajectory, file, setting, own)
+    ends, engine = (0, int(trajectory.n_frames) - 1), "" if own is None else OWN
+    lacks = own is not None and own.lacks_walls
+    return FrameFile(
+        file=file, scene=scene, ends=ends, solve=solve, engine=engine, lacks_walls=lacks
+    )
+
+
+def _is_rigid(contacts: Path) -> bool:
+    """Whether contacts are beside the record of a rigid run: means since the frame before."""
+    record = contacts.parent / RECORD
+    return record.exists() and RunRecord.read(contacts.parent).engine == RIGID_ENGINE
 
 
 def of_run(folder: Path) -> FrameFile:
@@ -162,30 +182,33 @@ def of_run(folder: Path) -> FrameFile:
     run = OpenRun.of(folder)
     scene, trajectory = run.scene, run.universe.trajectory
     how: dict[str, Any] = {"law": rigid_law_of(scene), "tolerance": TOLERANCE}
-    given = trajectory, folder / "bodies.dump", scene, Setting.of(scene), run.index
+    given = (
+        trajectory,
+        folder / "bodies.dump",
+        Setting.of(scene),
+        OwnContacts(run.index, scene, False),
+    )
     ends, engine = (0, len(run.index.frames) - 1), run.record.engine
     solve = _of_frames(*given, **how)
     return FrameFile(file=folder, scene=scene, ends=ends, solve=solve, engine=engine)
 
 
 def _of_frames(
-    trajectory: Any, file: Path, scene: Scene, setting: Setting, index: DumpIndex | None, **how: Any
+    trajectory: Any, file: Path, setting: Setting, contacts: OwnContacts | None, **how: Any
 ) -> Callable[[Iterable[int]], Iterator[FileFrame]]:
-    """What solves frames of a dump, with its own contacts where there is an index of them; how: law
-    and tolerance of the percussions."""
+    """What solves frames of a dump, with its own contacts where there are some; how: law and tolerance
+    of the percussions."""
 
     def solve(numbers: Iterable[int]) -> Iterator[FileFrame]:
         found: SnapshotPercussions | None = None
         for number in numbers:
-            ts, own = trajectory[number], None
+            ts = trajectory[number]
             snapshot = snapshot_of(ts, file, needs_velocity=setting.moves)
             try:
                 found = percussions_of(setting, snapshot, before=found, **how)
             except ValueError as error:
                 raise DumpError(f"{file}, step {ts.data['step']}: {error}") from None
-            if index is not None:
-                place = index.steps.index(ts.data["step"])
-                own = checked_contacts(index, place, snapshot, scene)
+            own = contacts.at(ts, snapshot) if contacts else None
             yield FileFrame(number, float(snapshot.time), found, own)
 
     return solve

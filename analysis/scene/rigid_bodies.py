@@ -10,13 +10,14 @@ import numpy as np
 from analysis.support.files import write_text
 from analysis.support.reading import NUMBER, lines_of, open_file
 from nscd import Snapshot
-from nscd.arrays import Indices
+from nscd.arrays import Floats, Indices
 
-# id, mass, centre, inertia xx yy zz xy xz yz, velocity, angular momentum (3 each), three image flags
-COLUMNS, INERTIA = 20, 7
+COLUMNS = ("id", "mass", "x", "y", "z", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz", "vx", "vy", "vz",
+           "Lx", "Ly", "Lz", "x image", "y image", "z image")  # fmt: skip
+INERTIA = 7
 # Masses of the bodies and the sums of their disks' may differ by this share: files have 13 digits.
 SAME = 1e-9
-# m: as far centres.
+# m, m/s and rad/s: as far centres and their motion.
 SAME_M = 1e-6
 
 
@@ -36,35 +37,56 @@ def write_bodies(path: Path, snapshot: Snapshot) -> None:
 
 
 def read_bodies(path: Path, disks: Snapshot) -> Snapshot:
-    """Give joined disks the inertias of the file. Raises ValueError naming file, line or body for what
-    is no such file, bodies that have no disks or are missing, and another mass than the disks'."""
-    bodies, rows = disks.bodies, []
+    """Give joined disks the inertias of the file. All else in it must be what the disks have, too.
+
+    Raises ValueError naming file, line or body for what is no such file, bodies that have no disks or
+    are missing, and a number that is another than that of the disks."""
+    bodies, rows, count = disks.bodies, [], ""
     assert bodies is not None
     with open_file(path) as file:
         for number, line in enumerate(lines_of(file, path), start=1):
             words = line.decode("utf-8", "replace").split("#")[0].split()
-            if not words or number == 1:
-                continue
-            if len(words) != COLUMNS or not all(NUMBER.fullmatch(word) for word in words):
-                raise ValueError(f"{path}, line {number}: {COLUMNS} numbers of a body are needed")
-            rows.append([float(word) for word in words])
-    table = np.array(sorted(rows)).reshape(-1, COLUMNS)
+            if number == 1:
+                count = " ".join(words)
+            elif words:
+                if len(words) != len(COLUMNS) or not all(NUMBER.fullmatch(word) for word in words):
+                    raise ValueError(
+                        f"{path}, line {number}: {len(COLUMNS)} numbers of a body are needed"
+                    )
+                rows.append([float(word) for word in words])
+    if count != str(len(rows)):
+        raise ValueError(f"{path}, line 1: {count!r} where {len(rows)} bodies follow")
+    table = np.array(sorted(rows)).reshape(-1, len(COLUMNS))
     if not np.array_equal(table[:, 0], bodies.ids):
         odd = sorted(set(table[:, 0].tolist()) ^ set(bodies.ids.tolist()))
         raise ValueError(
             f"{path}: body {odd[0] if odd else table[0, 0]:g}: one line, and disks of it, are needed"
         )
-    stated = np.column_stack([bodies.mass, bodies.centre])
-    near = np.column_stack([SAME * bodies.mass, np.full((len(bodies), 2), SAME_M)])
-    if (off := ~(np.abs(table[:, 1:4] - stated) <= near)).any():
+    have, near = _columns(disks, table[:, INERTIA])
+    with np.errstate(invalid="ignore"):  # of infinite ones
+        off = ~(np.abs(table - have) <= near)
+    if off.any():
         worst, column = np.argwhere(off)[0].tolist()
-        unit, said = ("kg", "m of x", "m of y")[column], table[worst, 1 + column]
-        own = f"{said:g} {unit} where its disks have {stated[worst, column]:g}"
-        raise ValueError(f"{path}: body {bodies.ids[worst]}: {own}")
+        own = f"{COLUMNS[column]} is {table[worst, column]:g} where its disks have"
+        raise ValueError(f"{path}: body {bodies.ids[worst]}: {own} {have[worst, column]:g}")
     try:
         return disks.joined(bodies.ids[bodies.number], inertia=table[:, INERTIA])
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
+
+
+def _columns(disks: Snapshot, inertia: Floats) -> tuple[Floats, Floats]:
+    """The table (b,20) of bodies with moments of inertia (b,) kg m², the same about all axes, and by
+    how much a file may be off."""
+    bodies = disks.bodies
+    assert bodies is not None
+    (vx, vy, spin), mass = bodies.motion(disks, disks.velocity).T, bodies.mass
+    have, near = np.zeros((2, len(bodies), len(COLUMNS)))
+    have[:, [0, 1, 2, 3]] = np.column_stack([bodies.ids, mass, bodies.centre])
+    have[:, [5, 6, 7, 11, 12, 16]] = np.column_stack([*[inertia] * 3, vx, vy, inertia * spin])
+    near[:, 1], near[:, [2, 3, 11, 12]] = SAME * mass, SAME_M
+    near[:, [5, 6, 7, 16]] = np.abs(inertia)[:, None] * [SAME, SAME, SAME, SAME_M]
+    return have, near
 
 
 @lru_cache(maxsize=4)

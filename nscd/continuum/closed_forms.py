@@ -10,7 +10,7 @@ from scipy.integrate import quad
 from scipy.special import iv, ivp, kv, kvp, modstruve
 from skfem import Mesh, MeshLine, MeshTri, MeshTri2
 
-from nscd.arrays import Floats
+from nscd.arrays import Floats, number
 from nscd.continuum.medium import Medium, positive
 
 
@@ -46,7 +46,8 @@ class Chain:
     def __post_init__(self) -> None:
         if np.ndim(self.medium.density):
             raise ValueError("density: the closed form needs one number")
-        if not self.left_velocity >= 0:
+        positive(length=self.length)
+        if not number(self.left_velocity, "left_velocity") >= 0:
             raise ValueError(f"left_velocity: {self.left_velocity:g} m/s leaves the wall")
 
     @property

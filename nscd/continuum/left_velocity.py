@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from skfem import Mesh
 
-from nscd.arrays import Floats, read_only
+from nscd.arrays import Floats, number, read_only
 from nscd.continuum.medium import positive
 from nscd.continuum.room import Room
 from nscd.segments import nearest_on_segment
@@ -56,9 +56,9 @@ def random_speeds(
     Raises ValueError for a mean that is not finite, a negative deviation or a cell that is not
     positive."""
     positive(cell=cell)
-    for name, value in (("mean", abs(mean)), ("deviation", deviation)):
-        if not (np.isfinite(value) and value >= 0):
-            raise ValueError(f"{name}: {value:g}")
+    number(mean, "mean")
+    if number(deviation, "deviation") < 0:
+        raise ValueError(f"deviation: {deviation:g}")
     low = room.outline.min(0)
     count = np.ceil(np.ptp(room.outline, axis=0) / cell).astype(int) + 1
     speed = np.random.default_rng(seed).normal(mean, deviation, count)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nscd.arrays import Floats, read_only
+from nscd.arrays import Floats, Frozen, number, read_only
 
 PERSON = 75.0  # kg, section 2.2 of the paper
 DENSITY = 7.0  # people/m², section 3.2.2 of the paper
@@ -14,7 +14,7 @@ DENSITY = 7.0  # people/m², section 3.2.2 of the paper
 def positive(**values: float) -> None:
     """Refuse, by its name, a value that is not a positive number: ValueError."""
     for name, value in values.items():
-        if not (np.isfinite(value) and value > 0):
+        if not number(value, name, "A positive number") > 0:
             raise ValueError(f"{name}: {value:g}. A positive number is needed")
 
 
@@ -57,7 +57,7 @@ TABLE_1 = Table1()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Medium:
+class Medium(Frozen):
     """Describe a crowd as a deformable solid.
 
     density: ρ, one number or (n,) one per vertex of the mesh, linear in between; kg/m², or
@@ -83,8 +83,8 @@ class Medium:
             raise ValueError(f"density: {least}. A crowd needs a positive density everywhere")
         object.__setattr__(self, "density", values if values.ndim else float(values))
         positive(volume_dissipation=self.volume_dissipation, mass_per_person=self.unit_mass)
-        k_s = self.surface_dissipation
-        if not (np.isfinite(k_s) and k_s >= 0):
+        k_s = number(self.surface_dissipation, "surface_dissipation")
+        if k_s < 0:
             raise ValueError(f"surface_dissipation: {k_s:g}. It cannot be negative")
 
     @property

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike
 
-from nscd.arrays import Floats, read_only
+from nscd.arrays import Floats, Frozen, number, numbers, read_only
 from nscd.bodies import Walls
 
 Border = Literal["wall", "exit", "free"]
@@ -30,7 +30,7 @@ class Exit(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Room:
+class Room(Frozen):
     """Hold the area Ω that a crowd fills, a simple polygon, less the pillars that stand in it.
 
     outline: (v,2) m, vertices, counter-clockwise after construction (the other way round is
@@ -71,8 +71,8 @@ class Room:
 
     def _clockwise_pillars(self) -> tuple[Floats, ...]:
         space, turned = shapely.Polygon(self.outline), []
-        for number, pillar in enumerate(self.pillars):
-            name = f"pillars: number {number}"
+        for one, pillar in enumerate(self.pillars):
+            name = f"pillars: number {one}"
             loop, ccw = _loop(pillar, name, "pillar")
             # a pillar that is cut out of the space must leave it in one piece, with one more hole
             rest = shapely.difference(space, shapely.Polygon(loop))
@@ -135,8 +135,9 @@ def room_of_outline(
     kinds: Sequence[Border] = ["wall"] * len(vertices) if border is None else border
     Room(outline=vertices, border=tuple(kinds))
     cuts: dict[int, list[tuple[float, float]]] = {}
-    for number, (edge, start, end) in enumerate(exits):
-        name = f"exits: exit {number}"
+    for exit_, (edge, start, end) in enumerate(exits):
+        name = f"exits: exit {exit_}"
+        start, end = number(start, name), number(end, name)
         if not 0 <= edge < len(vertices) or kinds[edge] != "wall":
             raise ValueError(f"{name} is in edge {edge}, which is no wall")
         length = float(np.hypot(*(vertices[(edge + 1) % len(vertices)] - vertices[edge])))
@@ -161,7 +162,7 @@ def room_of_outline(
                     points.append(first + way * (begin / length))
                     pieces.append("exit" if piece == "exit" else kind)
             at = end
-    standing = tuple(np.asarray(pillar, dtype=np.float64) for pillar in pillars)
+    standing = tuple(numbers(pillar, "pillars") for pillar in pillars)
     return Room(outline=np.array(points), border=tuple(pieces), pillars=standing)
 
 
@@ -176,13 +177,13 @@ def room_of_walls(walls: Walls, *, exits: ArrayLike = ()) -> Room:
     lines = [shapely.LineString(pair) for pair in zip(walls.start, walls.end, strict=True)]
     kinds: list[Border] = ["wall"] * len(lines)
     extent = max(float(np.ptp(np.vstack([walls.start, walls.end]), axis=0).max()), 1e-300)
-    pairs = np.asarray(exits, dtype=np.float64)
+    pairs = numbers(exits, "exits")
     pairs = pairs.reshape(0, 2, 2) if pairs.size == 0 else pairs
-    for number, ends in enumerate(read_only(pairs, (-1, 2, 2), "exits")):
+    for one, ends in enumerate(read_only(pairs, (-1, 2, 2), "exits")):
         opening = shapely.LineString(ends)
         for wall, line in enumerate(lines[: len(walls)]):
             if opening.intersection(line.buffer(ROUNDING * extent)).length > 1e-6 * extent:
-                wide = f"number {number} ({opening.length:g} m wide)"
+                wide = f"number {one} ({opening.length:g} m wide)"
                 raise ValueError(f"exits: {wide} reaches over wall {wall + 1}")
         lines.append(opening)
         kinds.append("exit")

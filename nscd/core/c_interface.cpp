@@ -1,8 +1,11 @@
 // The door for programs in C and C++: nscd.h.
 #include "nscd.h"
 
+#include <algorithm>
 #include <cstdio>
+#include <set>
 #include <string>
+#include <tuple>
 
 #include "answer.hpp"
 #include "contacts.hpp"
@@ -10,17 +13,25 @@
 
 using namespace nscd;
 
+// Of a contact: the lower disk, the other, and the normal at an obstacle.
+using Key = std::tuple<std::ptrdiff_t, std::ptrdiff_t, double, double>;
+
 struct nscd_crowd {
     Numbers position, velocity, radius, mass, spin, normal;
     Places first, second;
     double friction = 0.0, along = 0.0, across = 0.0;
     Numbers percussion, right, right_spin;
     double error = INFINITE;
+    std::set<Key> listed;
 };
 
 namespace {
 
 thread_local std::string message;
+
+Key key_of(std::ptrdiff_t first, std::ptrdiff_t second, double x, double y) {
+    return second < 0 ? Key{first, second, x, y} : Key{std::min(first, second), std::max(first, second), 0.0, 0.0};
+}
 
 // What fails says why.
 int refuse(std::string why) {
@@ -89,7 +100,7 @@ nscd_crowd* nscd_new(std::size_t n, const double* position, const double* veloci
             !sound("mass", {mass, n}, 1, true))
             return 0;
         made = new nscd_crowd{.position = {position, position + 2 * n}, .velocity = {velocity, velocity + 2 * n}, .radius = {radius, radius + n},
-                              .mass = {mass, mass + n}, .spin = {}, .normal = {}, .first = {}, .second = {}, .percussion = {}, .right = {}, .right_spin = {}};
+                              .mass = {mass, mass + n}, .spin = {}, .normal = {}, .first = {}, .second = {}, .percussion = {}, .right = {}, .right_spin = {}, .listed = {}};
         return 1;
     });
     return made;
@@ -125,6 +136,8 @@ int nscd_contact(nscd_crowd* crowd, std::ptrdiff_t first, std::ptrdiff_t second,
         } else if (!(std::abs(length(x, y) - 1.0) <= 1e-9)) {
             return refuse("contact: the normal of disk " + std::to_string(first) + " at an obstacle is no unit vector");
         }
+        if (!crowd->listed.insert(key_of(first, second, x, y)).second)
+            return refuse("contact: disk " + std::to_string(first) + " with " + std::to_string(second) + " is given twice");
         crowd->first.push_back(Index(first)), crowd->second.push_back(Index(second));
         crowd->normal.insert(crowd->normal.end(), {x, y});
         return 1;
@@ -136,6 +149,9 @@ int nscd_touch(nscd_crowd* crowd, double gap) {
         if (!std::isfinite(gap)) return refuse("gap: a finite number is needed");
         const Touching found = touching(crowd->position, crowd->radius, Segments{}, gap);
         if (found.pairs < 0) return refuse("gap: too many pairs are within it");
+        for (std::size_t c = 0; c < found.size(); ++c)
+            if (crowd->listed.count(key_of(found.first[c], found.second[c], 0.0, 0.0)))
+                return refuse("gap: disk " + std::to_string(found.first[c]) + " with " + std::to_string(found.second[c]) + " is given already");
         for (std::size_t c = 0; c < found.size(); ++c)
             if (!nscd_contact(crowd, found.first[c], found.second[c], 0.0, 0.0)) return 0;
         return 1;

@@ -27,7 +27,7 @@ int nscd_friction(nscd_crowd *crowd, double coefficient, const double *spin);
 int nscd_dissipation(nscd_crowd *crowd, double normal, double tangential);
 
 /* A contact of two disks, with the normal of their centres; with an obstacle where second is -1, at the unit normal (x, y)
- * from the disk into it. */
+ * from the disk into it. One that was given before is refused. */
 int nscd_contact(nscd_crowd *crowd, ptrdiff_t first, ptrdiff_t second, double x, double y);
 /* All contacts of two disks whose gap is at most gap m. */
 int nscd_touch(nscd_crowd *crowd, double gap);

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csc_array, csr_array
 
-from nscd.arrays import Flags, Floats, Indices, read_only, whole_numbers
+from nscd.arrays import Flags, Floats, Indices, numbers, read_only, whole_numbers
 from nscd.bodies import Snapshot
 from nscd.contacts import Contacts, levers, of_bodies
 from nscd.indeterminacy.linear import NOTHING, carrying
@@ -90,7 +90,7 @@ class Equilibrium:
         k, wall = len(first), second < 0
         if k and (first.min() < 0 or second.min() < -1 or whole.max() >= n):
             raise ValueError(f"pairs: a disk that does not exist, where there are {n}")
-        mu = np.broadcast_to(np.asarray(friction, dtype=np.float64), (k,))
+        mu = np.broadcast_to(numbers(friction, "friction"), (k,))
         if not (np.isfinite(mu) & (mu >= 0)).all():
             raise ValueError("friction: μ ≥ 0 is needed")
         size = read_only(radius, (n,), "radius")
@@ -105,7 +105,7 @@ class Equilibrium:
             first=first, second=np.where(wall, 0, second), is_wall=wall, normal=unit,
             gap=np.zeros(k), point=place[first] + size[first, None] * np.asarray(unit),
         )  # fmt: skip
-        loads = np.asarray(load, dtype=np.float64)
+        loads = numbers(load, "load")
         columns = loads.shape[1] if loads.ndim == 2 and loads.shape[1] in (2, 3) else 3
         loads = np.pad(read_only(load, (n, columns), "load"), ((0, 0), (0, 3 - columns)))
         two = np.flatnonzero(mu > 0)
@@ -229,7 +229,7 @@ class Equilibrium:
     def rows(self, value: ArrayLike, name: str) -> Floats:
         """Give a number ≥ 0 to each row (w·n,), of one for all, of each body's, or of each row's."""
         width = self.matrix.shape[1] // max(self.bodies, 1)
-        given = np.asarray(value, dtype=np.float64)
+        given = numbers(value, name)
         if given.ndim == 1:
             given = given.reshape(-1, width if len(given) == len(self.load) else 1)
         try:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nscd import _core
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Flags, Floats, Indices, instance, number, read_only
 from nscd.bodies import Snapshot, Walls
 from nscd.contacts import NO_WALLS, connected
 from nscd.solve import CHOICES
@@ -34,13 +34,13 @@ class Push:
     arms: Arms | None = None
 
     def __post_init__(self) -> None:
-        tau = self.relaxation_time
-        if self.desired is not None and not (np.isfinite(tau) and tau > 0):
+        tau, need = self.relaxation_time, "A time > 0 s"
+        if self.desired is not None and not number(tau, "relaxation_time", need) > 0:
             raise ValueError(f"relaxation_time: {tau} s. A time > 0 is needed")
-        if not np.isfinite(self.acceleration).all():
-            raise ValueError(
-                f"acceleration: {self.acceleration} m/s². Two finite numbers are needed"
-            )
+        read_only(self.acceleration, (2,), "acceleration")
+        for name, value in self.arms._asdict().items() if self.arms else ():
+            if not number(value, f"arms: {name}", "A number > 0") > 0:
+                raise ValueError(f"arms: {name}: {value}. A number > 0 is needed")
 
 
 def segments_of(walls: Walls | None) -> _core.Walls:
@@ -186,14 +186,15 @@ class Motion:
         friction: float = 0.0,
         tolerance: float = 1e-8,
     ) -> None:
-        if not (np.isfinite(step) and step > 0):
+        if not number(step, "step", "A time > 0 s") > 0:
             raise ValueError(f"step: {step} s. A time > 0 is needed")
-        if not 0 <= restitution <= 1:
+        if not 0 <= number(restitution, "restitution", "0 ≤ e ≤ 1") <= 1:
             raise ValueError(f"restitution: {restitution}. 0 ≤ e ≤ 1 is needed")
-        if not 0 <= friction < np.inf:
+        if number(friction, "friction", "A coefficient ≥ 0") < 0:
             raise ValueError(f"friction: {friction}. A coefficient ≥ 0 is needed")
-        if not 1e-14 <= tolerance < 1:
+        if not 1e-14 <= number(tolerance, "tolerance", "Between 1e-14 and 1") < 1:
             raise ValueError(f"tolerance: {tolerance}. Between 1e-14 and 1 is needed")
+        instance(snapshot, Snapshot, "snapshot")
         self.position, self.velocity = np.array(snapshot.position), np.array(snapshot.velocity)
         self.spin, self.step = np.array(snapshot.spin), step
         self.radius, self.mass = snapshot.radius, snapshot.mass

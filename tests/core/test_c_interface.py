@@ -84,6 +84,11 @@ def test_dissipation_returns_half_the_speed(library):
     # u⁺ = −e u⁻ relative: p = (1 + e) v m/2 = k (1 − e) v, so that k = m (1 + e)/(2 (1 − e))
     assert library.nscd_dissipation(crowd, real(75 * 1.5 / (2 * 0.5)), real(0.0))
     assert library.nscd_touch(crowd, real(1e-9))
+    assert not library.nscd_touch(crowd, real(1e-9))
+    assert library.nscd_message() == b"gap: disk 0 with 1 is given already"
+    pair = ctypes.c_ssize_t(1), ctypes.c_ssize_t(0), real(0.0), real(0.0)
+    assert not library.nscd_contact(crowd, *pair)
+    assert library.nscd_message() == b"contact: disk 1 with 0 is given twice"
     assert library.nscd_solve(crowd, real(1e-10))
     np.testing.assert_allclose(library.nscd_velocities(crowd)[:4], [0.25, 0, 0.75, 0], atol=1e-9)
     library.nscd_free(crowd)

@@ -117,8 +117,8 @@ BAD = {
     "goes with the section Molecules": ("two.toml", 'bodies = "two.bodies"\n', ""),
     "body 8: one line": ("two.bodies", "\n9 60.0", "\n8 60.0"),
     "line 2: 20 numbers": ("two.bodies", "4 60.0", "4 x"),
-    "body 4: nan kg where": ("two.bodies", "4 60.0", "4 nan"),
-    "body 4: -2.9 m of x where": ("two.bodies", "4 60.0 -3.0", "4 60.0 -2.9"),
+    "body 4: mass is nan where": ("two.bodies", "4 60.0", "4 nan"),
+    "body 4: x is -2.9 where": ("two.bodies", "4 60.0 -3.0", "4 60.0 -2.9"),
     "Molecules: the ids differ": ("two.data", "\n5 9\n", "\n6 9\n"),
     "Molecules: 3 rows": ("two.data", "\n5 9\n", "\n"),
     "disks of body 9 turn differently": ("two.data", "\n2 4\n", "\n2 9\n"),
@@ -136,3 +136,28 @@ def test_bad_files_of_bodies_are_refused_in_one_line(scene, tmp_path, words):
         read_scene(tmp_path / "two.toml")
     assert "\n" not in str(refused.value)
     assert name in str(refused.value)
+
+
+def test_every_number_of_a_file_of_bodies_counts(scene, tmp_path):
+    """Whatever else is in a cell is refused by the name of the file, or is no other crowd."""
+    path, digest = tmp_path / "two.bodies", scene.digest()
+    lines = path.read_text().splitlines()
+    table = [line.split() for line in lines[1:]]
+    taken, said = [], []
+    for row, column in np.ndindex(2, 20):
+        for word in ("nan", "inf", "-1", "0", "1e308", "", "x", table[1 - row][column]):
+            changed = [list(cells) for cells in table]
+            changed[row][column] = word
+            path.write_text("\n".join([lines[0], *map(" ".join, changed)]))
+            try:
+                assert read_scene(tmp_path / "two.toml").digest() == digest, (row, column, word)
+                taken.append(float(word) == float(table[row][column]))
+            except SceneError as why:
+                said.append(str(why))
+    assert taken
+    assert all(taken)
+    assert [one for one in said if "two.bodies" not in one] == []
+    for count in ("3", "", "two"):
+        path.write_text("\n".join([count, *lines[1:]]))
+        with pytest.raises(SceneError, match=r"two\.bodies, line 1: .* where 2 bodies follow"):
+            read_scene(tmp_path / "two.toml")

@@ -10,7 +10,7 @@ import scipy.sparse as sparse
 from numpy.typing import ArrayLike
 from skfem import LinearForm, Mesh
 
-from nscd.arrays import Flags, Floats, read_only
+from nscd.arrays import Flags, Floats, numbers, read_only
 from nscd.continuum.left_velocity import Field
 from nscd.continuum.space import Space, values_at
 
@@ -124,7 +124,7 @@ class Cells:
                 raise ValueError(
                     f"{name}: values in cells have none on walls. Give ({d},), ({n}, {d}) or a function"
                 )
-            velocity = np.broadcast_to(np.asarray(velocity, dtype=np.float64), (n, d))
+            velocity = np.broadcast_to(numbers(velocity, name), (n, d))
         normal = (values_at(self._space, edge, velocity, name) * np.asarray(edge.normals)).sum(0)
         return np.asarray(_flux.assemble(edge.with_element(self._space.scalar.elem), f=normal))
 

@@ -12,13 +12,13 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nscd.arrays import Floats, read_only
+from nscd.arrays import Floats, numbers, read_only
 from nscd.continuum.medium import TABLE_1, positive
 from nscd.stress import Kernel, smear
 
 
 def _density(density: ArrayLike) -> Floats:
-    rho = np.asarray(density, dtype=np.float64)
+    rho = numbers(density, "density")
     if not np.isfinite(rho).all():
         raise ValueError("density: not a finite number")
     if rho.size and rho.min() <= 0:

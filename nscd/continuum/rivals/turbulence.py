@@ -17,7 +17,7 @@ import scipy.sparse as sparse
 from numpy.typing import ArrayLike
 from skfem import Mesh
 
-from nscd.arrays import Flags, Floats, read_only
+from nscd.arrays import Flags, Floats, number, numbers, read_only
 from nscd.continuum.active_set import judged
 from nscd.continuum.left_velocity import Field
 from nscd.continuum.medium import PERSON, TABLE_1, positive
@@ -65,7 +65,7 @@ class TurbulenceLaw:
 
     def __post_init__(self) -> None:
         positive(mass_per_person=self.mass_per_person)
-        if not (np.isfinite(self.friction) and self.friction >= 0):
+        if number(self.friction, "friction") < 0:
             raise ValueError(f"friction: {self.friction:g}. It cannot be negative")
 
 
@@ -171,7 +171,8 @@ def turbulence_step(
 
 def _people(density: ArrayLike, n: int) -> Floats:
     """(n,) people/m² at the vertices."""
-    people = read_only(np.full(n, density) if np.ndim(density) == 0 else density, (n,), "density")
+    given = numbers(density, "density")
+    people = read_only(given if given.ndim else np.full(n, given), (n,), "density")
     if people.min() <= 0:
         raise ValueError(f"density: {people.min():g}. A crowd needs a positive density everywhere")
     return people

@@ -1,0 +1,229 @@
+"""The contacts that came with a dump of disks, held against its disks. What only LAMMPS' own dump of
+pairs leaves out is found from them."""
+
+from __future__ import annotations
+
+import logging
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from analysis.dumps.bodies import PLACES
+from analysis.dumps.contacts import CONTACT_COLUMNS, EngineContacts, contacts_at, keys_of
+from analysis.dumps.frames import DumpError
+from analysis.dumps.index import DumpIndex, index_dump
+from analysis.dumps.reader import snapshot_of
+from analysis.scene.scene import Scene
+from analysis.support.reading import NOTE, note_unused
+from nscd import Snapshot
+from nscd.arrays import Floats
+
+# What a dump of pairs must have: ids, and the force on one of the two (N). It may have tangential
+# forces beside normal ones (N), and the distance of the centres (m).
+PAIR_COLUMNS, MORE_COLUMNS = ("first", "second", "fx", "fy"), ("tx", "ty", "dist")
+# Names of LAMMPS' compute property/local.
+ALIASES = {"patom1": "first", "patom2": "second", "natom1": "first", "natom2": "second"}
+# m, texts have places to so much at least, and need not to more; directions may be off by this, too.
+COARSEST_M, FINEST_M, DIRECTION = 1e-3, 1e-9, 1e-5
+# Frames in which the sign of forces is looked at, and the share of normal forces that may pull there.
+LOOKED_AT, PULLING = 20, 0.25
+log = logging.getLogger(__name__)
+
+
+def open_contacts(path: Path, mapping: str | None = None) -> DumpIndex:
+    """Index a dump of contacts, or of pairs as LAMMPS' dump local writes it, under the names of
+    CONTACT_COLUMNS, or of PAIR_COLUMNS and MORE_COLUMNS.
+
+    mapping: words such as `first=c_ids[1] fx=c_f[3]`, names and the columns that are meant
+
+    Raises DumpError for columns that are missing or named twice, and whatever `index_dump` finds."""
+    index = index_dump(path, "ENTRIES")
+    known, has = (*CONTACT_COLUMNS, *MORE_COLUMNS), f"It has: {' '.join(index.columns)}"
+    meant = {one: ALIASES[one] for one in index.columns if one in ALIASES}
+    for word in (mapping or "").split():
+        name, _, column = word.partition("=")
+        if name not in known and column in known:
+            name, column = column, name
+        if name not in known or column not in index.columns:
+            raise DumpError(
+                f"{path}: --contacts-columns: {word!r} where NAME=COLUMN is needed, NAME one of "
+                f"{', '.join(known)}. {has}"
+            )
+        meant = {one: old for one, old in meant.items() if old != name} | {column: name}
+    columns = tuple(meant.get(one, one) for one in index.columns)
+    needed = CONTACT_COLUMNS if "is_wall" in columns else PAIR_COLUMNS
+    missing = [name for name in needed if name not in columns]
+    if missing or len({*columns}) < len(columns):
+        raise DumpError(
+            f"{path}: {'missing columns: ' if missing else 'one name for two columns'}"
+            f"{', '.join(missing)}. {has}. Say which is which with --contacts-columns"
+        )
+    used = needed if "is_wall" in columns else (*needed, *MORE_COLUMNS)
+    unused = [old for old, new in zip(index.columns, columns, strict=True) if new not in used]
+    note_unused(path, "columns", unused)
+    return replace(index, columns=columns)
+
+
+def checked_contacts(
+    index: DumpIndex, number: int, snapshot: Snapshot, scene: Scene
+) -> EngineContacts:
+    """Read the contacts of a frame, of which the snapshot is. Raises DumpError naming the line of one
+    with a disk or a wall that does not exist."""
+    contacts = contacts_at(index, number)
+    _check_known(index, number, contacts, snapshot, len(scene.walls))
+    return contacts
+
+
+def _check_known(
+    index: DumpIndex, number: int, contacts: EngineContacts, snapshot: Snapshot, walls: int
+) -> None:
+    wall = contacts.is_wall
+    known = np.isin(contacts.first, snapshot.ids)
+    known &= np.where(wall, contacts.second <= walls, np.isin(contacts.second, snapshot.ids))
+    if not known.all():
+        row = int(np.argmin(known))
+        raise DumpError(
+            f"{index.path}, {index.frames[number].where(row)}: a contact of "
+            f"{contacts.first[row]} and {'wall ' if wall[row] else ''}{contacts.second[row]}, "
+            "which the scene has not"
+        )
+
+
+def resolution(data: Any, largest: float) -> float:
+    """Estimate (m) to what the places of a frame are known: one of the last of their digits."""
+    names = [name for place, _ in PLACES[1:] for name in place[:2] if name in data] or ["x", "y"]
+    digits = max((_digits(one) for name in names for one in data[name][:100].tolist()), default=17)
+    return _last_place(largest, digits)
+
+
+def _last_place(largest: float, digits: int) -> float:
+    last = 10.0 ** (math.floor(math.log10(largest or 1.0)) + 1 - digits)
+    return min(COARSEST_M, max(FINEST_M, last))
+
+
+def _digits(value: float) -> int:
+    return len(repr(abs(value)).split("e")[0].replace(".", "").strip("0"))
+
+
+@dataclass(slots=True)
+class OwnContacts:
+    """Read the contacts of an index frame by frame, and hold each against the disks.
+
+    geometry: whether they are of the instant of the disks; forces of rigid steps are means before it
+    sign: of a dump of pairs, whether its force is that on the second (1) or on the first (−1)"""
+
+    index: DumpIndex
+    scene: Scene
+    geometry: bool = True
+    sign: float = -1.0
+
+    @property
+    def lacks_walls(self) -> bool:
+        """Tell whether these are pairs alone."""
+        return "is_wall" not in self.index.columns
+
+    def at(self, ts: Any, snapshot: Snapshot) -> EngineContacts:
+        """Read the contacts of a frame of bodies.
+
+        Raises DumpError naming the line of one that is not between these disks, or not so, and of a
+        force between bodies that are apart."""
+        number = self.index.steps.index(ts.data["step"])
+        if not self.lacks_walls:
+            found = checked_contacts(self.index, number, snapshot, self.scene)
+            if self.geometry:
+                self._hold(number, found, snapshot, ts.data)
+            return found
+        found = self._pairs(number, snapshot)
+        self._hold(number, found, snapshot, ts.data)
+        found = found.select((found.overlap > 0) | found.force.any(1))
+        turned = found.first > found.second
+        way = np.where(turned, -1.0, 1.0)[:, None]
+        low, high = np.sort(np.column_stack([found.first, found.second]), axis=1).T
+        normal, force = way * found.normal, way * found.force
+        return replace(found, first=low, second=high, normal=normal, force=force)
+
+    def _pairs(self, number: int, snapshot: Snapshot) -> EngineContacts:
+        """The pairs of a frame as they are listed, normals and overlaps from the disks."""
+        index, here = self.index, range(number, number + 1)
+        get = dict(zip(index.columns, index.table(number).T, strict=True))
+        first, second = (index.ids(here, get[name], name) for name in PAIR_COLUMNS[:2])
+        force = np.column_stack([get["fx"], get["fy"]])
+        force += np.column_stack([get.get(name, 0.0 * force[:, 0]) for name in ("tx", "ty")])
+        none = np.zeros(len(first), dtype=bool)
+        keys = keys_of(np.minimum(first, second), np.maximum(first, second), none)
+        again = ~none
+        again[np.unique(keys, return_index=True)[1]] = False
+        index.refuse(here, ~np.isfinite(force).all(1), "fx, fy: not a finite number")
+        index.refuse(here, first == second, "second: a disk with itself")
+        index.refuse(here, again, "this contact is listed twice")
+        found = EngineContacts(first=first, second=second, is_wall=none, normal=force,
+                               overlap=get.get("dist", force[:, 0]), force=self.sign * force)  # fmt: skip
+        _check_known(index, number, found, snapshot, 0)
+        to, gap = self._geometry(found, snapshot)
+        length = np.hypot(*to.T)
+        if "dist" in get:
+            slack = 1e-5 * length + 3 * COARSEST_M
+            bad = ~(np.abs(get["dist"] - length) <= slack)
+            index.refuse(here, bad, "dist: ", get["dist"], " m is not the distance of the bodies")
+        return replace(found, normal=to / np.maximum(length, 1e-300)[:, None], overlap=-gap)
+
+    def _geometry(self, contacts: EngineContacts, snapshot: Snapshot) -> tuple[Floats, Floats]:
+        """The ways (k,2) m from the first centre to the second, or to the wall, and the gaps (k,) m."""
+        wall, walls = contacts.is_wall, self.scene.wall_segments()
+        place = walls.within(snapshot.position)
+        first = np.searchsorted(snapshot.ids, contacts.first)
+        second = np.searchsorted(snapshot.ids, np.where(wall, contacts.first, contacts.second))
+        to = walls.shortest(place[second] - place[first])
+        to[wall] = walls.nearest_point(place[first[wall]], contacts.second[wall] - 1) - place[first[wall]]  # fmt: skip
+        other = np.where(wall, 0.0, snapshot.radius[second])
+        return to, np.hypot(*to.T) - snapshot.radius[first] - other
+
+    def _hold(self, number: int, found: EngineContacts, snapshot: Snapshot, data: Any) -> None:
+        index, here = self.index, range(number, number + 1)
+        to, gap = self._geometry(found, snapshot)
+        slack = 3 * resolution(data, float(np.abs(snapshot.position).max(initial=1e-3)))
+        length = np.maximum(np.hypot(*to.T), 1e-300)
+        off = np.abs(found.normal - to / length[:, None]).max(1, initial=0.0)
+        what = "nx, ny: not the direction of the bodies from the first to the second"
+        index.refuse(here, off > DIRECTION + slack / length, what)
+        reach = self.scene.contact.arms.reach if self.scene.contact.arms else 0.0
+        apart = (gap > slack + reach) & found.force.any(1)
+        index.refuse(here, apart, "a force between bodies that are ", gap, " m apart")
+        own = max(map(_digits, found.overlap[:100].tolist()), default=17)
+        slack += _last_place(float(np.abs(found.overlap).max(initial=0.0)), own)
+        unlike = np.abs(found.overlap + gap) > slack
+        index.refuse(here, unlike, "overlap: that of the bodies is ", -gap, " m")
+
+    def look_at_signs(self, trajectory: Any, file: Path) -> None:
+        """Find on which of a pair its force is, as contacts push. Raises DumpError where some push and
+        others pull."""
+        steps = trajectory.steps
+        chosen = {steps[k] for k in np.linspace(0, len(steps) - 1, LOOKED_AT).astype(int)}
+        sums, pulls = np.zeros((2, 2)), ["", ""]
+        for step in sorted(chosen):
+            ts = trajectory[steps.index(step)]
+            found = self.at(ts, snapshot_of(ts, file, needs_velocity=False))
+            along = (found.force * found.normal).sum(1)
+            for wall, kind in enumerate(("", "wall ")):
+                mine = np.flatnonzero(found.is_wall == wall)
+                pull = mine[along[mine] < 0]
+                sums[wall] += along[mine].clip(0).sum(), -along[pull].sum()
+                if len(pull) and not pulls[wall]:
+                    row = int(pull[0])
+                    pulls[wall] = f"step {step}: {found.first[row]} and {kind}{found.second[row]}"
+        if self.lacks_walls:
+            log.log(NOTE, "%s: no forces of walls: loads lack them", self.index.path)
+            if sums[0, 1] > sums[0, 0]:
+                self.sign, sums[0] = 1.0, sums[0, ::-1].copy()
+                log.log(NOTE, "%s: fx fy read as the force on the second", self.index.path)
+        for wall, (push, pull) in enumerate(sums.tolist()):
+            if pull > PULLING * (push + pull):
+                why = "fx fy is the force of the first on the second. Is it that on the first here?"
+                if self.lacks_walls:
+                    why = "Others push. Is fx fy the force on the first of each row?"
+                raise DumpError(
+                    f"{self.index.path}, {pulls[wall]} pull each other, and no law here pulls. {why}"
+                )
