@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import pairwise
 from typing import Annotated, Any, Literal, Self, TypeVar
 
@@ -184,6 +185,21 @@ class Drive(Exit, Pace):
                 if first <= last:
                     raise ValueError(f"{name}: person {first} has two")
         return self
+
+    def check_people(self, ids: Iterable[Indices], before: str = "", where: str = "") -> None:
+        """Raise ValueError naming a goal or a stop of people who are nowhere among these ids (n,), frame
+        by frame; before, where: of the message."""
+        parts = [
+            (f"{before}drive.{name}: number {number}: ", part)
+            for name in ("goals", "stops")
+            for number, part in enumerate(getattr(self, name), start=1)
+        ]
+        frames = iter(ids)
+        while parts and (frame := next(frames, None)) is not None:
+            parts = [(start, part) for start, part in parts if not part.of(frame).any()]
+        for start, part in parts:
+            first, last = part.people
+            raise ValueError(f"{start}nobody{where} has an id from {first} to {last}")
 
     @property
     def doors(self) -> tuple[Exit, ...]:

@@ -58,8 +58,8 @@ CLEARANCE_M = 0.15
 # Of a scene file, in their order.
 TABLES = ("drive", "body_force", "contact", "run", "analysis", "reconciliation")
 
-# Stands for the tables of a room file that only a run needs, where they are missing.
-FOR_RUNS = {
+# Stands for the tables and keys of a room file that only a run needs, where they are missing.
+FOR_RUNS: dict[str, Any] = {
     "title": "",
     "source": "",
     "contact": {"stiffness_N_per_m": 1.0, "restitution": 0.0},
@@ -223,16 +223,12 @@ class Scene(Room):
                             f"{origin}: drive.{name}: number {number}: `people` has some disks of "
                             f"body {wide.ids[cut[0]]}, and not all"
                         )
-                if not mine.any():
-                    first, last = part.people
-                    raise SceneError(
-                        f"{origin}: drive.{name}: number {number}: nobody has an id from {first} to {last}"
-                    )
         self._check_giving(origin)
         try:
             self.check_period(self.snapshot)
             warnings = check_room(self.snapshot, self.wall_segments(), self.door())
             if self.drive:
+                self.drive.check_people([self.snapshot.ids])
                 self.drive.check_way(self.wall_segments(), self.snapshot)
             return warnings
         except ValueError as error:
@@ -369,20 +365,27 @@ def _path_of(name_or_path: str | Path) -> Path:
 
 
 def read_room(
-    name_or_path: str | Path, means: Means | None = None, *, whole: bool = True
+    name_or_path: str | Path,
+    means: Means | Callable[[], Means | None] | None = None,
+    *,
+    whole: bool = True,
 ) -> tuple[Room, str]:
     """Read a room (a scene file with or without disks) and the comment at its head; means: radius
-    (m) and mass (kg) of the disks to come, where Young's modulus or a push stands in it; whole:
-    whether it must also have what only a run needs.
+    (m) and mass (kg) of the disks to come, or what gives them, asked only where Young's modulus or a
+    push stands in it; whole: whether it must also have what only a run needs.
 
     Raises SceneError naming the file and the key for anything unknown, missing or out of range."""
     path = _path_of(name_or_path)
     content, notes = _read_toml(path)
     if not whole:
-        content = FOR_RUNS | content
+        tables = {key: one for key, one in content.items() if isinstance(one, dict)}
+        own = {"law", "young_modulus_Pa"} & tables.get("contact", {}).keys()
+        springs = {"contact": {"restitution": 0.0}} if own else {}
+        filled = {key: (FOR_RUNS | springs).get(key, {}) | one for key, one in tables.items()}
+        content = FOR_RUNS | content | filled
     if "disks" in content:
         return _validated(path, content, _SceneFile, lambda: _means(_bodies(path, content))), notes
-    return _validated(path, content, Room, lambda: means), notes
+    return _validated(path, content, Room, means if callable(means) else lambda: means), notes
 
 
 def _bodies(path: Path, content: dict[str, Any]) -> Snapshot:
@@ -420,6 +423,12 @@ def _read_toml(path: Path) -> tuple[dict[str, Any], str]:
         raise SceneError(str(error)) from None
     except (ValueError, RecursionError) as error:
         raise SceneError(f"{path}: {error}") from None
+
+
+def file_content(name_or_path: str | Path) -> tuple[Path, dict[str, Any]]:
+    """Give the path of a scene or room file and what it states. Raises SceneError."""
+    path = _path_of(name_or_path)
+    return path, _read_toml(path)[0]
 
 
 AnyRoom = TypeVar("AnyRoom", bound=Room)
