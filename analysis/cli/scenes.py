@@ -23,7 +23,12 @@ if TYPE_CHECKING:
 
 
 def scenes(
-    *, make: str | None = None, disks: Count | None = None, seed: Seed = 1, out: Out = Path(".")
+    context: typer.Context,
+    *,
+    make: str | None = None,
+    disks: Count | None = None,
+    seed: Seed = 1,
+    out: Out = Path("."),
 ) -> None:
     """List the scenes, or write one of any size.
 
@@ -40,6 +45,7 @@ def scenes(
             warn(warning)
         print(scene.write(out))
         return
+    refuse_beside(context, ("disks", "seed", "out"), "only with --make")
     kinds = {"driven": "force against p/τ", "impact": "∫f dt against p"}
     every = [read_scene(name) for name in scene_names()]
     rows = [
@@ -250,13 +256,19 @@ def import_(
     if people is not None:
         sizes = ("radius", "radius_spread", "mass")
         refuse_beside(context, sizes, "--people has radii and masses of its own")
+    elif not radius_spread:
+        refuse_beside(context, ["seed"], "only with --radius-spread or --people")
+    if not others:
+        refuse_beside(context, ["apart"], "there are no other frames (--others 0)")
     if frame is None or one_disk:
         raise ValueError("--frame: of a trajectory it is needed, and --one-disk is for LEMONS")
     from analysis.scene.anthropometry import Varied
     from analysis.scene.real.import_crowd import import_crowd, with_other_frames
     from analysis.scene.real.trajectory import Recording
+    from analysis.scene.unused import note_unused_keys
 
     recording = Recording.read(file, unit=unit, frame_rate=frame_rate)
+    note_unused_keys(room, "import")
 
     def crowd_of(number: int) -> ImportedCrowd:
         after = number - frame

@@ -236,9 +236,9 @@ def room_beside(
     Raises EngineError where run.json beside the dump says that the run did not end well,
     SceneError for the file, and where goals or stops are of nobody in the dump, and ValueError for a
     field."""
-    if (run := (dump.parent / FILE).exists()):
-        RunRecord.read(dump.parent)
-    beside = dump.parent / "scene.toml"
+    beside, run = dump.parent / "scene.toml", (dump.parent / FILE).exists()
+    if run:
+        RunRecord.read(dump.parent).check_beside(dump, beside if room is None else None)
     chosen = room if room is not None else beside if beside.exists() else None
     if chosen is None:
         return None, Setting(**given)

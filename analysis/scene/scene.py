@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
 import tomli_w
-from pydantic import ConfigDict, Field, Strict, ValidationError
+from pydantic import ConfigDict, Field, Strict, ValidationError, model_validator
 
 from analysis.scene.anthropometry import apart, bodies_of
 from analysis.scene.drive import Drive
@@ -77,6 +77,12 @@ class _Disks(Schema):
     bodies: FileName | None = None
     people: Literal["ANSUR II", "ANSUR II men", "ANSUR II women"] | None = None
     people_seed: Annotated[int, Strict(), Field(ge=0)] = 1
+
+    @model_validator(mode="after")
+    def _seed_of_people(self) -> _Disks:
+        if self.people is None and "people_seed" in self.model_fields_set:
+            raise ValueError("people_seed: only with people, whose sizes it draws")
+        return self
 
 
 class _SceneFile(Room):
@@ -340,6 +346,11 @@ def read_scene(name_or_path: str | Path) -> Scene:
         crowds = tuple(read_data(path.parent / name) for name in others.data) if others else ()
     except ValueError as error:
         raise SceneError(str(error)) from None
+    of = stated.reconciliation
+    if of and of.people != len(snapshot):
+        raise SceneError(
+            f"{path}: reconciliation.people: {of.people}, but {stated.disks.data} has {len(snapshot)}"
+        )
     if stated.disks.people:
         try:
             snapshot = apart(snapshot, stated.wall_segments())
