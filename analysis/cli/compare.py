@@ -71,8 +71,8 @@ def compare(
 
     folders = [is_run(one) for one in runs]
     if not all(folders):
-        other = {"window": window, "last": last, "rigid_law": rigid_law}
-        refuse("only of runs. Of files give --frames", time=time, **other)
+        given = {"time": time, "window": window, "last": last, "rigid_law": rigid_law}
+        refuse("only of runs. Of files give --frames", **given)
         if any(folders):
             raise ValueError(
                 f"{runs[folders.index(True)]}: a folder. Give runs only, or files only"

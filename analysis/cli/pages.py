@@ -12,7 +12,16 @@ from typing import TYPE_CHECKING, Literal
 
 import typer
 
-from analysis.cli.app import command_line, progress, refuse, say_expected, say_runs, show, show_page, warn
+from analysis.cli.app import (
+    command_line,
+    progress,
+    refuse,
+    say_expected,
+    say_runs,
+    show,
+    show_page,
+    warn,
+)
 from analysis.cli.options import (
     InputFile,
     NotNegative,
@@ -332,7 +341,9 @@ def advise(
         print(*whole_runs.motion_lines(moving), *ladder, file, sep="\n")
         raise typer.Exit(moving.choice is None)
     points = None if chart is None else read_points(chart / "points.json")
-    question = Question(error=allowed, quantity=quantity, against=against or "rigid", methods=methods)
+    question = Question(
+        error=allowed, quantity=quantity, against=against or "rigid", methods=methods
+    )
     advice = choice.advise(chosen, question, library=stored_library(), chart=points)
     with progress() as bars:
         bars(f"{chosen.name}: what it can do without", 0.0)

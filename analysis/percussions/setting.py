@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -125,8 +125,8 @@ class Setting:
         """The law of contacts with this friction; inelastic, in an impact of this restitution, and of
         elastic ones that nearest to it which a finite dissipation gives."""
         bouncing = min(self.restitution, NEARLY_ELASTIC) if self.kind == "dump" else 0.0
-        both = {"friction": self.friction, "wall_friction": self.wall_friction}
-        return ContactLaw(restitution=bouncing or None, **both)
+        rough = ContactLaw(friction=self.friction, wall_friction=self.wall_friction)
+        return replace(rough, restitution=bouncing) if bouncing else rough
 
     @property
     def moves(self) -> bool:

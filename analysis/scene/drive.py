@@ -176,7 +176,9 @@ class Drive(Exit, Pace):
     @pydantic.model_validator(mode="after")
     def _one_goal_each(self) -> Drive:
         if self.aim == "centre" and not self.gates:
-            raise ValueError("aim: centre of a door, and there is none. Give door_start_m and door_end_m")
+            raise ValueError(
+                "aim: centre of a door, and there is none. Give door_start_m and door_end_m"
+            )
         if self.clearance_m is not None and not all(one.has_door for one in self.doors):
             raise ValueError("clearance_m: a way leads to a door. Give door_start_m and door_end_m")
         if self.clearance_m is not None and len(self.gates) < len(self.doors):

@@ -153,7 +153,9 @@ def _placed(
     )
     scene = Scene.of(stated, name=name, snapshot=snapshot)
     try:  # who stops may be elsewhere now
-        (scene.with_drive(stops=()) if scene.drive and scene.drive.stops else scene).check(heads.origin)
+        (scene.with_drive(stops=()) if scene.drive and scene.drive.stops else scene).check(
+            heads.origin
+        )
     except SceneError as error:
         why = str(error).removeprefix(f"{heads.origin}: ")
         raise SceneError(
