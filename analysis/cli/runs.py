@@ -117,7 +117,7 @@ def solve(
     dump: LAMMPS dump, text or binary, plain or gz, bz2, xz, zst. It needs id, a position (x y, xu yu
         or xs ys), radius, and mass or density. Or an FCLIB file (HDF5), which has its own
         contacts.
-    restitution: Restitution of the contacts. Default: inelastic.
+    restitution: Restitution of the contacts. Default: the room's in an impact, else inelastic.
     workers: Cores that work on it.
     threads: Threads for each frame of 10,000 disks or more.
     part_frames: Write a folder of Parquet files, each of so many frames, and keep those that are
