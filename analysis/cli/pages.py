@@ -12,16 +12,7 @@ from typing import TYPE_CHECKING, Literal
 
 import typer
 
-from analysis.cli.app import (
-    command_line,
-    progress,
-    refuse,
-    say_expected,
-    say_runs,
-    show,
-    show_page,
-    warn,
-)
+from analysis.cli.app import command_line, progress, say_expected, say_runs, show, show_page, warn
 from analysis.cli.options import (
     InputFile,
     NotNegative,
@@ -101,9 +92,8 @@ def report(
         standing_walls(one)
     chosen = [(one, stiffness or [one.contact.stiffness_N_per_m]) for one in read]
     motions = [motion_of(one, names, ks, seeds, runs) for one, ks in chosen]
-    if not any(motions):
-        refuse("only of driven scenes with replicates (--seeds)", last=last)
-    last = last or LAST_S
+    if last and not any(motions):
+        raise ValueError("--last: only of driven scenes with replicates (--seeds)")
     say_runs(needed := runs_of(chosen, soft, motions, runs))
     reported = []
     with progress() as bars:
@@ -112,8 +102,8 @@ def report(
             where = snapshot_runs(runs, models)
             scene = one.with_run(impulses=True) if models else one
             made = study(scene, soft, ks, where, bars, rigid_law)
-            whole_runs = study_motion(one, models, last, bars, own) if models else None
-            reels = films_of(made, models, where, last if models else math.inf, bars)
+            whole_runs = study_motion(one, models, last or 1.0, bars, own) if models else None
+            reels = films_of(made, models, where, (last or 1.0) if models else math.inf, bars)
             reported.append(Reported(study=made, motion=whole_runs, reels=reels))
         page = write_report(reported, out, command_line(), own)
         for path in write_sheets(reported, out, command_line()) if sheet else ():
@@ -128,10 +118,6 @@ def report(
     solved = all(status == "solved" for status in every)
     compared = all(done.moved or done.study.comparisons for done in reported)
     raise typer.Exit(not (solved and compared) or any(done.failures for done in reported))
-
-
-# s, of the end of a run that counts.
-LAST_S = 1.0
 
 
 def _with_springs(names: Sequence[str]) -> list[str]:
@@ -327,23 +313,24 @@ def advise(
     chosen, allowed, methods = read_scene(scene), asked_error(error), choice.methods_here(method)
     file = out / "advice.json"
     if body is not None:
-        refuse("--body is of the stored library", against=against, chart=chart)
+        if against or chart:
+            raise ValueError("--body: it is of the stored library, without --against and --chart")
         soft = whole_runs.advise_bodies(chosen, allowed, quantity, methods, body)
         write_json(file, soft.content())
         print(*whole_runs.body_lines(soft), file, sep="\n")
         raise typer.Exit(not soft.engine)
     ladder = ["", *whole_runs.ladder_lines(chosen)] if chosen.drive else []
     if quantity in whole_runs.QUANTITIES:
-        refuse("only of the quantities of an instant", against=against)
+        if against:
+            raise ValueError("--against: only of the quantities of an instant")
         own = None if chart is None else chart / whole_runs.FILE
         moving = whole_runs.advise_motion(chosen, allowed, quantity, methods, own)
         write_json(file, moving.content())
         print(*whole_runs.motion_lines(moving), *ladder, file, sep="\n")
         raise typer.Exit(moving.choice is None)
     points = None if chart is None else read_points(chart / "points.json")
-    question = Question(
-        error=allowed, quantity=quantity, against=against or "rigid", methods=methods
-    )
+    about = against or "rigid"
+    question = Question(error=allowed, quantity=quantity, against=about, methods=methods)
     advice = choice.advise(chosen, question, library=stored_library(), chart=points)
     with progress() as bars:
         bars(f"{chosen.name}: what it can do without", 0.0)

@@ -61,7 +61,7 @@ def run(
     from analysis.engines.rigid import NAME as RIGID
     from analysis.engines.run import EngineRun, check_before
     from analysis.scene.scene import read_scene
-    from analysis.scene.unused import UNUSED, note_unused_keys
+    from analysis.scene.unused import note_unused_keys
 
     chosen = read_scene(scene)
     if error is not None and (stiffness, law, time_step) != (None, None, None):
@@ -85,8 +85,7 @@ def run(
         chosen, engine, choice = scene_within(chosen, error, engine)
         print(f"advised: {choice}")
     wanted = replace(EngineRun.of(chosen, engine or "lammps", out), ranks=ranks)
-    if (command := f"run {wanted.engine}") in UNUSED:
-        note_unused_keys(scene, command, why=f" ({wanted.engine})")
+    note_unused_keys(scene, wanted.engine)
     if not wanted.is_finished():
         check_before(wanted.scene, wanted.engine, wanted.folder)
         say_runs([wanted], f"{chosen.name} with {wanted.engine}")
@@ -281,7 +280,7 @@ def _of_scene(target: Path, taken: Taken) -> tuple[SnapshotPercussions, dict[str
 
     scene = read_scene(target)
     setting = _inelastic(target, replace(Setting.of(scene), **taken.setting()))
-    note_unused_keys(target, setting.kind, why=f" (left velocity {setting.kind})")
+    note_unused_keys(target, f"left velocity {setting.kind}")
     found = percussions_of(setting, scene.snapshot, tolerance=taken.tolerance)
     origin = {"source": scene.title, "scene": scene.name, "scene_sha256": scene.digest()}
     return found, origin

@@ -23,12 +23,7 @@ if TYPE_CHECKING:
 
 
 def scenes(
-    context: typer.Context,
-    *,
-    make: str | None = None,
-    disks: Count | None = None,
-    seed: Seed = 1,
-    out: Out = Path("."),
+    *, make: str | None = None, disks: Count | None = None, seed: Seed = 1, out: Out = Path(".")
 ) -> None:
     """List the scenes, or write one of any size.
 
@@ -45,7 +40,8 @@ def scenes(
             warn(warning)
         print(scene.write(out))
         return
-    refuse_beside(context, ("disks", "seed", "out"), "only with --make")
+    if disks or (seed, out) != (1, Path(".")):
+        raise ValueError("--make: missing. --disks, --seed and --out are of a scene that it makes")
     kinds = {"driven": "force against p/τ", "impact": "∫f dt against p"}
     every = [read_scene(name) for name in scene_names()]
     rows = [

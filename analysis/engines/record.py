@@ -163,15 +163,11 @@ class RunRecord:
         dump has other disks or instants than it."""
         if scene and scene.exists() and read_scene(scene).digest() != self.scene_digest:
             raise EngineError(f"{scene}: not the scene of the run, by its digest in {FILE}")
-        if dump.name != "bodies.dump":
-            return
         index = index_dump(dump)
         for step, count in zip(index.steps, index.counts, strict=True):
             if count != self.disks or step % self.frame_interval or step > self.steps:
-                raise EngineError(
-                    f"{dump}, step {step}: {count} disks. The run has {self.disks}, every "
-                    f"{self.frame_interval} steps up to {self.steps}, by {FILE} beside it"
-                )
+                due = f"{self.disks}, every {self.frame_interval} steps up to {self.steps}"
+                raise EngineError(f"{dump}, step {step}: {count} disks. {FILE} beside it has {due}")
 
     def _digest(self) -> str:
         """SHA-256 of the content but for this digest; whole numbers as floats where floats are."""

@@ -130,7 +130,7 @@ def open_any(file: Path, given: Given) -> FrameFile:
     opened = of_heads(Recording.read(file, unit=given.unit, frame_rate=given.frame_rate), given)
     if given.room:
         kind = "dump" if opened.measured else "desired"
-        note_unused_keys(given.room, kind, more=CROWD, why=f" (left velocity {kind})")
+        note_unused_keys(given.room, f"left velocity {kind}", CROWD)
     return opened
 
 
@@ -198,13 +198,10 @@ def of_heads(recording: Recording, given: Given) -> FrameFile:
     if not room.walls:
         room = _with_walls_inside(room, file, needed=given.room is None)
     shift = max(0, 1 - int(recording.data.id.min()))  # ids of disks begin at 1
-    ids = recording.data.id.to_numpy()
     if room.drive and room.drive.stops:
+        ids = recording.data.id.to_numpy()
         room.drive.check_people([ids], f"{given.room}: ", f" in {file}")
-        stops = tuple(
-            one.model_copy(update={"people": tuple(who + shift for who in one.people)})
-            for one in room.drive.stops
-        )
+        stops = tuple(one.shifted(shift) for one in room.drive.stops)
         drive = room.drive.model_copy(update={"stops": stops})
         room = room.model_copy(update={"drive": drive})
     scene, origin = _empty(room, name), str(given.room or file)

@@ -13,11 +13,10 @@ import numpy as np
 from analysis.dumps import Bodies, open_bodies, snapshot_of
 from analysis.dumps.frames import has_period
 from analysis.engines.record import FILE, RunRecord
-from analysis.scene.fields import Means
-from analysis.scene.scene import Drive, Room, Scene, SceneError, read_room
+from analysis.scene.scene import Drive, Room, Scene, SceneError, means_of, read_room
 from analysis.scene.unused import CROWD, note_unused_keys
 from nscd import ContactLaw, Contacts, Snapshot, Walls, find_contacts
-from nscd.arrays import Floats, Indices
+from nscd.arrays import Floats
 from nscd.contacts import NO_WALLS
 from nscd.stepping import Arms
 from nscd.stepping.motion import segments_of
@@ -242,8 +241,7 @@ def room_beside(
     chosen = room if room is not None else beside if beside.exists() else None
     if chosen is None:
         return None, Setting(**given)
-    frames = _Frames(dump, unit)
-    found = read_room(chosen, frames.means, whole=False)[0]
+    found = read_room(chosen, lambda: means_of(next(_frames(dump, unit))), whole=False)[0]
     if not found.period_x_m and has_period(dump):
         raise SceneError(
             f"{chosen}: period_x_m: missing. scene.toml beside {dump} has one: contacts across its "
@@ -251,40 +249,21 @@ def room_beside(
         )
     setting = Setting.in_room(found, **given)
     if found.drive and setting.kind != "dump":
-        found.drive.check_people(frames.ids(), f"{chosen}: ", f" in {dump}")
+        ids = (frame.ids for frame in _frames(dump, unit))
+        found.drive.check_people(ids, f"{chosen}: ", f" in {dump}")
     if room is not None or not run:
-        own = setting.kind == "free" and found.drive and frames.driven
-        more = {*CROWD, *({"drive"} if own or setting.kind == "dump" else ())}
-        note_unused_keys(chosen, setting.kind, more=more, why=f" (left velocity {setting.kind})")
+        free = setting.kind == "free" and found.drive
+        own = free and next(_frames(dump, unit)).drive is not None
+        drive = {"drive"} if own or setting.kind == "dump" else set()
+        note_unused_keys(chosen, f"left velocity {setting.kind}", CROWD | drive)
     return found, setting
 
 
-@dataclass(frozen=True, slots=True)
-class _Frames:
-    """A dump, opened only where somebody asks."""
-
-    path: Path
-    unit: str | None
-
-    def _snapshots(self) -> Iterator[Snapshot]:
-        trajectory = open_bodies(self.path, unit=self.unit).trajectory
-        for number, count in enumerate(trajectory.index.counts):
-            if count:
-                yield snapshot_of(trajectory[number], self.path, needs_velocity=False)
-
-    def means(self) -> Means:
-        """Mean radius (m) and mass (kg) of the first frame."""
-        first = next(self._snapshots())
-        return float(first.radius.mean()), float(first.mass.mean())
-
-    @property
-    def driven(self) -> bool:
-        """Whether the first frame has the forces of a drive."""
-        return next(self._snapshots()).drive is not None
-
-    def ids(self) -> Iterator[Indices]:
-        """Ids of disks, frame by frame."""
-        return (one.ids for one in self._snapshots())
+def _frames(dump: Path, unit: str | None) -> Iterator[Snapshot]:
+    """The frames in which somebody is; the dump is opened when the first is asked for."""
+    trajectory = open_bodies(dump, unit=unit).trajectory
+    for number in np.flatnonzero(trajectory.index.counts):
+        yield snapshot_of(trajectory[number], dump, needs_velocity=False)
 
 
 def setting_beside(
@@ -296,16 +275,13 @@ def setting_beside(
 
 def law_of(scene: Scene) -> ContactLaw:
     """Give the rigid law of a scene's own contacts: its friction, and in an impact its restitution,
-    which is part of the model. A crowd that a drive presses rests, and its forces do not depend on
-    restitution.
+    which is part of the model. A crowd that is pressed rests, and its forces do not depend on it.
 
     Raises ValueError for an impact of restitution 1, which no finite dissipation gives."""
-    restitution = scene.contact.restitution
-    if scene.drive is not None or not restitution:
-        return ContactLaw(friction=scene.contact.friction)
-    if restitution == 1:
+    setting = Setting.of(scene)
+    if setting.law.restitution == NEARLY_ELASTIC:
         raise ValueError(
-            f"scene {scene.name}: contact.restitution: 1. The rigid model needs a restitution "
-            "below 1"
+            f"scene {scene.name}: contact.restitution: {setting.restitution:g}. The rigid model needs a "
+            "restitution below 1"
         )
-    return ContactLaw(restitution=restitution, friction=scene.contact.friction)
+    return setting.law

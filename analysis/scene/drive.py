@@ -111,6 +111,10 @@ class Stop(Some):
 
     time_s: Positive
 
+    def shifted(self, by: int) -> Stop:
+        """Return it for people whose ids are larger by so much."""
+        return self.model_copy(update={"people": tuple(who + by for who in self.people)})
+
 
 class Push(Schema):
     """Say with how much people push.
@@ -176,9 +180,7 @@ class Drive(Exit, Pace):
     @pydantic.model_validator(mode="after")
     def _one_goal_each(self) -> Drive:
         if self.aim == "centre" and not self.gates:
-            raise ValueError(
-                "aim: centre of a door, and there is none. Give door_start_m and door_end_m"
-            )
+            raise ValueError("aim: centre of a door, and there is none. Give door_start_m")
         if self.clearance_m is not None and not all(one.has_door for one in self.doors):
             raise ValueError("clearance_m: a way leads to a door. Give door_start_m and door_end_m")
         if self.clearance_m is not None and len(self.gates) < len(self.doors):
@@ -193,17 +195,15 @@ class Drive(Exit, Pace):
     def check_people(self, ids: Iterable[Indices], before: str = "", where: str = "") -> None:
         """Raise ValueError naming a goal or a stop of people who are nowhere among these ids (n,), frame
         by frame; before, where: of the message."""
+        both, frames = (("goals", self.goals), ("stops", self.stops)), iter(ids)
         parts = [
-            (f"{before}drive.{name}: number {number}: ", part)
-            for name in ("goals", "stops")
-            for number, part in enumerate(getattr(self, name), start=1)
+            (f"drive.{key}: number {k + 1}", p) for key, one in both for k, p in enumerate(one)
         ]
-        frames = iter(ids)
         while parts and (frame := next(frames, None)) is not None:
-            parts = [(start, part) for start, part in parts if not part.of(frame).any()]
-        for start, part in parts:
+            parts = [(name, part) for name, part in parts if not part.of(frame).any()]
+        for name, part in parts:
             first, last = part.people
-            raise ValueError(f"{start}nobody{where} has an id from {first} to {last}")
+            raise ValueError(f"{before}{name}: nobody{where} has an id from {first} to {last}")
 
     @property
     def doors(self) -> tuple[Exit, ...]:

@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
 import tomli_w
-from pydantic import ConfigDict, Field, Strict, ValidationError, model_validator
+from pydantic import ConfigDict, Field, Strict, ValidationError
 
 from analysis.scene.anthropometry import apart, bodies_of
 from analysis.scene.drive import Drive
@@ -77,12 +77,6 @@ class _Disks(Schema):
     bodies: FileName | None = None
     people: Literal["ANSUR II", "ANSUR II men", "ANSUR II women"] | None = None
     people_seed: Annotated[int, Strict(), Field(ge=0)] = 1
-
-    @model_validator(mode="after")
-    def _seed_of_people(self) -> _Disks:
-        if self.people is None and "people_seed" in self.model_fields_set:
-            raise ValueError("people_seed: only with people, whose sizes it draws")
-        return self
 
 
 class _SceneFile(Room):
@@ -339,7 +333,7 @@ def read_scene(name_or_path: str | Path) -> Scene:
     """
     path = _path_of(name_or_path)
     content, notes = _read_toml(path)
-    stated = _validated(path, content, _SceneFile, lambda: _means(_bodies(path, content)))
+    stated = _validated(path, content, _SceneFile, lambda: means_of(_bodies(path, content)))
     try:
         snapshot = _bodies(path, content)
         others = stated.other_frames
@@ -389,13 +383,15 @@ def read_room(
     path = _path_of(name_or_path)
     content, notes = _read_toml(path)
     if not whole:
-        tables = {key: one for key, one in content.items() if isinstance(one, dict)}
-        own = {"law", "young_modulus_Pa"} & tables.get("contact", {}).keys()
-        springs = {"contact": {"restitution": 0.0}} if own else {}
-        filled = {key: (FOR_RUNS | springs).get(key, {}) | one for key, one in tables.items()}
-        content = FOR_RUNS | content | filled
+        for key, table in content.items():
+            if isinstance(table, dict) and key in FOR_RUNS:
+                own = {"law", "young_modulus_Pa"} & table.keys()  # a stiffness may be of these
+                content[key] = ({"restitution": 0.0} if own else FOR_RUNS[key]) | table
+        content = FOR_RUNS | content
     if "disks" in content:
-        return _validated(path, content, _SceneFile, lambda: _means(_bodies(path, content))), notes
+        return _validated(
+            path, content, _SceneFile, lambda: means_of(_bodies(path, content))
+        ), notes
     return _validated(path, content, Room, means if callable(means) else lambda: means), notes
 
 
@@ -404,6 +400,8 @@ def _bodies(path: Path, content: dict[str, Any]) -> Snapshot:
     pushed apart."""
     disks = _Disks.model_validate(content.get("disks"))
     given = read_data(path.parent / disks.data)
+    if disks.people is None and "people_seed" in disks.model_fields_set:
+        raise ValueError(f"{path}: disks.people_seed: only with people, whose sizes it draws")
     if (given.bodies is None) != (disks.bodies is None):
         raise ValueError(
             f"{path}: disks.bodies: goes with the section Molecules of {disks.data}. Both are needed"
@@ -420,7 +418,8 @@ def _bodies(path: Path, content: dict[str, Any]) -> Snapshot:
     return dataclasses.replace(given, radius=radius, mass=mass)
 
 
-def _means(snapshot: Snapshot) -> Means:
+def means_of(snapshot: Snapshot) -> Means:
+    """Give the mean radius (m) and mass (kg) of disks."""
     return float(snapshot.radius.mean()), float(snapshot.mass.mean())
 
 

@@ -127,7 +127,7 @@ def ran(name, folder, room):
     path = Scene.of(stated, name="scene", snapshot=crowd).write(folder / "scene")
     scene, out = read_scene(path), folder / "out"
     engine(name).check(scene)
-    note_unused_keys(room, f"run {name}")
+    note_unused_keys(room, name)
     if name == "rigid":
         with redirect_stdout(StringIO()):
             assert rigid.main([str(path), "--out", str(out)]) == 0
