@@ -4,8 +4,10 @@ refuses it, or names it in a note as not used."""
 import copy
 import logging
 import shutil
+import tomllib
 from contextlib import redirect_stdout
 from io import StringIO
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,60 +28,9 @@ from tests.crowds import disks_at
 
 # Two on a floor, one on both, one a hair and one an arm's length beside them.
 PLACES = [[-0.25, 0.25], [0.25, 0.25], [0, 0.25 + np.sqrt(3) / 4], [0.7505, 0.25], [1.3, 0.25]]
-BOX = {"floor": [-2, 0, 2, 0], "right": [2, 0, 2, 3], "top": [2, 3, -2, 3], "left": [-2, 3, -2, 0]}
-ROOM = {
-    "title": "a", "source": "b",
-    "walls": [{"name": n, "start_m": e[:2], "end_m": e[2:]} for n, e in BOX.items()],
-    "drive": {"speed_m_per_s": 1.0, "relaxation_time_s": 0.5, "outward": [0.0, -1.0],
-              "door_start_m": [-0.1, 0.0], "door_end_m": [0.3, 0.0]},
-    "contact": {"stiffness_N_per_m": 1e5, "restitution": 0.3, "friction": 0.2},
-    "run": {"duration_s": 0.02, "frames": 2}, "analysis": {"kind": "driven"},
-}  # fmt: skip
-NO = {"drive": None}
-ARMS = {"contact.friction": None, "contact.arm_reach_m": 0.1, "contact.arm_force_N": 30.0}
-STEP = {"run.time_step_s": 1e-5}
-PEOPLE = {"people": [1, 1], "outward": [1.0, 0.0]}
-GOAL = PEOPLE | {"door_start_m": [1.0, 0.0], "door_end_m": [1.5, 0.0]}
-STOP = {"people": [1, 2], "time_s": 5e-3}
-SLOPE = {"drive": None, "body_force.slope_deg": 10.0, "body_force.downhill": [0.0, -1.0]}
-HERTZ = {"contact.law": "hertz", "contact.stiffness_N_per_m": None, "contact.friction": None,
-         "contact.young_modulus_Pa": 1e5, "contact.poisson_ratio": 0.3}  # fmt: skip
-PUSH = {"drive.speed_m_per_s": None, "drive.push_N": 100.0}
-GIVES = {"walls.0.end_m": [1.99, 0.0], "walls.0.mass_kg": 50.0, "walls.3.end_m": [-2.0, 0.01],
-         "walls.0.start_m": [-1.99, 0.0], "walls.0.stiffness_N_per_m": 1e4}  # fmt: skip
-BAR = {"drive.door_start_m": [2.0, 1.0], "drive.door_end_m": [2.0, 2.5], "drive.outward": [1.0, 0.0],
-       "walls": [*ROOM["walls"][::2], ROOM["walls"][3], *({"name": n, "start_m": [x, a], "end_m": [x, b]} for n, x, a, b in (
-           ("under", 2.0, 0.0, 1.0), ("over", 2.0, 2.5, 3.0), ("bar", 1.02, 0.0, 1.0)))]}  # fmt: skip
-# Key, another value of it, and what else the room says before and after.
-ROWS = [
-    ("walls.name", "kerb", {}), ("walls.start_m", [-0.3, 0.0], {}), ("walls.end_m", [0.3, 0.0], {}),
-    ("walls.mass_kg", 90.0, GIVES), ("walls.stiffness_N_per_m", 2e4, GIVES),
-    ("walls.damping_N_s_per_m", 50.0, GIVES),
-    ("drive.speed_m_per_s", 2.0, {}), ("drive.relaxation_time_s", 0.3, {}),
-    ("drive.push_N", 200.0, PUSH), ("drive.outward", [0.6, -0.8], {"drive.door_start_m": None, "drive.door_end_m": None}),
-    ("drive.door_start_m", [-0.5, 0.0], {}), ("drive.door_end_m", [0.2, 0.0], {}),
-    ("drive.aim", "centre", {}), ("drive.clearance_m", 0.1, BAR),
-    ("drive.goals", [GOAL], {}), ("drive.stops", [STOP], {}),
-    *((f"drive.goals.0.{key}", value, {"drive.goals": [GOAL]}) for key, value in (
-        ("people", [2, 3]), ("door_start_m", [0.9, 0.0]), ("door_end_m", [0.4, 0.0]))),
-    ("drive.goals.0.outward", [0.0, -1.0], {"drive.goals": [PEOPLE]}),
-    *((f"drive.stops.0.{key}", value, {"drive.stops": [STOP]})
-      for key, value in (("people", [2, 3]), ("time_s", 5.0))),
-    ("body_force.acceleration_m_per_s2", [1.0, -2.0], {}),
-    ("body_force.acceleration_m_per_s2", [1.0, -2.0], NO | {"body_force.acceleration_m_per_s2": [0.0, -1.0]}),
-    ("body_force.slope_deg", 20.0, SLOPE), ("body_force.downhill", [0.6, -0.8], SLOPE),
-    ("contact.law", "hertz", {"contact.friction": None}), ("contact.stiffness_N_per_m", 2e5, {}),
-    ("contact.wall_stiffness_N_per_m", 2e5, {}), ("contact.restitution", 0.6, {}),
-    ("contact.restitution", 0.6, NO), ("contact.friction", 0.4, {}), ("contact.friction", 0.4, NO),
-    ("contact.tangential_ratio", 0.5, {}), ("contact.tangential_ratio", 0.5, {"contact.friction": None}),
-    ("contact.young_modulus_Pa", 2e5, HERTZ), ("contact.poisson_ratio", 0.1, HERTZ),
-    ("contact.arm_reach_m", 0.2, ARMS), ("contact.arm_force_N", 60.0, ARMS),
-    ("run.duration_s", 0.04, STEP), ("run.frames", 4, STEP), ("run.time_step_s", 2e-5, STEP),
-    ("run.drive_interval_steps", 3, STEP), ("run.drive_interval_steps", 3, STEP | NO),
-    ("run.rigid_step_s", 1e-3, {}), ("run.rigid_tolerance", 1e-3, {}), ("run.impulses", True, {}),
-    ("analysis.kind", "impact", {}), ("analysis.time_s", 0.01, {}),
-    ("analysis.time_s", 0.01, {"analysis.kind": "impact"}), ("analysis.contact_tolerance_m", 0.06, {}),
-]  # fmt: skip
+DATA = tomllib.loads((Path(__file__).parents[1] / "data" / "room_keys.toml").read_text("utf-8"))
+ROWS = [(one["key"], one["value"], one.get("beside", {})) for one in DATA["row"]]
+LEFT_OUT = "left out"
 # Words; and periods, which have tests of their own.
 ELSEWHERE = {"title", "source", "period_x_m"}
 # What a comparison reads beside a run.
@@ -88,13 +39,13 @@ OVERRULED = {"analysis.kind"}  # by --left-velocity
 
 
 def patched(**changes):
-    content = copy.deepcopy(ROOM)
+    content = copy.deepcopy(DATA["room"])
     for name, value in changes.items():
         *tables, key = (int(part) if part.isdigit() else part for part in name.split("."))
         table = content
         for part in tables:
             table = table[part] if isinstance(part, int) else table.setdefault(part, {})
-        if value is None:
+        if value == LEFT_OUT:
             table.pop(key, None)
         else:
             table[key] = copy.deepcopy(value)
