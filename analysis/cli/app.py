@@ -67,7 +67,11 @@ def percussions(
     logging.addLevelName(NOTE, "note")
     handler = logging.StreamHandler()
     handler.setFormatter(logging.Formatter("%(levelname)s: %(message)s"))
-    # PedPy has a handler of its own for everybody's notes
+    # PedPy gives the root a handler of its own for everybody's notes, where there is none
+    others = logging.StreamHandler()
+    others.setLevel(logging.WARNING)
+    others.addFilter(lambda record: not record.name.startswith("analysis"))
+    logging.getLogger().handlers = [others]
     logging.getLogger("pedpy").handlers = logging.getLogger("analysis").handlers = [handler]
     logging.getLogger("pedpy").propagate = False
     logging.getLogger().addHandler(logging.NullHandler())  # so that it sets up none for all others

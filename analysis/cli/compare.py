@@ -71,7 +71,8 @@ def compare(
 
     folders = [is_run(one) for one in runs]
     if not all(folders):
-        refuse("only of runs. Of files give --frames", time=time, window=window, last=last)
+        given = {"time": time, "window": window, "last": last, "rigid_law": rigid_law}
+        refuse("only of runs. Of files give --frames", **given)
         if any(folders):
             raise ValueError(
                 f"{runs[folders.index(True)]}: a folder. Give runs only, or files only"
@@ -83,6 +84,7 @@ def compare(
         raise ValueError("window: two runs or more are compared by windows")
     compared, reasons = _by_windows(runs, window, last)
     if window is not None:
+        refuse("of an instant, and --window compares no instant", time=time, rigid_law=rigid_law)
         if reasons:
             raise DumpError(reasons[0])
         _show_windows(runs[0], compared)
@@ -90,6 +92,10 @@ def compare(
     # forces of a rigid run are means since the frame before; alone it is looked at all the same
     engines = [RunRecord.read(folder).engine for folder in runs]
     soft = [folder for folder, engine in zip(runs, engines, strict=True) if engine != RIGID]
+    if len(runs) < 2:
+        refuse("two runs or more are compared by windows", last=last)
+    elif not soft:
+        refuse("of an instant, at which rigid runs have no forces", time=time, rigid_law=rigid_law)
     well = _by_snapshot(soft or runs, time, rigid_law) if soft or len(runs) < 2 else True
     _show_windows(runs[0], compared)
     for reason in reasons:
@@ -360,7 +366,7 @@ def exposure(
     limits: list[Path] | None = None,
     sensors: Path | None = None,
     stops: str | None = None,
-    window: Positive = 0.1,
+    window: Positive | None = None,
     of_file: OfFile,
     radius: Positive | None = None,
     out: Out | None = None,
@@ -378,7 +384,7 @@ def exposure(
     sensors: TOML file of mats on walls and vests on people: their readings go to sensors.csv.
     stops: Limit of a force on a person. Writes the scene again beside the run's folder. In it
         those want to go nowhere whose sum of forces was above the limit for its time.
-    window: Window over which forces are means, in s.
+    window: Of a run: window over which forces are means, in s. Default: 0.1.
     radius: Of a trajectory: radius of each person in m. Default: 0.18.
     out: Folder for the results. Default: that of the run, or exposure.
 
@@ -386,6 +392,7 @@ def exposure(
     from analysis.exposure.limits import LimitError, known_limits
     from analysis.exposure.loads import (
         HEAD,
+        SHORTEST_S,
         exposure_rows,
         read_exposure,
         write_exposure,
@@ -398,15 +405,15 @@ def exposure(
         raise LimitError(f"--stops {stops}: unknown limit. There are: {', '.join(names)}")
     if is_run(run):
         of_file.refuse_run(radius=radius, out=out)
-        found, folder = read_exposure(run, window), run
+        found, folder = read_exposure(run, window or SHORTEST_S), run
         what = f"forces are impulses over windows of {found.duration[0]:g} s. The run lasts"
     else:
-        refuse(f"{run} is no run with impulses", sensors=sensors, stops=stops)
+        refuse(f"{run} is no run with impulses", sensors=sensors, stops=stops, window=window)
         found, folder = _loads_of(run, of_file, radius), out or Path("exposure")
         apart = float(found.duration.max())
-        if apart > (1 + 1e-9) * window:
+        if apart > (1 + 1e-9) * SHORTEST_S:
             warn(
-                f"{run}: frames are up to {apart:g} s apart, too far for windows of {window:g} s. "
+                f"{run}: frames are up to {apart:g} s apart, too far for windows of {SHORTEST_S:g} s. "
                 "Loads between frames are not seen"
             )
         what = (

@@ -184,8 +184,8 @@ class Taken:
     room: Room or scene file (.toml) with the walls and the drive. Default: scene.toml beside
         the dump.
     left_velocity: desired (p/τ is a force), dump (an impact) or free (u + Δt F/m). Default:
-        desired where there is a drive.
-    friction: Coulomb's μ of people with each other. Default: the scene's own, 0 in a room.
+        desired where there is a drive or a body force, and dump of an impact.
+    friction: Coulomb's μ of people with each other. Default: the room's.
     wall_friction: μ of people with walls. Default: --friction.
     window: Δt of --left-velocity free, in s.
     time_step: Time step of the simulation in s. Default: that of run.json beside the dump.
@@ -224,7 +224,8 @@ class OfFile:
     frames: first:last:step, both ends included. Default: of a film about 50, else all.
     room: Of a file: TOML file with walls and drive. Default: scene.toml beside a dump. Where it has
         no walls, a trajectory of JuPedSim (SQLite, HDF5) or of Jülich's archive (HDF5) gives
-        its own. Without a drive percussions are those of the measured velocities, not forces.
+        its own. Without a drive or a body force percussions are those of the measured velocities,
+        not forces.
     contacts: Of a dump: dump of its own contact forces in N. Columns: first second is_wall nx ny
         overlap fx fy. Or LAMMPS' own dump local of pairs. Default: NAME_contacts.dump beside
         NAME.dump, or contacts.dump beside bodies.dump. `exposure` sums these instead, where given.

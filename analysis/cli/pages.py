@@ -51,7 +51,7 @@ def report(
     engine: list[str] | None = None,
     stiffness: list[Positive] | None = None,
     seeds: Replicates = 5,
-    last: Positive = 1.0,
+    last: Positive | None = None,
     rigid_law: RigidLaw = None,
     limits: list[Path] | None = None,
     sheet: bool = False,
@@ -67,7 +67,7 @@ def report(
     scenes: Scenes, by name or .toml file.
     engine: Engine. May be repeated. Default: all that are installed.
     stiffness: Stiffness in N/m. May be repeated. Default: the scene's.
-    last: How much of the end of each run counts, in s.
+    last: How much of the end of each run of a driven scene counts, in s. Default: 1.
     sheet: Write a page A4 (PDF) for a safety file, too.
 
     seeds: Replicates of each driven scene. 0: none.
@@ -92,6 +92,8 @@ def report(
         standing_walls(one)
     chosen = [(one, stiffness or [one.contact.stiffness_N_per_m]) for one in read]
     motions = [motion_of(one, names, ks, seeds, runs) for one, ks in chosen]
+    if last and not any(motions):
+        raise ValueError("--last: only of driven scenes with replicates (--seeds)")
     say_runs(needed := runs_of(chosen, soft, motions, runs))
     reported = []
     with progress() as bars:
@@ -100,8 +102,8 @@ def report(
             where = snapshot_runs(runs, models)
             scene = one.with_run(impulses=True) if models else one
             made = study(scene, soft, ks, where, bars, rigid_law)
-            whole_runs = study_motion(one, models, last, bars, own) if models else None
-            reels = films_of(made, models, where, last if models else math.inf, bars)
+            whole_runs = study_motion(one, models, last or 1.0, bars, own) if models else None
+            reels = films_of(made, models, where, (last or 1.0) if models else math.inf, bars)
             reported.append(Reported(study=made, motion=whole_runs, reels=reels))
         page = write_report(reported, out, command_line(), own, bars)
         for path in write_sheets(reported, out, command_line()) if sheet else ():
@@ -278,7 +280,7 @@ def advise(
     *,
     error: str,
     quantity: str = "disk-load",
-    against: Literal["rigid", "model"] = "rigid",
+    against: Literal["rigid", "model"] | None = None,
     method: list[str] | None = None,
     body: str | None = None,
     chart: Path | None = None,
@@ -294,7 +296,7 @@ def advise(
         arrest-load, mean-wall-load, mean-contact-force, contact-force-95 or flow. With --body
         also mean-person-load, largest-person-load or door-density.
     against: rigid (numerical and model error) or model (numerical error of the scene's own
-        contacts).
+        contacts). Default: rigid.
     method: rigid, lammps or yade. May be repeated. Default: all that are installed.
     body: chest, social_force or lemons: a whole run of people as soft as these. Default: the limit
         of hard people.
@@ -311,19 +313,24 @@ def advise(
     chosen, allowed, methods = read_scene(scene), asked_error(error), choice.methods_here(method)
     file = out / "advice.json"
     if body is not None:
+        if against or chart:
+            raise ValueError("--body: it is of the stored library, without --against and --chart")
         soft = whole_runs.advise_bodies(chosen, allowed, quantity, methods, body)
         write_json(file, soft.content())
         print(*whole_runs.body_lines(soft), file, sep="\n")
         raise typer.Exit(not soft.engine)
     ladder = ["", *whole_runs.ladder_lines(chosen)] if chosen.drive else []
     if quantity in whole_runs.QUANTITIES:
+        if against:
+            raise ValueError("--against: only of the quantities of an instant")
         own = None if chart is None else chart / whole_runs.FILE
         moving = whole_runs.advise_motion(chosen, allowed, quantity, methods, own)
         write_json(file, moving.content())
         print(*whole_runs.motion_lines(moving), *ladder, file, sep="\n")
         raise typer.Exit(moving.choice is None)
     points = None if chart is None else read_points(chart / "points.json")
-    question = Question(error=allowed, quantity=quantity, against=against, methods=methods)
+    about = against or "rigid"
+    question = Question(error=allowed, quantity=quantity, against=about, methods=methods)
     advice = choice.advise(chosen, question, library=stored_library(), chart=points)
     with progress() as bars:
         bars(f"{chosen.name}: what it can do without", 0.0)

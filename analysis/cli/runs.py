@@ -25,7 +25,7 @@ from analysis.cli.app import (
 from analysis.cli.options import Count, Openness, Out, Positive, Processes, Share, Taken
 
 if TYPE_CHECKING:
-    from analysis.percussions import SnapshotPercussions
+    from analysis.percussions import Setting, SnapshotPercussions
 
 
 def run(
@@ -58,8 +58,10 @@ def run(
     ranks: Processes of MPI that share the run. LAMMPS only.
 
     Example: percussions run arch --engine yade --stiffness 1e7"""
+    from analysis.engines.rigid import NAME as RIGID
     from analysis.engines.run import EngineRun, check_before
     from analysis.scene.scene import read_scene
+    from analysis.scene.unused import note_unused_keys
 
     chosen = read_scene(scene)
     if error is not None and (stiffness, law, time_step) != (None, None, None):
@@ -71,7 +73,11 @@ def run(
         warn(warning)
     contact = {"stiffness_N_per_m": stiffness, "wall_stiffness_N_per_m": wall_stiffness}
     chosen = chosen.with_contact(**drop_none(**contact, restitution=restitution, law=law))
-    timing = drop_none(time_step_s=time_step, duration_s=duration, impulses=impulses or None)
+    if engine == RIGID:
+        springs = {"stiffness": stiffness, "wall_stiffness": wall_stiffness, "law": law}
+        refuse("only of engines with springs, lammps and yade", **springs)
+    step = {"rigid_step_s" if engine == RIGID else "time_step_s": time_step}
+    timing = drop_none(**step, duration_s=duration, impulses=impulses or None)
     chosen = chosen.with_run(**timing)
     if error is not None:
         from analysis.advice.choice import scene_within
@@ -79,6 +85,7 @@ def run(
         chosen, engine, choice = scene_within(chosen, error, engine)
         print(f"advised: {choice}")
     wanted = replace(EngineRun.of(chosen, engine or "lammps", out), ranks=ranks)
+    note_unused_keys(scene, wanted.engine)
     if not wanted.is_finished():
         check_before(wanted.scene, wanted.engine, wanted.folder)
         say_runs([wanted], f"{chosen.name} with {wanted.engine}")
@@ -109,7 +116,7 @@ def solve(
     dump: LAMMPS dump, text or binary, plain or gz, bz2, xz, zst. It needs id, a position (x y, xu yu
         or xs ys), radius, and mass or density. Or an FCLIB file (HDF5), which has its own
         contacts.
-    restitution: Restitution of the contacts. Default: inelastic.
+    restitution: Restitution of the contacts. Default: the room's in an impact, else inelastic.
     workers: Cores that work on it.
     threads: Threads for each frame of 10,000 disks or more.
     part_frames: Write a folder of Parquet files, each of so many frames, and keep those that are
@@ -135,7 +142,7 @@ def solve(
         refuse(f"{dump} has its own. This option is for dumps", **own)
         _solve_problem(dump, out, taken.tolerance, openness)
         return
-    setting = setting_beside(dump, taken.room, **options)
+    setting = setting_beside(dump, taken.room, taken.unit, **options)
     job = DumpToSolve(
         path=dump,
         time_step=taken.time_step,
@@ -242,7 +249,7 @@ def _of_dump(
     from analysis.percussions import percussions_of
     from analysis.percussions.setting import setting_beside
 
-    setting = setting_beside(dump, taken.room, **taken.setting())
+    setting = _inelastic(dump, setting_beside(dump, taken.room, taken.unit, **taken.setting()))
     trajectory = open_bodies(dump, **taken.of_dump()).trajectory
     number, count = -1 if frame is None else frame, len(trajectory)
     if not -count <= number < count:
@@ -257,18 +264,23 @@ def _of_dump(
     return found, {"source": str(dump), "step": step}
 
 
+def _inelastic(target: Path, setting: Setting) -> Setting:
+    """The setting without restitution, which is said where there was one."""
+    if bouncing := setting.law.restitution:
+        said = f"contact.restitution: {bouncing:g}"
+        warn(f"{target}: {said}. FCLIB has inelastic contacts, and those are written")
+    return replace(setting, restitution=0.0)
+
+
 def _of_scene(target: Path, taken: Taken) -> tuple[SnapshotPercussions, dict[str, str]]:
     """The percussions of a scene's initial state, and where it is from."""
-    import dataclasses
-
     from analysis.percussions import Setting, percussions_of
     from analysis.scene import read_scene
+    from analysis.scene.unused import note_unused_keys
 
     scene = read_scene(target)
-    setting = dataclasses.replace(Setting.of(scene), **taken.setting())
-    if scene.analysis.kind == "impact" and scene.contact.restitution:
-        said = f"contact.restitution: {scene.contact.restitution:g}"
-        warn(f"{target}: {said}. FCLIB has inelastic contacts, and those are written")
+    setting = _inelastic(target, replace(Setting.of(scene), **taken.setting()))
+    note_unused_keys(target, f"left velocity {setting.kind}")
     found = percussions_of(setting, scene.snapshot, tolerance=taken.tolerance)
     origin = {"source": scene.title, "scene": scene.name, "scene_sha256": scene.digest()}
     return found, origin

@@ -41,6 +41,8 @@ def scenes(
             warn(warning)
         print(scene.write(out))
         return
+    if disks or (seed, out) != (1, Path(".")):
+        raise ValueError("--make: missing. --disks, --seed and --out are of a scene that it makes")
     kinds = {"driven": "force against p/τ", "impact": "∫f dt against p"}
     every = [read_scene(name) for name in scene_names()]
     rows = [
@@ -258,12 +260,18 @@ def import_(
     if people is not None:
         sizes = ("radius", "radius_spread", "mass")
         refuse_beside(context, sizes, "--people has radii and masses of its own")
+    elif not radius_spread:
+        refuse_beside(context, ["seed"], "only with --radius-spread or --people")
+    if not others:
+        refuse_beside(context, ["apart"], "there are no other frames (--others 0)")
     if frame is None or one_disk:
         raise ValueError("--frame: of a trajectory it is needed, and --one-disk is for LEMONS")
     from analysis.scene.anthropometry import Varied
     from analysis.scene.real.import_crowd import import_crowd, with_other_frames
+    from analysis.scene.unused import note_unused_keys
 
     recording = Recording.read(file, unit=unit, frame_rate=frame_rate, columns=columns)
+    note_unused_keys(room, "import")
 
     def crowd_of(number: int) -> ImportedCrowd:
         after = number - frame

@@ -12,7 +12,7 @@ from analysis import dumps
 from analysis.dumps.contacts import arm_rows, integrate_contacts
 from analysis.dumps.held import checked_contacts
 from analysis.engines.record import RunRecord, read_finished
-from analysis.percussions.setting import FORCE, law_of
+from analysis.percussions.setting import FORCE, Setting
 from analysis.percussions.snapshot import SnapshotPercussions, openness_of, percussions_of
 from analysis.scene.anthropometry import apart
 from analysis.scene.scene import Scene, SceneError
@@ -154,8 +154,6 @@ def frame_of(steps: tuple[int, ...], time_step: float, time: float | None, defau
 
 # Impulses that miss the momentum change by more than this share are compared with nothing.
 LARGEST_CLOSURE_ERROR = 0.05
-# Of two bodies; a dissipation as large as an elastic contact's would leave rounding errors only.
-NEARLY_ELASTIC = 0.9999
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -255,7 +253,7 @@ def compare_run(
     number = frame_of(run.index.steps, record.time_step_s, time, default)
     ts = run.universe.trajectory[number]
     snapshot = dumps.snapshot_of(ts, folder / "bodies.dump")
-    law = rigid_law_of(scene) if law is None else law
+    law = Setting.of(scene).law if law is None else law
     found = percussions_of(scene, snapshot, law, tolerance=tolerance)
     if impact:
         engine, balance = _impulses(run, found)
@@ -309,14 +307,6 @@ def _determined(found: SnapshotPercussions, known: Determinacy) -> Flags:
     if answer.status == "failed":
         return known.determined
     return admissible_determinacy(found.contacts, answer).determined
-
-
-def rigid_law_of(scene: Scene) -> ContactLaw:
-    """Give the law of the scene's rigid contacts (see `law_of`); of elastic ones that nearest to
-    it which a finite dissipation gives."""
-    elastic = scene.contact.restitution > NEARLY_ELASTIC and scene.analysis.kind == "impact"
-    nearest = ContactLaw(restitution=NEARLY_ELASTIC, friction=scene.contact.friction)
-    return nearest if elastic else law_of(scene)
 
 
 def _impulses(run: OpenRun, found: SnapshotPercussions) -> tuple[dumps.EngineContacts, Balance]:

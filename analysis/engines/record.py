@@ -12,6 +12,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError
 
+from analysis.dumps import index_dump
 from analysis.scene.fields import Count, FileName, Number, Positive
 from analysis.scene.scene import Run, Scene, first_problem, read_scene
 from analysis.support.files import write_json
@@ -156,6 +157,17 @@ class RunRecord:
                 raise EngineError(
                     f"{file}: not as the run left it, by its digest in {FILE}. Run it again"
                 )
+
+    def check_beside(self, dump: Path, scene: Path | None) -> None:
+        """Raise EngineError where the scene file beside a dump of bodies is not that of the run, or the
+        dump has other disks or instants than it."""
+        if scene and scene.exists() and read_scene(scene).digest() != self.scene_digest:
+            raise EngineError(f"{scene}: not the scene of the run, by its digest in {FILE}")
+        index = index_dump(dump)
+        for step, count in zip(index.steps, index.counts, strict=True):
+            if count != self.disks or step % self.frame_interval or step > self.steps:
+                due = f"{self.disks}, every {self.frame_interval} steps up to {self.steps}"
+                raise EngineError(f"{dump}, step {step}: {count} disks. {FILE} beside it has {due}")
 
     def _digest(self) -> str:
         """SHA-256 of the content but for this digest; whole numbers as floats where floats are."""

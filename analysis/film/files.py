@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from analysis.compare.comparison import OpenRun, match_contacts, rigid_law_of
+from analysis.compare.comparison import OpenRun, match_contacts
 from analysis.dumps import (
     DumpError,
     EngineContacts,
@@ -31,6 +31,7 @@ from analysis.scene.real.import_crowd import ImportedCrowd, place_crowd
 from analysis.scene.real.separate import OverlapError
 from analysis.scene.real.trajectory import Recording, TrajectoryError
 from analysis.scene.scene import FOR_RUNS, Room, Scene, SceneError, read_room
+from analysis.scene.unused import CROWD, note_unused_keys
 from analysis.scene.waiting import Doorway
 from analysis.support.reading import DAMAGED, open_file
 from nscd import Snapshot
@@ -135,17 +136,19 @@ def open_any(file: Path, given: Given) -> FrameFile:
     if given.unit == "mm":
         raise ValueError(f"--unit mm: {file} is a trajectory. Give m or cm")
     unit, rate = given.unit, given.frame_rate
-    return of_heads(Recording.read(file, unit=unit, frame_rate=rate, columns=given.columns), given)
+    recording = Recording.read(file, unit=unit, frame_rate=rate, columns=given.columns)
+    opened = of_heads(recording, given)
+    if given.room:
+        kind = "dump" if opened.measured else "desired"
+        note_unused_keys(given.room, f"left velocity {kind}", CROWD)
+    return opened
 
 
 def _of_disks(file: Path, given: Given) -> FrameFile:
     """A dump of disks, with its own contacts where there are some beside it."""
     trajectory = open_bodies(file, given.time_step, given.unit).trajectory
-    room = room_beside(file, given.room)
-    setting, scene = (
-        Setting.in_room(room) if room else Setting(),
-        _empty(room or _bare(file), "dump"),
-    )
+    room, setting = room_beside(file, given.room, given.unit)
+    scene = _empty(room or _bare(file), "dump")
     name = "contacts.dump" if file.name == "bodies.dump" else f"{file.stem}_contacts.dump"
     beside = file.with_name(name)
     contacts = given.contacts or (beside if beside.is_file() else None)
@@ -181,23 +184,18 @@ def of_run(folder: Path) -> FrameFile:
     """Take a finished run. Raises EngineError and DumpError for a folder without one of its scene."""
     run = OpenRun.of(folder)
     scene, trajectory = run.scene, run.universe.trajectory
-    how: dict[str, Any] = {"law": rigid_law_of(scene), "tolerance": TOLERANCE}
-    given = (
-        trajectory,
-        folder / "bodies.dump",
-        Setting.of(scene),
-        OwnContacts(run.index, scene, False),
-    )
+    own = OwnContacts(run.index, scene, False)
+    given = trajectory, folder / "bodies.dump", Setting.of(scene), own
     ends, engine = (0, len(run.index.frames) - 1), run.record.engine
-    solve = _of_frames(*given, **how)
+    solve = _of_frames(*given, tolerance=TOLERANCE)
     return FrameFile(file=folder, scene=scene, ends=ends, solve=solve, engine=engine)
 
 
 def _of_frames(
     trajectory: Any, file: Path, setting: Setting, contacts: OwnContacts | None, **how: Any
 ) -> Callable[[Iterable[int]], Iterator[FileFrame]]:
-    """What solves frames of a dump, with its own contacts where there are some; how: law and tolerance
-    of the percussions."""
+    """What solves frames of a dump, with its own contacts where there are some; how: tolerance of the
+    percussions."""
 
     def solve(numbers: Iterable[int]) -> Iterator[FileFrame]:
         found: SnapshotPercussions | None = None
@@ -223,11 +221,18 @@ def of_heads(recording: Recording, given: Given) -> FrameFile:
         room, name = read_room(given.room, (radius, mass), whole=False)[0], given.room.stem
     if not room.walls:
         room = _with_walls_inside(room, file, needed=given.room is None)
+    shift = max(0, 1 - int(recording.data.id.min()))  # ids of disks begin at 1
+    if room.drive and room.drive.stops:
+        ids = recording.data.id.to_numpy()
+        room.drive.check_people([ids], f"{given.room}: ", f" in {file}")
+        stops = tuple(one.shifted(shift) for one in room.drive.stops)
+        drive = room.drive.model_copy(update={"stops": stops})
+        room = room.model_copy(update={"drive": drive})
     scene, origin = _empty(room, name), str(given.room or file)
-    measured = room.drive is None or room.analysis.kind == "impact"
+    kind = Setting.in_room(room).kind
+    measured = kind == "dump"
     # velocities only where they count: who is held has none, and sees where to walk
     read = recording.heads if measured else recording.still
-    shift = max(0, 1 - int(recording.data.id.min()))  # ids of disks begin at 1
 
     def solve(numbers: Iterable[int]) -> Iterator[FileFrame]:
         crowd: ImportedCrowd | None = None
@@ -243,7 +248,6 @@ def of_heads(recording: Recording, given: Given) -> FrameFile:
             except (OverlapError, SceneError, TrajectoryError) as error:
                 yield FileFrame(number, time, reason=str(error))
                 continue
-            kind = "dump" if measured else "desired"
             setting = Setting.in_room(crowd.scene, left_velocity=kind)
             found = percussions_of(setting, replace(crowd.scene.snapshot, time=time), before=found)
             yield FileFrame(number, time, found, crowd=crowd)

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
 
-from analysis.dumps import Bodies
+from analysis.dumps import Bodies, open_bodies, snapshot_of
 from analysis.dumps.frames import has_period
 from analysis.engines.record import FILE, RunRecord
-from analysis.scene.scene import Drive, Room, Scene, SceneError, read_room
+from analysis.scene.scene import Drive, Room, Scene, SceneError, means_of, read_room
+from analysis.scene.unused import CROWD, note_unused_keys
 from nscd import ContactLaw, Contacts, Snapshot, Walls, find_contacts
 from nscd.arrays import Floats
 from nscd.contacts import NO_WALLS
@@ -23,6 +25,8 @@ LeftVelocity = Literal["desired", "dump", "free"]
 FORCE, IMPULSE = "N", "N·s"
 # Disks that overlap by more than this share of the smaller radius are no snapshot of a crowd.
 LARGEST_OVERLAP = 0.5
+# Of two bodies; a dissipation as large as an elastic contact's would leave rounding errors only.
+NEARLY_ELASTIC = 0.9999
 # A crowd that rests on a slope has the forces of this time, as of any other, s.
 REST_S = 1.0
 
@@ -40,11 +44,12 @@ class Setting:
     friction, wall_friction: μ of people with each other and with walls (None: the same)
     contact_tolerance: m, gap up to which disks are in contact, at most the smallest radius
     largest_overlap: share of the smaller radius; deeper overlaps are refused
-    left_velocity: see `left`; None: desired where there is a drive, else dump
+    restitution: of an impact; contacts of a crowd that presses are inelastic
+    left_velocity: see `left`; None: desired where there is a drive or a body force, else dump
     window: s, Δt of the left velocity `free`
 
-    Raises ValueError naming the field for what is not finite, negative or unknown, and for friction
-    of walls where there are none."""
+    Raises ValueError naming the field for what is not finite, negative or unknown, for friction of
+    walls where there are none, and for a window of another left velocity."""
 
     walls: Walls | None = None
     wall_names: tuple[str, ...] = ()
@@ -53,6 +58,7 @@ class Setting:
     arms: Arms | None = None
     friction: float = 0.0
     wall_friction: float | None = None
+    restitution: float = 0.0
     contact_tolerance: float = 1e-6
     largest_overlap: float = LARGEST_OVERLAP
     left_velocity: LeftVelocity | None = None
@@ -70,6 +76,8 @@ class Setting:
             raise ValueError(f"largest_overlap: {self.largest_overlap}. A share ≥ 0 is needed")
         if self.window is not None and not 0 < self.window < math.inf:
             raise ValueError(f"window: {self.window} s. A finite time above 0 is needed")
+        if self.window is not None and self.kind != "free":
+            raise ValueError(f"window: {self.window:g} s. It is only of left velocity `free`")
         if self.left_velocity not in (None, *get_args(LeftVelocity)):
             kinds = ", ".join(get_args(LeftVelocity))
             raise ValueError(f"left_velocity: {self.left_velocity!r}. There are: {kinds}")
@@ -90,29 +98,34 @@ class Setting:
 
     @classmethod
     def in_room(cls, room: Room, **rest: Any) -> Setting:
-        """Take walls, drive and contact tolerance from a room, and friction too from a scene; `rest`:
-        other fields."""
+        """Take walls, drive, body force, arms, friction, restitution and contact tolerance from a room;
+        an impact (analysis.kind) keeps the velocities of the snapshot; `rest`: other fields."""
         parts: dict[str, Any] = {
             "walls": standing_walls(room),
             "wall_names": tuple(wall.name for wall in room.walls),
             "drive": room.drive,
             "acceleration": room.acceleration(),
             "arms": room.contact.arms,
+            "friction": room.contact.friction,
+            "restitution": room.contact.restitution,
             "contact_tolerance": room.analysis.contact_tolerance_m,
+            "left_velocity": "dump" if room.analysis.kind == "impact" else None,
         }
-        if type(room) is not Room:  # a scene, or the file of one
-            parts["friction"] = room.contact.friction
         return cls(**(parts | rest))
 
     @property
     def kind(self) -> LeftVelocity:
         """The left velocity that is taken."""
-        return self.left_velocity or ("desired" if self.drive else "dump")
+        pressed = self.drive is not None or any(self.acceleration)
+        return self.left_velocity or ("desired" if pressed else "dump")
 
     @property
     def law(self) -> ContactLaw:
-        """The law of contacts that are inelastic and have this friction."""
-        return ContactLaw(friction=self.friction, wall_friction=self.wall_friction)
+        """The law of contacts with this friction; inelastic, in an impact of this restitution, and of
+        elastic ones that nearest to it which a finite dissipation gives."""
+        bouncing = min(self.restitution, NEARLY_ELASTIC) if self.kind == "dump" else 0.0
+        rough = ContactLaw(friction=self.friction, wall_friction=self.wall_friction)
+        return replace(rough, restitution=bouncing) if bouncing else rough
 
     @property
     def moves(self) -> bool:
@@ -211,46 +224,64 @@ def standing_walls(room: Room) -> Walls:
     return room.wall_segments()
 
 
-def room_beside(dump: Path, room: Path | None = None) -> Room | None:
-    """Read a room or scene file, or scene.toml beside the dump; None where there is neither.
+def room_beside(
+    dump: Path, room: Path | None = None, unit: str | None = None, **given: Any
+) -> tuple[Room | None, Setting]:
+    """Read a room or scene file, or scene.toml beside the dump, and take the setting from it; no room
+    where there is neither. Its keys that are not used are said in a line, but those that a run used.
 
-    Raises EngineError where run.json beside the dump says that the run did not end well, and
-    SceneError for the file."""
-    if (dump.parent / FILE).exists():
-        RunRecord.read(dump.parent)
-    beside = dump.parent / "scene.toml"
+    unit: of lengths in the dump; given: fields of `Setting` that are used instead
+
+    Raises EngineError where run.json beside the dump says that the run did not end well,
+    SceneError for the file, and where goals or stops are of nobody in the dump, and ValueError for a
+    field."""
+    beside, run = dump.parent / "scene.toml", (dump.parent / FILE).exists()
+    if run:
+        RunRecord.read(dump.parent).check_beside(dump, beside if room is None else None)
     chosen = room if room is not None else beside if beside.exists() else None
-    found = None if chosen is None else read_room(chosen, whole=False)[0]
-    if found is not None and not found.period_x_m and has_period(dump):
+    if chosen is None:
+        return None, Setting(**given)
+    found = read_room(chosen, lambda: means_of(next(_frames(dump, unit))), whole=False)[0]
+    if not found.period_x_m and has_period(dump):
         raise SceneError(
             f"{chosen}: period_x_m: missing. scene.toml beside {dump} has one: contacts across its "
             "boundary would be missed"
         )
-    return found
+    setting = Setting.in_room(found, **given)
+    if found.drive and setting.kind != "dump":
+        ids = (frame.ids for frame in _frames(dump, unit))
+        found.drive.check_people(ids, f"{chosen}: ", f" in {dump}")
+    if room is not None or not run:
+        free = setting.kind == "free" and found.drive
+        own = free and next(_frames(dump, unit)).drive is not None
+        drive = {"drive"} if own or setting.kind == "dump" else set()
+        note_unused_keys(chosen, f"left velocity {setting.kind}", CROWD | drive)
+    return found, setting
 
 
-def setting_beside(dump: Path, room: Path | None = None, **given: Any) -> Setting:
-    """Take walls and drive of `room_beside`.
+def _frames(dump: Path, unit: str | None) -> Iterator[Snapshot]:
+    """The frames in which somebody is; the dump is opened when the first is asked for."""
+    trajectory = open_bodies(dump, unit=unit).trajectory
+    for number in np.flatnonzero(trajectory.index.counts):
+        yield snapshot_of(trajectory[number], dump, needs_velocity=False)
 
-    given: fields of `Setting` that are used instead
 
-    Raises what `room_beside` does, and ValueError for a field."""
-    found = room_beside(dump, room)
-    return Setting(**given) if found is None else Setting.in_room(found, **given)
+def setting_beside(
+    dump: Path, room: Path | None = None, unit: str | None = None, **given: Any
+) -> Setting:
+    """Take walls and drive of `room_beside`, which says what is raised."""
+    return room_beside(dump, room, unit, **given)[1]
 
 
 def law_of(scene: Scene) -> ContactLaw:
     """Give the rigid law of a scene's own contacts: its friction, and in an impact its restitution,
-    which is part of the model. A crowd that a drive presses rests, and its forces do not depend on
-    restitution.
+    which is part of the model. A crowd that is pressed rests, and its forces do not depend on it.
 
     Raises ValueError for an impact of restitution 1, which no finite dissipation gives."""
-    restitution = scene.contact.restitution
-    if scene.drive is not None or not restitution:
-        return ContactLaw(friction=scene.contact.friction)
-    if restitution == 1:
+    setting = Setting.of(scene)
+    if setting.law.restitution == NEARLY_ELASTIC:
         raise ValueError(
-            f"scene {scene.name}: contact.restitution: 1. The rigid model needs a restitution "
-            "below 1"
+            f"scene {scene.name}: contact.restitution: {setting.restitution:g}. The rigid model needs a "
+            "restitution below 1"
         )
-    return ContactLaw(restitution=restitution, friction=scene.contact.friction)
+    return setting.law

@@ -137,7 +137,7 @@ def percussions_of(
 ) -> SnapshotPercussions:
     """Compute the percussions of a snapshot in a scene: contacts, left velocity, solution, window.
 
-    law: where left out inelastic, with the friction of the scene or setting
+    law: where left out that of the scene or setting
     tolerance, solver, search: of `nscd.solve`
     before: the answer of the frame before; where the same disks touch and are pressed alike, it
         makes the solution cheaper and does not change it

@@ -93,7 +93,7 @@ def solve_batch(bodies: Bodies, setting: Setting, tolerance: float) -> Found | N
 class DumpToSolve:
     """What is to be solved, and how.
 
-    law: of the contacts; inelastic, with the friction of the setting, where left out"""
+    law: of the contacts; that of the setting where left out"""
 
     path: Path  # of the dump
     time_step: float | None = None  # s, of the simulation; see `open_bodies`

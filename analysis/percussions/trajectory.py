@@ -39,8 +39,8 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
         given by name instead
     law, tolerance, solver: of `nscd.solve`
 
-    Without a left velocity it is the desired one where there is a drive (forces), else that of the
-    dump (an impact): the rule of `percussions solve`.
+    Without a left velocity it is the desired one where there is a drive or a body force (forces), else
+    that of the dump (an impact): the rule of `percussions solve`.
 
     After `run()` (any backend of MDAnalysis) `results` has lists with one entry per frame:
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import pairwise
 from typing import Annotated, Any, Literal, Self, TypeVar
 
@@ -110,6 +111,10 @@ class Stop(Some):
 
     time_s: Positive
 
+    def shifted(self, by: int) -> Stop:
+        """Return it for people whose ids are larger by so much."""
+        return self.model_copy(update={"people": tuple(who + by for who in self.people)})
+
 
 class Push(Schema):
     """Say with how much people push.
@@ -174,6 +179,8 @@ class Drive(Exit, Pace):
 
     @pydantic.model_validator(mode="after")
     def _one_goal_each(self) -> Drive:
+        if self.aim == "centre" and not self.gates:
+            raise ValueError("aim: centre of a door, and there is none. Give door_start_m")
         if self.clearance_m is not None and not all(one.has_door for one in self.doors):
             raise ValueError("clearance_m: a way leads to a door. Give door_start_m and door_end_m")
         if self.clearance_m is not None and len(self.gates) < len(self.doors):
@@ -184,6 +191,19 @@ class Drive(Exit, Pace):
                 if first <= last:
                     raise ValueError(f"{name}: person {first} has two")
         return self
+
+    def check_people(self, ids: Iterable[Indices], before: str = "", where: str = "") -> None:
+        """Raise ValueError naming a goal or a stop of people who are nowhere among these ids (n,), frame
+        by frame; before, where: of the message."""
+        both, frames = (("goals", self.goals), ("stops", self.stops)), iter(ids)
+        parts = [
+            (f"drive.{key}: number {k + 1}", p) for key, one in both for k, p in enumerate(one)
+        ]
+        while parts and (frame := next(frames, None)) is not None:
+            parts = [(name, part) for name, part in parts if not part.of(frame).any()]
+        for name, part in parts:
+            first, last = part.people
+            raise ValueError(f"{before}{name}: nobody{where} has an id from {first} to {last}")
 
     @property
     def doors(self) -> tuple[Exit, ...]:

@@ -58,8 +58,8 @@ CLEARANCE_M = 0.15
 # Of a scene file, in their order.
 TABLES = ("drive", "body_force", "contact", "run", "analysis", "reconciliation")
 
-# Stands for the tables of a room file that only a run needs, where they are missing.
-FOR_RUNS = {
+# Stands for the tables and keys of a room file that only a run needs, where they are missing.
+FOR_RUNS: dict[str, Any] = {
     "title": "",
     "source": "",
     "contact": {"stiffness_N_per_m": 1.0, "restitution": 0.0},
@@ -223,16 +223,12 @@ class Scene(Room):
                             f"{origin}: drive.{name}: number {number}: `people` has some disks of "
                             f"body {wide.ids[cut[0]]}, and not all"
                         )
-                if not mine.any():
-                    first, last = part.people
-                    raise SceneError(
-                        f"{origin}: drive.{name}: number {number}: nobody has an id from {first} to {last}"
-                    )
         self._check_giving(origin)
         try:
             self.check_period(self.snapshot)
             warnings = check_room(self.snapshot, self.wall_segments(), self.door())
             if self.drive:
+                self.drive.check_people([self.snapshot.ids])
                 self.drive.check_way(self.wall_segments(), self.snapshot)
             return warnings
         except ValueError as error:
@@ -337,13 +333,18 @@ def read_scene(name_or_path: str | Path) -> Scene:
     """
     path = _path_of(name_or_path)
     content, notes = _read_toml(path)
-    stated = _validated(path, content, _SceneFile, lambda: _means(_bodies(path, content)))
+    stated = _validated(path, content, _SceneFile, lambda: means_of(_bodies(path, content)))
     try:
         snapshot = _bodies(path, content)
         others = stated.other_frames
         crowds = tuple(read_data(path.parent / name) for name in others.data) if others else ()
     except ValueError as error:
         raise SceneError(str(error)) from None
+    of = stated.reconciliation
+    if of and of.people != len(snapshot):
+        raise SceneError(
+            f"{path}: reconciliation.people: {of.people}, but {stated.disks.data} has {len(snapshot)}"
+        )
     if stated.disks.people:
         try:
             snapshot = apart(snapshot, stated.wall_segments())
@@ -369,20 +370,29 @@ def _path_of(name_or_path: str | Path) -> Path:
 
 
 def read_room(
-    name_or_path: str | Path, means: Means | None = None, *, whole: bool = True
+    name_or_path: str | Path,
+    means: Means | Callable[[], Means | None] | None = None,
+    *,
+    whole: bool = True,
 ) -> tuple[Room, str]:
     """Read a room (a scene file with or without disks) and the comment at its head; means: radius
-    (m) and mass (kg) of the disks to come, where Young's modulus or a push stands in it; whole:
-    whether it must also have what only a run needs.
+    (m) and mass (kg) of the disks to come, or what gives them, asked only where Young's modulus or a
+    push stands in it; whole: whether it must also have what only a run needs.
 
     Raises SceneError naming the file and the key for anything unknown, missing or out of range."""
     path = _path_of(name_or_path)
     content, notes = _read_toml(path)
     if not whole:
+        for key, table in content.items():
+            if isinstance(table, dict) and key in FOR_RUNS:
+                own = {"law", "young_modulus_Pa"} & table.keys()  # a stiffness may be of these
+                content[key] = ({"restitution": 0.0} if own else FOR_RUNS[key]) | table
         content = FOR_RUNS | content
     if "disks" in content:
-        return _validated(path, content, _SceneFile, lambda: _means(_bodies(path, content))), notes
-    return _validated(path, content, Room, lambda: means), notes
+        return _validated(
+            path, content, _SceneFile, lambda: means_of(_bodies(path, content))
+        ), notes
+    return _validated(path, content, Room, means if callable(means) else lambda: means), notes
 
 
 def _bodies(path: Path, content: dict[str, Any]) -> Snapshot:
@@ -390,6 +400,8 @@ def _bodies(path: Path, content: dict[str, Any]) -> Snapshot:
     pushed apart."""
     disks = _Disks.model_validate(content.get("disks"))
     given = read_data(path.parent / disks.data)
+    if disks.people is None and "people_seed" in disks.model_fields_set:
+        raise ValueError(f"{path}: disks.people_seed: only with people, whose sizes it draws")
     if (given.bodies is None) != (disks.bodies is None):
         raise ValueError(
             f"{path}: disks.bodies: goes with the section Molecules of {disks.data}. Both are needed"
@@ -406,7 +418,8 @@ def _bodies(path: Path, content: dict[str, Any]) -> Snapshot:
     return dataclasses.replace(given, radius=radius, mass=mass)
 
 
-def _means(snapshot: Snapshot) -> Means:
+def means_of(snapshot: Snapshot) -> Means:
+    """Give the mean radius (m) and mass (kg) of disks."""
     return float(snapshot.radius.mean()), float(snapshot.mass.mean())
 
 
@@ -420,6 +433,12 @@ def _read_toml(path: Path) -> tuple[dict[str, Any], str]:
         raise SceneError(str(error)) from None
     except (ValueError, RecursionError) as error:
         raise SceneError(f"{path}: {error}") from None
+
+
+def file_content(name_or_path: str | Path) -> tuple[Path, dict[str, Any]]:
+    """Give the path of a scene or room file and what it states. Raises SceneError."""
+    path = _path_of(name_or_path)
+    return path, _read_toml(path)[0]
 
 
 AnyRoom = TypeVar("AnyRoom", bound=Room)

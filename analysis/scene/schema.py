@@ -234,6 +234,8 @@ class OtherFrames(Schema):
     def _one_of_each(self) -> OtherFrames:
         if not len(self.frames) == len(self.after_s) == len(self.data):
             raise ValueError("frames, after_s and data need one entry per frame")
+        if len(set(self.frames)) < len(self.frames) or set(self.frames) & set(self.refused):
+            raise ValueError("frames: one is there twice, or refused too")
         return self
 
     @staticmethod
@@ -378,6 +380,12 @@ class Analysis(Schema):
     kind: Literal["driven", "impact"]
     time_s: Annotated[Number, Field(ge=0)] = 0.0
     contact_tolerance_m: Positive = 1e-6
+
+    @model_validator(mode="after")
+    def _whole_impact(self) -> Analysis:
+        if self.kind == "impact" and self.time_s:
+            raise ValueError("time_s: an impact is compared over its whole run. Leave it out")
+        return self
 
 
 class Room(Schema):

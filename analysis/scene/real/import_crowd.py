@@ -152,8 +152,10 @@ def _placed(
         ids=kept.ids + first,
     )
     scene = Scene.of(stated, name=name, snapshot=snapshot)
-    try:
-        scene.check(heads.origin)
+    try:  # who stops may be elsewhere now
+        (scene.with_drive(stops=()) if scene.drive and scene.drive.stops else scene).check(
+            heads.origin
+        )
     except SceneError as error:
         why = str(error).removeprefix(f"{heads.origin}: ")
         raise SceneError(
