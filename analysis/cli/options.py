@@ -31,6 +31,10 @@ SHARED = {
     "mass": "Mass of each person in kg.",
     "unit": "Unit of the file, where it does not say.",
     "frame_rate": "Frames per second, where the file does not say.",
+    "mass_unit": "Of a dump: kg (densities: kg/m³) or g (g/cm³). Default: kg, but of densities beside "
+    "cm.",
+    "fixed_type": "Of a dump: type of disks that do not move (LAMMPS: fix freeze). May be repeated.",
+    "mol": "Of a dump: disks of one mol are one rigid body, or move alone.",
     "openness": "For each reaction: nothing, whether equilibrium determines it, also its "
     "least and largest value, or its mean and spread over all admissible ones. The first is about "
     "20 times faster than the second. The last two are slow.",
@@ -174,6 +178,13 @@ def with_options(command: Callable[..., None]) -> Callable[..., None]:
     return called
 
 
+def _of_dump(options: Any) -> dict[str, Any]:
+    """What options say of a dump, as `open_bodies` calls it."""
+    names = ("time_step", "unit", "mass_unit", "fixed_type", "mol")
+    given = {name: getattr(options, name) or None for name in names}
+    return drop_none(**given | {"fixed_type": tuple(options.fixed_type or ()) or None})
+
+
 @dataclass(frozen=True, kw_only=True)
 class Taken:
     """How the contact problem of a frame is taken from a dump.
@@ -187,8 +198,9 @@ class Taken:
     window: Δt of --left-velocity free, in s.
     time_step: Time step of the simulation in s. Default: that of run.json beside the dump.
         Without either the table has steps in place of times.
-    unit: Unit of lengths in the dump, and of velocities per second. Default: m. Masses are kg.
-    contact_tolerance: Gap in m up to which disks are in contact. Default: the room's, or 1e-6.
+    unit: Unit of lengths in the dump, and of velocities per second. Default: its own, or m.
+    contact_tolerance: Gap in m up to which disks are in contact. Default: the room's, or what the last
+        digits of the dump allow, at least 1e-6.
     largest_overlap: Deepest overlap that is taken, as a share of the smaller radius. Default:
         0.5.
     tolerance: Residual up to which a frame counts as solved."""
@@ -200,6 +212,9 @@ class Taken:
     window: Positive | None = None
     time_step: Positive | None = None
     unit: Literal["m", "cm", "mm"] | None = None
+    mass_unit: Literal["kg", "g"] | None = None
+    fixed_type: list[Count] | None = None
+    mol: Literal["rigid", "single"] | None = None
     contact_tolerance: Positive | None = None
     largest_overlap: Positive | None = None
     tolerance: Positive = 1e-8
@@ -211,7 +226,7 @@ class Taken:
 
     def of_dump(self) -> dict[str, Any]:
         """Give what is said of the dump."""
-        return drop_none(time_step=self.time_step, unit=self.unit)
+        return _of_dump(self)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -237,16 +252,20 @@ class OfFile:
     unit: Literal["m", "cm", "mm"] | None = None
     frame_rate: Positive | None = None
     time_step: Positive | None = None
+    mass_unit: Literal["kg", "g"] | None = None
+    fixed_type: list[Count] | None = None
+    mol: Literal["rigid", "single"] | None = None
 
     def refuse_run(self, **others: object) -> None:
         """Raise ValueError for the first of these options that is given beside a run."""
-        refuse("only of a dump or a trajectory file", **vars(self), **others)
+        kept = vars(self) | {"fixed_type": self.fixed_type or None}
+        refuse("only of a dump or a trajectory file", **kept, **others)
 
     def given(self, radius: float | None = None) -> Any:
         """Give it as `analysis.film.files.Given`, with the radius (m) of heads."""
         from analysis.film.files import Given
 
-        return Given(radius=radius, **vars(self))
+        return Given(radius=radius, **vars(self) | {"fixed_type": tuple(self.fixed_type or ())})
 
 
 def is_run(target: Path) -> bool:

@@ -138,8 +138,7 @@ def solve(
     setting = setting_beside(dump, taken.room, **options)
     job = DumpToSolve(
         path=dump,
-        time_step=taken.time_step,
-        unit=taken.unit,
+        **taken.of_dump(),
         setting=setting,
         law=None if restitution is None else replace(setting.law, restitution=restitution),
         tolerance=taken.tolerance,
@@ -247,7 +246,7 @@ def _of_dump(
     number, count = -1 if frame is None else frame, len(trajectory)
     if not -count <= number < count:
         raise ValueError(f"--frame: {number} where {dump} has {count}, from 0")
-    ts = trajectory[number % count]
+    ts, setting = trajectory[number % count], setting.of_dump(trajectory)
     snapshot = snapshot_of(ts, dump, needs_velocity=setting.moves)
     step = str(int(ts.data["step"]))
     try:

@@ -24,11 +24,13 @@ from analysis.dumps.windows import Window
 from analysis.film.frame import NOBODY, OWN, RIGID, Frames, window_of
 from analysis.percussions.setting import FORCE, Setting, room_beside
 from analysis.percussions.snapshot import SnapshotPercussions, percussions_of
+from analysis.percussions.solving import STATED
 from analysis.scene.floors import NoFloorError, read_floor, walled
 from analysis.scene.real.import_crowd import ImportedCrowd, place_crowd
 from analysis.scene.real.separate import OverlapError
 from analysis.scene.real.trajectory import Recording, TrajectoryError
 from analysis.scene.scene import FOR_RUNS, Room, Scene, SceneError, read_room
+from analysis.scene.schema import Wall
 from analysis.scene.waiting import Doorway
 from analysis.support.reading import DAMAGED, open_file
 from nscd import Snapshot
@@ -54,11 +56,14 @@ class Given:
     unit: Any = None
     frame_rate: float | None = None
     time_step: float | None = None
+    mass_unit: Any = None
+    fixed_type: tuple[int, ...] = ()
+    mol: Any = None
 
     def refuse(self, why: str, *names: str) -> None:
         """Raise ValueError for the first of these fields (all where left out) that is given."""
         for name in names or [one.name for one in fields(self)]:
-            if getattr(self, name) is not None:
+            if getattr(self, name) not in (None, ()):
                 raise ValueError(f"--{name.replace('_', '-')}: {why}")
 
 
@@ -123,7 +128,8 @@ def open_any(file: Path, given: Given) -> FrameFile:
     if start.startswith(b"ITEM:") or is_binary(start):
         given.refuse(f"of heads. The disks of {file} have theirs", "radius", "mass", "frame_rate")
         return _of_disks(file, given)
-    given.refuse(f"of a dump. {file} is a trajectory", "time_step", "contacts")
+    of_dump = ("time_step", "contacts", "mass_unit", "fixed_type", "mol")
+    given.refuse(f"of a dump. {file} is a trajectory", *of_dump)
     if given.unit == "mm":
         raise ValueError(f"--unit mm: {file} is a trajectory. Give m or cm")
     return of_heads(Recording.read(file, unit=given.unit, frame_rate=given.frame_rate), given)
@@ -131,12 +137,11 @@ def open_any(file: Path, given: Given) -> FrameFile:
 
 def _of_disks(file: Path, given: Given) -> FrameFile:
     """A dump of disks, with its own contacts where there are some beside it."""
-    trajectory = open_bodies(file, given.time_step, given.unit).trajectory
+    stated = {name: getattr(given, name) for name in STATED}
+    trajectory = open_bodies(file, **stated).trajectory
     room = room_beside(file, given.room)
-    setting, scene = (
-        Setting.in_room(room) if room else Setting(),
-        _empty(room or _bare(file), "dump"),
-    )
+    setting = (Setting.in_room(room) if room else Setting()).of_dump(trajectory)
+    scene = _empty(_with_standing(room or _bare(file), setting), "dump")
     name = "contacts.dump" if file.name == "bodies.dump" else f"{file.stem}_contacts.dump"
     beside = file.with_name(name)
     contacts = given.contacts or (beside if beside.is_file() else None)
@@ -246,6 +251,17 @@ def _with_walls_inside(room: Room, file: Path, *, needed: bool) -> Room:
 def _bare(file: Path) -> Room:
     """A room without walls and drive."""
     return Room.model_validate(FOR_RUNS | {"title": file.name})
+
+
+def _with_standing(room: Room, setting: Setting) -> Room:
+    """The room with disks that do not move as walls behind the others, by which they are named and
+    drawn: their diameters."""
+    walls, fixed = [*room.walls], setting.standing
+    names = setting.wall_names[len(walls) :]
+    for name, (x, y), r in zip(names, fixed.position, fixed.radius, strict=True) if fixed else ():
+        ends = {"start_m": (float(x - r), float(y)), "end_m": (float(x + r), float(y))}
+        walls.append(Wall(name=name, **ends))
+    return room.model_copy(update={"walls": tuple(walls)})
 
 
 def _empty(parts: Room, name: str) -> Scene:

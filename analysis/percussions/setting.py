@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import logging
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
 
-from analysis.dumps import Bodies
+from analysis.dumps import Bodies, DumpError
+from analysis.dumps.bodies import Standing
+from analysis.dumps.digits import Digits
 from analysis.dumps.frames import has_period
 from analysis.engines.record import FILE, RunRecord
 from analysis.scene.scene import Drive, Room, Scene, SceneError, read_room
+from analysis.support.reading import NOTE
 from nscd import ContactLaw, Contacts, Snapshot, Walls, find_contacts
 from nscd.arrays import Floats
 from nscd.contacts import NO_WALLS
@@ -21,6 +25,12 @@ from nscd.stepping.motion import segments_of
 
 LeftVelocity = Literal["desired", "dump", "free"]
 FORCE, IMPULSE = "N", "N·s"
+# Gap (m) up to which disks are in contact, unless text has fewer digits: their rounding then, if it is no
+# more than this share of the smallest radius.
+TOUCH, MOST_ROUNDING = 1e-6, 0.05
+# The ends of a period, in the room and in the dump, may differ by this share of it.
+SAME = 1e-4
+log = logging.getLogger(__name__)
 # Disks that overlap by more than this share of the smaller radius are no snapshot of a crowd.
 LARGEST_OVERLAP = 0.5
 # A crowd that rests on a slope has the forces of this time, as of any other, s.
@@ -38,10 +48,13 @@ class Setting:
     acceleration: (x, y) m/s², g of a body force
     arms: the soft layer that pushes before bodies touch; a part of the left velocity
     friction, wall_friction: μ of people with each other and with walls (None: the same)
-    contact_tolerance: m, gap up to which disks are in contact, at most the smallest radius
+    contact_tolerance: m, gap up to which disks are in contact, at most the smallest radius; where left
+        out 1e-6, or what gaps may be wrong by where a text has few `digits`
     largest_overlap: share of the smaller radius; deeper overlaps are refused
     left_velocity: see `left`; None: desired where there is a drive, else dump
     window: s, Δt of the left velocity `free`
+    standing: disks that do not move, as walls do not; they have numbers behind those of walls
+    digits: how exact the text is that disks come from; see `of_dump`
 
     Raises ValueError naming the field for what is not finite, negative or unknown, and for friction
     of walls where there are none."""
@@ -53,16 +66,18 @@ class Setting:
     arms: Arms | None = None
     friction: float = 0.0
     wall_friction: float | None = None
-    contact_tolerance: float = 1e-6
+    contact_tolerance: float | None = None
     largest_overlap: float = LARGEST_OVERLAP
     left_velocity: LeftVelocity | None = None
     window: float | None = None
+    standing: Standing | None = None
+    digits: Digits | None = None
 
     def __post_init__(self) -> None:
         self.law  # noqa: B018  (refuses what is no coefficient)
         if self.wall_friction is not None and not (self.walls is not None and len(self.walls)):
             raise ValueError(f"wall_friction: {self.wall_friction:g}. There are no walls")
-        if not 0 <= self.contact_tolerance < math.inf:
+        if self.contact_tolerance is not None and not 0 <= self.contact_tolerance < math.inf:
             raise ValueError(
                 f"contact_tolerance: {self.contact_tolerance} m. A finite length ≥ 0 is needed"
             )
@@ -79,7 +94,7 @@ class Setting:
         drive = "a drive" if self.drive else "no drive"
         return (
             f"<Setting: {walls} walls, {drive}, left velocity {self.kind}, friction "
-            f"{self.friction:g}, contact tolerance {self.contact_tolerance:g} m>"
+            f"{self.friction:g}, contact tolerance {self.usual_touch:g} m>"
         )
 
     @classmethod
@@ -98,11 +113,62 @@ class Setting:
             "drive": room.drive,
             "acceleration": room.acceleration(),
             "arms": room.contact.arms,
-            "contact_tolerance": room.analysis.contact_tolerance_m,
         }
+        if "contact_tolerance_m" in room.analysis.model_fields_set:
+            parts["contact_tolerance"] = room.analysis.contact_tolerance_m
         if type(room) is not Room:  # a scene, or the file of one
             parts["friction"] = room.contact.friction
         return cls(**(parts | rest))
+
+    def of_dump(self, trajectory: Any) -> Setting:
+        """Take from a dump, as `open_bodies` gives it, who does not move and how exact it is.
+
+        Raises DumpError where its box and the period of the room contradict, and for arms beside disks
+        that do not move."""
+        path, index, standing = trajectory.filename, trajectory.index, trajectory.standing
+        period, digits = self.walls.period_x if self.walls else None, trajectory.digits
+        for frame in index.frames if period and index.periodic else ():
+            box = np.array([frame.low[0], frame.high[0]]) * trajectory.columns.unit
+            if not np.allclose(box, period, rtol=0, atol=SAME * (period[1] - period[0])):
+                raise DumpError(
+                    f"{path}, step {frame.step}: its box is periodic from x = {box[0]:g} to {box[1]:g} m, "
+                    f"and period_x_m of the room is {list(period)}"
+                )
+        if standing is not None and self.arms:
+            raise DumpError(f"{path}: fixed types (--fixed-type) are not for people with arms")
+        if digits != self.digits and digits is not None and (wrong := digits.rounding()) > TOUCH:
+            said = f"{path}: positions have {digits.position.count} digits, so gaps may be wrong by {wrong:.2g} m"
+            given = self.contact_tolerance
+            if given is None:
+                log.log(NOTE, "%s. Such gaps are contacts (--contact-tolerance)", said)
+            elif given < wrong:
+                log.log(NOTE, "%s. The contact tolerance %g m is finer", said, given)
+        names = self.wall_names
+        if standing is not None and self.standing is None:
+            names = names or tuple(map(str, range(1, 1 + len(self.walls or ()))))
+            names += tuple(f"disk_{one}" for one in standing.ids)
+        return replace(self, standing=standing, digits=digits, wall_names=names)
+
+    def touch(self, position: Floats, radius: Floats) -> float:
+        """Give the gap (m) up to which disks at (n,2) m of radii (n,) m are in contact.
+
+        Raises ValueError where the digits of a text do not tell contacts from gaps."""
+        if self.contact_tolerance is not None or self.digits is None or not len(radius):
+            return TOUCH if self.contact_tolerance is None else self.contact_tolerance
+        wrong, smallest = self.digits.rounding(position, float(radius.max())), float(radius.min())
+        if wrong > MOST_ROUNDING * smallest:
+            raise ValueError(
+                f"positions have {self.digits.position.count} digits, so gaps may be wrong by {wrong:.2g} m, "
+                f"where radii are {smallest:g} m. Write more digits, or give a contact tolerance "
+                "(--contact-tolerance)"
+            )
+        return max(TOUCH, wrong)
+
+    @property
+    def usual_touch(self) -> float:
+        """Give the gap (m) up to which disks are in contact in most frames."""
+        rounding = self.digits.rounding() if self.digits else 0.0
+        return max(TOUCH, rounding) if self.contact_tolerance is None else self.contact_tolerance
 
     @property
     def kind(self) -> LeftVelocity:
@@ -125,12 +191,12 @@ class Setting:
         Raises ValueError for a contact tolerance beyond the smallest radius, and naming the bodies
         for coinciding ones and for overlaps beyond `largest_overlap`."""
         smallest = float(snapshot.radius.min(initial=math.inf))
-        if self.contact_tolerance > smallest:
+        touch = self.touch(snapshot.position, snapshot.radius)
+        if touch > smallest:
             raise ValueError(
-                f"contact_tolerance: {self.contact_tolerance:g} m. The smallest radius is "
-                f"{smallest:g} m"
+                f"contact_tolerance: {touch:g} m. The smallest radius is {smallest:g} m"
             )
-        found = find_contacts(snapshot, self.walls, tolerance=self.contact_tolerance)
+        found = self._found(snapshot, touch)
         radius = snapshot.radius[found.first]
         pairs = ~found.is_wall
         radius[pairs] = np.minimum(radius[pairs], snapshot.radius[found.second[pairs]])
@@ -143,6 +209,29 @@ class Setting:
                 "taken (--largest-overlap, largest_overlap)"
             )
         return found
+
+    def _found(self, snapshot: Snapshot, touch: float) -> Contacts:
+        """Find contacts, those with disks that do not move as those with walls behind the others."""
+        fixed = self.standing
+        if fixed is None or not len(fixed):
+            return find_contacts(snapshot, self.walls, tolerance=touch)
+        n, m = len(snapshot), len(fixed)
+        bodies = snapshot.bodies
+        every = Snapshot(
+            position=np.concatenate([snapshot.position, fixed.position]),
+            radius=np.concatenate([snapshot.radius, fixed.radius]),
+            mass=np.concatenate([snapshot.mass, np.ones(m)]),
+        )
+        found = find_contacts(every, self.walls, tolerance=touch)
+        found = found.select(found.first < n)
+        held = ~found.is_wall & (found.second >= n)
+        second = np.where(held, found.second - n + len(self.walls or ()), found.second)
+        found = replace(found, second=second, is_wall=found.is_wall | held)
+        if bodies is not None:
+            other = np.where(found.is_wall, 0, found.second)
+            within = ~found.is_wall & (bodies.number[found.first] == bodies.number[other])
+            found = found.select(~within)
+        return found.select(np.argsort(found.is_wall, kind="stable"))
 
     def name(self, contacts: Contacts, snapshot: Snapshot, row: int) -> str:
         """Name the second body of a contact."""

@@ -1,0 +1,78 @@
+"""How exact the text of a dump is: the last digits of its positions and radii."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from analysis.support.reading import NUMBER
+from nscd.arrays import Floats
+
+# Numbers of so few digits are typed by hand, and exact, unless their last digits are so various.
+BY_HAND = {3: 6, 4: 4}
+# No number ends behind this place (power of ten).
+LEAST_PLACE = -400
+
+
+def largest_of(words: Iterable[str]) -> float:
+    """Give the largest magnitude among the words that are numbers."""
+    sizes = (abs(float(word)) for word in words if NUMBER.fullmatch(word))
+    return max(filter(math.isfinite, sizes), default=0.0)
+
+
+class LastDigit(NamedTuple):
+    """Where the text of some numbers ends: after `count` significant digits (as %g writes), and at
+    10^place at the latest (as %f does). `largest` is their magnitude."""
+
+    count: int
+    place: int
+    largest: float
+
+    @classmethod
+    def of(cls, words: Iterable[str]) -> LastDigit | None:
+        """Find it in some of the numbers, which have the most digits that any has. None where they
+        are exact: of one or two digits, or of three or four of which few are various."""
+        count, place, words = 0, 0, [*words]
+        last: dict[int, set[str]] = {}
+        for word in filter(NUMBER.fullmatch, words):
+            mantissa, _, exponent = word.lower().partition("e")
+            whole, _, decimals = mantissa.lstrip("+-").partition(".")
+            digits = (whole + decimals).lstrip("0")
+            if digits.isdigit():
+                end = int(exponent or 0) - len(decimals)
+                count, place = max(count, len(digits)), min(place, end)
+                last.setdefault(end, set()).add(digits[-1])
+        various = len(last.get(place, ()))
+        exact = count < min(BY_HAND) or various < BY_HAND.get(count, 0)
+        return None if exact else cls(count, place, largest_of(words))
+
+    def step(self, largest: float) -> float:
+        """Give one of the last digit of numbers up to a magnitude."""
+        power = math.floor(math.log10(largest)) if largest > 0 else -math.inf
+        return 10.0 ** max(power - self.count + 1, self.place) if largest > 0 else 0.0
+
+
+class Digits(NamedTuple):
+    """Say how exact the text of positions and radii is.
+
+    unit: m, of 1 in the text; box: m, the longest side, of positions that are shares of it"""
+
+    position: LastDigit
+    radius: LastDigit
+    unit: float
+    box: float | None
+
+    def rounding(self, position: Floats | None = None, radius: float = 0.0) -> float:
+        """Compute what the gap (m) of disks at (n,2) m, radii up to `radius` m, may be wrong by; where
+        left out, of those of the whole dump, as far as it was looked at."""
+        far = np.abs(position).max(axis=0, initial=0.0) / self.unit if position is not None else ()
+        most = [*map(float, far)] or [self.position.largest] * 2
+        steps = [self.unit * self.position.step(one) for one in most]
+        if self.box is not None:
+            steps = [self.box * self.position.step(0.5)] * 2
+        # both ends of a gap are half a digit off, along both axes
+        size = self.radius.step(radius / self.unit or self.radius.largest)
+        return (1 + 1e-6) * (math.hypot(*steps) + self.unit * size)
