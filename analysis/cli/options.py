@@ -268,6 +268,18 @@ class OfFile:
         return Given(radius=radius, **vars(self) | {"fixed_type": tuple(self.fixed_type or ())})
 
 
+def one_dump(files: list[Path]) -> Path:
+    """Give the one file. Raises ValueError that says how several, or those of a folder, become one."""
+    if len(files) == 1 and not files[0].is_dir():
+        return files[0]
+    some = files[0] / "*" if len(files) == 1 else files[0].with_name(f"*{files[0].suffix}")
+    said = "a folder" if len(files) == 1 else f"one of {len(files)} files"
+    raise ValueError(
+        f"{files[0]}: {said}. One dump is read. Join those of single steps: cat $(ls -v {some}) > "
+        "joined.dump"
+    )
+
+
 def is_run(target: Path) -> bool:
     """Tell whether a path is a folder, as of a run. Raises ValueError where nothing is there."""
     if not target.exists():

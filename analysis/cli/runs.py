@@ -22,7 +22,7 @@ from analysis.cli.app import (
     show,
     warn,
 )
-from analysis.cli.options import Count, Openness, Out, Positive, Processes, Share, Taken
+from analysis.cli.options import Count, Openness, Out, Positive, Processes, Share, Taken, one_dump
 
 if TYPE_CHECKING:
     from analysis.percussions import SnapshotPercussions
@@ -91,7 +91,7 @@ def run(
 
 
 def solve(
-    dump: Path,
+    dump: list[Path],
     *,
     taken: Taken,
     restitution: Share | None = None,
@@ -124,20 +124,21 @@ def solve(
     from analysis.percussions.solving import DumpToSolve, executor_for, solve_dump, solve_in_chunks
     from analysis.percussions.table import is_parquet
 
+    file = one_dump(dump)
     if out.is_file() and any(
-        out.samefile(file) for file in (dump, taken.room) if file and file.exists()
+        out.samefile(one) for one in (file, taken.room) if one and one.exists()
     ):
         raise ValueError(f"--out: {out}: the table would replace what it is made of")
     options = taken.setting()
-    if is_hdf5(dump):
+    if is_hdf5(file):
         own = {**options, "room": taken.room, "restitution": restitution, "scheduler": scheduler}
         own |= taken.of_dump() | {"part_frames": part_frames}
-        refuse(f"{dump} has its own. This option is for dumps", **own)
-        _solve_problem(dump, out, taken.tolerance, openness)
+        refuse(f"{file} has its own. This option is for dumps", **own)
+        _solve_problem(file, out, taken.tolerance, openness)
         return
-    setting = setting_beside(dump, taken.room, **options)
+    setting = setting_beside(file, taken.room, **options)
     job = DumpToSolve(
-        path=dump,
+        path=file,
         **taken.of_dump(),
         setting=setting,
         law=None if restitution is None else replace(setting.law, restitution=restitution),
@@ -153,14 +154,17 @@ def solve(
         if part_frames:
             found = solve_in_chunks(job, out, part_frames, executor=executor, progress=bars)
         else:
-            expected = functools.partial(say_expected, what=f"percussions of {dump}")
+            expected = functools.partial(say_expected, what=f"percussions of {file}")
             found = solve_dump(
                 job, out, executor=executor, workers=workers, progress=bars, expected=expected
             )
     largest = f"{found.largest:.4g} {found.unit} at {found.when}"
     rows = [["frames", str(found.frames)], ["contacts", str(found.contacts)]]
-    rows += [["largest per contact", largest], ["worst residual", f"{found.residual:.1e}"]]
-    _say(dump, out, rows, found.unsolved)
+    rows += [["largest per contact", largest]]
+    if taken.fixed_type:
+        rows += [["largest sum on fixed disks", f"{found.standing:.4g} {found.unit}"]]
+    rows += [["worst residual", f"{found.residual:.1e}"]]
+    _say(file, out, rows, found.unsolved)
 
 
 def _solve_problem(problem: Path, out: Path, tolerance: float, openness: Openness) -> None:

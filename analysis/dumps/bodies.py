@@ -57,9 +57,14 @@ class Stated:
     def within(self, index: DumpIndex) -> Stated:
         """Add what the dump says of itself. Raises DumpError where it contradicts, or lacks a column."""
         unit, mass_unit, _ = SYSTEMS.get(index.units, (self.unit, self.mass_unit, 1.0))
-        for name, said, given in (("unit", unit, self.unit), ("mass_unit", mass_unit, self.mass_unit)):
+        for name, said, given in (
+            ("unit", unit, self.unit),
+            ("mass_unit", mass_unit, self.mass_unit),
+        ):
             if given not in (None, said):
-                raise DumpError(f"{index.path}: {name} {given}, and its own units are {index.units}")
+                raise DumpError(
+                    f"{index.path}: {name} {given}, and its own units are {index.units}"
+                )
         if mass_unit is None and unit == "cm" and "mass" not in index.columns:
             mass_unit = "g"  # beside cm a density is in g/cm³
         for column, wanted in (("type", bool(self.fixed_type)), ("mol", self.mol == "rigid")):
@@ -141,10 +146,12 @@ class BodyColumns:
             return None
         box = None
         if self.scaled:
-            sides = [(one.high[0] - one.low[0], one.high[1] - one.low[1]) for one in self.index.frames]
+            sides = [
+                (one.high[0] - one.low[0], one.high[1] - one.low[1]) for one in self.index.frames
+            ]
             box = self.unit * max(max(side) for side in sides)
         # radii that are exact by themselves were written with as many digits as places
-        alone = LastDigit(place.count, LEAST_PLACE, largest_of(sizes))
+        alone = LastDigit(place.digits, LEAST_PLACE, largest_of(sizes))
         return Digits(place, LastDigit.of(sizes) or alone, self.unit, box)
 
     def checked(self, numbers: range, table: Floats) -> tuple[dict[str, Floats], Indices]:
@@ -203,7 +210,9 @@ class BodyColumns:
                 self.standing.append(now)
             if not self.standing[0].stays(now):
                 where = f"{self.index.path}, step {self.index.steps[numbers[frame]]}"
-                raise DumpError(f"{where}: disks of a fixed type are others, or elsewhere, than before")
+                raise DumpError(
+                    f"{where}: disks of a fixed type are others, or elsewhere, than before"
+                )
         free = order[~held[order]]
         return free, np.bincount(frame_of[free], minlength=len(numbers))
 
@@ -220,7 +229,9 @@ class BodyColumns:
         for name in (name for name in SHAPE if name in data):
             # of an atom without shape it is 0
             bad = ~(np.abs(data[name] - diameter) <= SAME * diameter) & (data[name] != 0)
-            self.index.refuse(numbers, bad, f"{name}: ", data[name], ": an ellipse. Disks are needed")
+            self.index.refuse(
+                numbers, bad, f"{name}: ", data[name], ": an ellipse. Disks are needed"
+            )
         for name in (name for name in OUT_OF_PLANE if name in data):
             bad, out = data[name] != 0, ": motion out of the plane. Only crowds in it are read here"
             self.index.refuse(numbers, bad, f"{name}: ", data[name], out)
@@ -235,9 +246,7 @@ class BodyColumns:
         frames = self.index.frames[numbers.start : numbers.stop]
         box = np.array([(*frame.low, *frame.high) for frame in frames])[frame_of].T
         others = [
-            (names, scaled)
-            for names, scaled in PLACES
-            if {*names[:2]} <= set(self.index.columns)
+            (names, scaled) for names, scaled in PLACES if {*names[:2]} <= set(self.index.columns)
         ]
         places = [self._places(data, box, *one) for one in others]
         sides = box[2:] - box[:2]
@@ -268,12 +277,17 @@ class BodyColumns:
         return data
 
     @staticmethod
-    def _places(data: Mapping[str, Floats], box: Floats, names: tuple[str, ...], scaled: bool) -> list[Floats]:
+    def _places(
+        data: Mapping[str, Floats], box: Floats, names: tuple[str, ...], scaled: bool
+    ) -> list[Floats]:
         """Give x and y of columns of these names, in the unit of the dump."""
         if not scaled:
             return [data[name] for name in names[:2]]
         with np.errstate(over="ignore"):  # what is too far is refused
-            return [low + data[name] * (high - low) for name, low, high in zip(names[:2], box[:2], box[2:], strict=True)]
+            return [
+                low + data[name] * (high - low)
+                for name, low, high in zip(names[:2], box[:2], box[2:], strict=True)
+            ]
 
 
 def state_of(data: Mapping[str, Any], path: str | Path, needs_velocity: bool) -> dict[str, Any]:

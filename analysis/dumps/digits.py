@@ -24,10 +24,10 @@ def largest_of(words: Iterable[str]) -> float:
 
 
 class LastDigit(NamedTuple):
-    """Where the text of some numbers ends: after `count` significant digits (as %g writes), and at
+    """Where the text of some numbers ends: after so many significant digits (as %g writes), and at
     10^place at the latest (as %f does). `largest` is their magnitude."""
 
-    count: int
+    digits: int
     place: int
     largest: float
 
@@ -52,7 +52,7 @@ class LastDigit(NamedTuple):
     def step(self, largest: float) -> float:
         """Give one of the last digit of numbers up to a magnitude."""
         power = math.floor(math.log10(largest)) if largest > 0 else -math.inf
-        return 10.0 ** max(power - self.count + 1, self.place) if largest > 0 else 0.0
+        return 10.0 ** max(power - self.digits + 1, self.place) if largest > 0 else 0.0
 
 
 class Digits(NamedTuple):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 from collections import defaultdict
 from collections.abc import Mapping
 from typing import Any
@@ -29,7 +30,13 @@ def look_at(columns: BodyColumns, data: Mapping[str, Floats]) -> None:
     for disks that may be one body, where nothing is stated."""
     path, stated, names = columns.index.path, columns.stated, columns.index.columns
     for name, unit, said, (least, most), units in (
-        ("radius", "m", stated.unit, (0.0, LARGEST_PERSON), "the unit of its lengths: m, cm or mm (--unit)"),
+        (
+            "radius",
+            "m",
+            stated.unit,
+            (0.0, LARGEST_PERSON),
+            "the unit of its lengths: m, cm or mm (--unit)",
+        ),
         ("mass", "kg", stated.mass_unit, MASSES_OF_PEOPLE, "their unit: kg or g (--mass-unit)"),
     ):
         middle = float(np.median(data[name])) if len(data[name]) else most
@@ -39,7 +46,7 @@ def look_at(columns: BodyColumns, data: Mapping[str, Floats]) -> None:
             )
     note_unused(path, "columns", (name for name in names if name not in columns.used))
     if "type" in names:
-        _say_types(columns, {*data["type"].astype(int).tolist()})
+        _say_types(columns, {int(one) for one in data["type"].tolist() if math.isfinite(one)})
     if "mol" in names and stated.mol is None and not {*JOINED} <= {*names}:
         _refuse_clumps(columns, data)
 

@@ -118,7 +118,7 @@ class DumpIndex:
 
         Raises DumpError naming the line of one that is not a whole number from 1 to 2³¹ − 1."""
         good = (column >= 1) & (column < 2**31) & (column == np.floor(column))
-        large = (column >= 2**31) & (column == np.floor(column))
+        large = (column >= 2**31) & (column < 2**63) & (column == np.floor(column))
         self.refuse(numbers, large, f"{what}: ", column, f". At most {2**31 - 1} is read")
         self.refuse(numbers, ~good, f"{what}: ", column, " where a whole number ≥ 1 is needed")
         return column.astype(np.int64)

@@ -186,7 +186,8 @@ def _of_frames(
                 raise DumpError(f"{file}, step {ts.data['step']}: {error}") from None
             if index is not None:
                 place = index.steps.index(ts.data["step"])
-                own = checked_contacts(index, place, snapshot, scene)
+                ids = setting.standing.ids if setting.standing else ()
+                own = checked_contacts(index, place, snapshot, scene, ids)
             yield FileFrame(number, float(snapshot.time), found, own)
 
     return solve
@@ -259,8 +260,9 @@ def _with_standing(room: Room, setting: Setting) -> Room:
     walls, fixed = [*room.walls], setting.standing
     names = setting.wall_names[len(walls) :]
     for name, (x, y), r in zip(names, fixed.position, fixed.radius, strict=True) if fixed else ():
-        ends = {"start_m": (float(x - r), float(y)), "end_m": (float(x + r), float(y))}
-        walls.append(Wall(name=name, **ends))
+        walls.append(
+            Wall(name=name, start_m=(float(x - r), float(y)), end_m=(float(x + r), float(y)))
+        )
     return room.model_copy(update={"walls": tuple(walls)})
 
 

@@ -126,18 +126,19 @@ class Setting:
         Raises DumpError where its box and the period of the room contradict, and for arms beside disks
         that do not move."""
         path, index, standing = trajectory.filename, trajectory.index, trajectory.standing
-        period, digits = self.walls.period_x if self.walls else None, trajectory.digits
-        for frame in index.frames if period and index.periodic else ():
-            box = np.array([frame.low[0], frame.high[0]]) * trajectory.columns.unit
-            if not np.allclose(box, period, rtol=0, atol=SAME * (period[1] - period[0])):
+        digits = trajectory.digits
+        low, high = (self.walls and self.walls.period_x) or (0.0, 0.0)
+        for frame in index.frames if low < high and index.periodic else ():
+            x0, x1 = (trajectory.columns.unit * end for end in (frame.low[0], frame.high[0]))
+            if not max(abs(x0 - low), abs(x1 - high)) <= SAME * (high - low):
                 raise DumpError(
-                    f"{path}, step {frame.step}: its box is periodic from x = {box[0]:g} to {box[1]:g} m, "
-                    f"and period_x_m of the room is {list(period)}"
+                    f"{path}, step {frame.step}: its box is periodic from x = {x0:g} to {x1:g} m, and "
+                    f"period_x_m of the room is from {low:g} to {high:g} m"
                 )
         if standing is not None and self.arms:
             raise DumpError(f"{path}: fixed types (--fixed-type) are not for people with arms")
         if digits != self.digits and digits is not None and (wrong := digits.rounding()) > TOUCH:
-            said = f"{path}: positions have {digits.position.count} digits, so gaps may be wrong by {wrong:.2g} m"
+            said = f"{path}: positions have {digits.position.digits} digits, so gaps may be wrong by {wrong:.2g} m"
             given = self.contact_tolerance
             if given is None:
                 log.log(NOTE, "%s. Such gaps are contacts (--contact-tolerance)", said)
@@ -158,7 +159,7 @@ class Setting:
         wrong, smallest = self.digits.rounding(position, float(radius.max())), float(radius.min())
         if wrong > MOST_ROUNDING * smallest:
             raise ValueError(
-                f"positions have {self.digits.position.count} digits, so gaps may be wrong by {wrong:.2g} m, "
+                f"positions have {self.digits.position.digits} digits, so gaps may be wrong by {wrong:.2g} m, "
                 f"where radii are {smallest:g} m. Write more digits, or give a contact tolerance "
                 "(--contact-tolerance)"
             )

@@ -50,7 +50,8 @@ _READING = threading.Lock()
 @dataclass(slots=True, kw_only=True)
 class SolvedDump:
     """Frames in numbers: how many, their contacts, the largest that a contact carries (in `unit`) and
-    when, the worst residual, and a line per frame that is not solved."""
+    when, the worst residual, the largest sum on disks that do not move, and a line per frame that is not
+    solved."""
 
     frames: int = 0
     contacts: int = 0
@@ -58,6 +59,7 @@ class SolvedDump:
     unit: str = ""
     when: str = ""
     residual: float = 0.0
+    standing: float = 0.0
     unsolved: list[str] = dataclasses.field(default_factory=list)
 
     def join(self, later: SolvedDump) -> None:
@@ -65,6 +67,7 @@ class SolvedDump:
         self.frames += later.frames
         self.contacts += later.contacts
         self.residual = max(self.residual, later.residual)
+        self.standing = max(self.standing, later.standing)
         if not self.when or later.largest > self.largest:
             self.largest, self.unit, self.when = later.largest, later.unit, later.when
         self.unsolved += later.unsolved
@@ -216,6 +219,7 @@ class DumpToSolve:
                 unit=found.unit,
                 when=when,
                 residual=answer.residual,
+                standing=found.on_standing,
                 unsolved=[] if answer.status == "solved" else [why],
             )
             known = None if math.isnan(seconds) else seconds

@@ -83,7 +83,9 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
             raise ValueError(f"setting: it is given, so {', '.join(parts)} cannot be")
         trajectory = getattr(universe, "trajectory", universe)
         if not hasattr(trajectory, "ts"):
-            raise ValueError(f"universe: {type(universe).__name__}. A Universe of all disks is needed")
+            raise ValueError(
+                f"universe: {type(universe).__name__}. A Universe of all disks is needed"
+            )
         if getattr(trajectory, "transformations", ()):
             raise ValueError(
                 "universe: it has transformations, and disks are read from the columns of the dump. Open "
