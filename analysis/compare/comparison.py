@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -298,38 +298,12 @@ class OpenRun:
         return cls(record=record, scene=scene, universe=universe, index=index)
 
 
-def _on_standing(contacts: dumps.EngineContacts, ids: Indices, walls: int) -> dumps.EngineContacts:
-    """The contacts with disks of these ids as those with walls behind so many; not those that they
-    have with each other and with walls."""
-    held = np.isin(contacts.first, ids)
-    other = ~contacts.is_wall & np.isin(contacts.second, ids)
-    keep = ~held | ~(other | contacts.is_wall)
-    contacts, held, either = contacts.select(keep), held[keep], (held | other)[keep]
-    sign = np.where(held, -1.0, 1.0)[:, None]
-    number = np.searchsorted(ids, np.where(held, contacts.first, contacts.second)) + walls + 1
-    return replace(
-        contacts,
-        first=np.where(held, contacts.second, contacts.first),
-        second=np.where(either, number, contacts.second),
-        is_wall=contacts.is_wall | either,
-        normal=sign * contacts.normal,
-        force=sign * contacts.force,
-    )
-
-
 def checked_contacts(
-    index: dumps.DumpIndex,
-    number: int,
-    snapshot: Snapshot,
-    scene: Scene,
-    standing: Indices | tuple[()] = (),
+    index: dumps.DumpIndex, number: int, snapshot: Snapshot, scene: Scene
 ) -> dumps.EngineContacts:
-    """Read the contacts of a frame, of which the snapshot is. Disks of the ids `standing` are the last
-    walls of the scene. Raises DumpError naming the line of one with a disk or a wall that does not
-    exist."""
+    """Read the contacts of a frame, of which the snapshot is. Raises DumpError naming the line of one
+    with a disk or a wall that does not exist."""
     contacts, walls = dumps.contacts_at(index, number), len(scene.walls)
-    if len(standing):
-        contacts = _on_standing(contacts, np.asarray(standing), walls - len(standing))
     wall = contacts.is_wall
     known = np.isin(contacts.first, snapshot.ids)
     known &= np.where(wall, contacts.second <= walls, np.isin(contacts.second, snapshot.ids))

@@ -14,6 +14,7 @@ from analysis.dumps.digits import LEAST_PLACE, Digits, LastDigit, largest_of
 from analysis.dumps.frames import LARGEST_LENGTH, DumpError
 from analysis.dumps.index import DumpIndex
 from analysis.scene.lammps_data import SPHERE
+from analysis.support.reading import LARGEST_WHOLE
 from nscd import Snapshot
 from nscd.arrays import LARGEST, Floats, Indices
 
@@ -26,17 +27,19 @@ UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 # What masses are in, and what 1 of these and of a density beside them is in kg and kg/m³: g/cm³, as
 # LAMMPS has it with g.
 MASS_UNITS = {"kg": (1.0, 1.0), "g": (1e-3, 1e3)}
-# Of each units of LAMMPS that are read: of lengths, of masses, and what 1 of a force is in N.
-SYSTEMS = {"si": ("m", "kg", 1.0), "cgs": ("cm", "g", 1e-5)}
+# Lengths and masses of the units of LAMMPS that are read, and what 1 of a force in cgs is in N.
+SYSTEMS: dict[str, tuple[str, str]] = {"si": ("m", "kg"), "cgs": ("cm", "g")}
+DYNE = 1e-5
 # Columns that say nothing alone.
 PAIRS = (("vx", "vy"), ("fx", "fy"), ("drive_x", "drive_y"))
 # Columns of disks that are joined to bodies: its number, and its inertia (kg m²).
 JOINED = ("mol", "body_inertia")
-# Columns that leave the plane, and diameters of ellipses.
-OUT_OF_PLANE, SHAPE = ("vz", "omegax", "omegay"), ("shapex", "shapey")
+# Columns that leave the plane, and what of them is rounding; diameters.
+OUT_OF_PLANE, IN_PLANE = ("vz", "omegax", "omegay"), 1e-9
+DIAMETERS = ("diameter", "shapex", "shapey")
 # Columns that are used where they are there, beside those of places.
-USED = ("id", "radius", "diameter", "mass", "density", "vx", "vy", "omegaz", "drive_x", "drive_y",
-        *OUT_OF_PLANE, *SHAPE)  # fmt: skip
+USED = {"id", "radius", "mass", "density", "vx", "vy", "omegaz", "drive_x", "drive_y",
+        *OUT_OF_PLANE, *DIAMETERS}  # fmt: skip
 # Two columns that state one fact may differ by this share, or by this share of the box: rounding.
 SAME, SAME_PLACE = 1e-3, 1e-4
 # Heights may differ by this share of the smallest radius: rounding, not a third dimension.
@@ -56,15 +59,15 @@ class Stated:
 
     def within(self, index: DumpIndex) -> Stated:
         """Add what the dump says of itself. Raises DumpError where it contradicts, or lacks a column."""
-        unit, mass_unit, _ = SYSTEMS.get(index.units, (self.unit, self.mass_unit, 1.0))
-        for name, said, given in (
-            ("unit", unit, self.unit),
-            ("mass_unit", mass_unit, self.mass_unit),
+        own = SYSTEMS.get(index.units, (None, None))
+        for name, said, given in zip(
+            ("unit", "mass_unit"), own, (self.unit, self.mass_unit), strict=True
         ):
-            if given not in (None, said):
+            if said and given not in (None, said):
                 raise DumpError(
                     f"{index.path}: {name} {given}, and its own units are {index.units}"
                 )
+        unit, mass_unit = self.unit or own[0], self.mass_unit or own[1]
         if mass_unit is None and unit == "cm" and "mass" not in index.columns:
             mass_unit = "g"  # beside cm a density is in g/cm³
         for column, wanted in (("type", bool(self.fixed_type)), ("mol", self.mol == "rigid")):
@@ -132,10 +135,10 @@ class BodyColumns:
     @property
     def used(self) -> set[str]:
         """Name the columns that change what is read, or may refuse it."""
-        rigid = self.stated.mol == "rigid" or {*JOINED} <= {*self.index.columns}
-        names = {*USED, *(name for place, _ in PLACES for name in place)}
-        names |= {*JOINED} if rigid and self.stated.mol != "single" else set()
-        return names | {"type"} if self.stated.fixed_type else names
+        stated, joined = self.stated, {*JOINED} <= {*self.index.columns}
+        names = USED.union(*(place for place, _ in PLACES), {"type"} if stated.fixed_type else ())
+        rigid = stated.mol == "rigid" or (joined and stated.mol is None)
+        return names | {*JOINED} if rigid else names
 
     def digits(self) -> Digits | None:
         """Say how exact the text of places and radii is. None where it is exact, or binary."""
@@ -144,12 +147,8 @@ class BodyColumns:
         place = LastDigit.of([word for name in self.place[:2] for word in words.get(name, ())])
         if place is None:
             return None
-        box = None
-        if self.scaled:
-            sides = [
-                (one.high[0] - one.low[0], one.high[1] - one.low[1]) for one in self.index.frames
-            ]
-            box = self.unit * max(max(side) for side in sides)
+        ends = [(*one.low, *one.high) for one in self.index.frames] if self.scaled else []
+        box = max((self.unit * max(x1 - x0, y1 - y0) for x0, y0, x1, y1 in ends), default=None)
         # radii that are exact by themselves were written with as many digits as places
         alone = LastDigit(place.digits, LEAST_PLACE, largest_of(sizes))
         return Digits(place, LastDigit.of(sizes) or alone, self.unit, box)
@@ -217,77 +216,69 @@ class BodyColumns:
         return free, np.bincount(frame_of[free], minlength=len(numbers))
 
     def _refuse_others(self, numbers: range, data: Mapping[str, Floats]) -> None:
-        """Raise DumpError naming the row where two columns contradict, or that is no disk in a
-        plane."""
-        diameter = 2 * data["radius"]
-        sphere = SPHERE * data["radius"] ** 3 * data.get("density", 0.0) * self._masses[1]
-        twice = [(name, data[name], diameter, "radius") for name in ("diameter",) if name in data]
-        twice += [("mass", data["mass"], sphere, "density")] if "density" in data else []
-        for name, one, other, beside in twice:
-            bad = ~(np.abs(one - other) <= SAME * np.abs(other))
-            self.index.refuse(numbers, bad, f"{name}: ", one, f" contradicts {beside} beside it")
-        for name in (name for name in SHAPE if name in data):
-            # of an atom without shape it is 0
-            bad = ~(np.abs(data[name] - diameter) <= SAME * diameter) & (data[name] != 0)
-            self.index.refuse(
-                numbers, bad, f"{name}: ", data[name], ": an ellipse. Disks are needed"
-            )
+        """Raise DumpError naming the row of a diameter that is not twice the radius, and of what is out of
+        the plane."""
+        for name in (name for name in DIAMETERS if name in data):
+            bad = ~(np.abs(data[name] - 2 * data["radius"]) <= SAME * data[name])
+            bad &= data[name] != 0  # as LAMMPS writes the shape of what has none
+            said = ", which is not twice its radius. Disks are read here"
+            self.index.refuse(numbers, bad, f"{name}: ", data[name], said)
         for name in (name for name in OUT_OF_PLANE if name in data):
-            bad, out = data[name] != 0, ": motion out of the plane. Only crowds in it are read here"
+            out = ": motion out of the plane. Only crowds in it are read here"
+            bad = np.abs(data[name]) > IN_PLANE
             self.index.refuse(numbers, bad, f"{name}: ", data[name], out)
-
-    @property
-    def _masses(self) -> tuple[float, float]:
-        return MASS_UNITS[self.stated.mass_unit or "kg"]
 
     def _quantities(self, numbers: range, table: Floats, frame_of: Indices) -> dict[str, Floats]:
         """All columns of tables; a density is that of a sphere, as LAMMPS writes it."""
         data = dict(zip(self.index.columns, table.T, strict=True))
-        frames = self.index.frames[numbers.start : numbers.stop]
-        box = np.array([(*frame.low, *frame.high) for frame in frames])[frame_of].T
-        others = [
-            (names, scaled) for names, scaled in PLACES if {*names[:2]} <= set(self.index.columns)
-        ]
-        places = [self._places(data, box, *one) for one in others]
-        sides = box[2:] - box[:2]
-        for (names, _), other in zip(others[1:], places[1:], strict=True):
-            for axis, name in enumerate(names[:2]):
-                off = other[axis] - places[0][axis]
-                if axis == 0 and self.index.periodic:
-                    off = off - sides[0] * np.round(off / sides[0])
-                bad = np.abs(off) > SAME_PLACE * sides[axis]
-                said = f" contradicts {self.place[axis]} beside it"
-                self.index.refuse(numbers, bad, f"{name}: ", data[name], said)
-        data["x"], data["y"] = places[0]
+        data["x"], data["y"] = self._places(numbers, data, frame_of)
         data["z"] = data.get(self.place[2], np.zeros(len(table)))
         data.setdefault("radius", 0.5 * data.get("diameter", np.empty(0)))
         if self.unit != 1.0:
             data |= {name: self.unit * data[name] for name in LENGTHS if name in data}
-        kg, kg_per_m3 = self._masses
-        mass = data.get("density", 0.0) * kg_per_m3 * SPHERE * data["radius"] ** 3
-        data["mass"] = kg * data["mass"] if "mass" in data else mass
+        kg, kg_per_m3 = MASS_UNITS[self.stated.mass_unit or "kg"]
+        stated = kg * data["mass"] if "mass" in data else None
+        if "density" in data:
+            data["mass"] = kg_per_m3 * data["density"] * SPHERE * data["radius"] ** 3
+        if stated is not None:
+            other, data["mass"] = data.get("mass", stated) if "density" in data else stated, stated
+            bad = np.abs(stated - other) > SAME * stated
+            self.index.refuse(numbers, bad, "mass: ", stated, " kg contradicts density beside it")
         if self.index.units == "cgs":
-            data |= {name: SYSTEMS["cgs"][2] * data[name] for name in PAIRS[2] if name in data}
+            data |= {name: DYNE * data[name] for name in PAIRS[2] if name in data}
         if self.stated.mol == "single":
             data.pop("body_inertia", None)
         elif self.stated.mol == "rigid" and "body_inertia" not in data:
-            mol = data["mol"]  # 0 is no body
-            data["mol"] = np.where(mol > 0, mol, mol.max(initial=0) + data["id"])
+            data["mol"] = np.where(data["mol"] > 0, data["mol"], LARGEST_WHOLE + data["id"])
             data["body_inertia"] = np.full(len(table), np.nan)
         return data
 
-    @staticmethod
     def _places(
-        data: Mapping[str, Floats], box: Floats, names: tuple[str, ...], scaled: bool
+        self, numbers: range, data: Mapping[str, Floats], frame_of: Indices
     ) -> list[Floats]:
-        """Give x and y of columns of these names, in the unit of the dump."""
-        if not scaled:
-            return [data[name] for name in names[:2]]
-        with np.errstate(over="ignore"):  # what is too far is refused
-            return [
-                low + data[name] * (high - low)
-                for name, low, high in zip(names[:2], box[:2], box[2:], strict=True)
-            ]
+        """Give x and y, in the unit of the dump. Raises DumpError naming the row where two columns of
+        them contradict, but for periods."""
+        every = [(names, scaled) for names, scaled in PLACES if {*names[:2]} <= {*data}]
+        if len(every) == 1 and not self.scaled:
+            return [data[name] for name in self.place[:2]]
+        frames = self.index.frames[numbers.start : numbers.stop]
+        box = np.array([(*frame.low, *frame.high) for frame in frames])[frame_of].T
+        found: list[Floats] = []
+        for names, scaled in every:
+            for axis, name in enumerate(names[:2]):
+                low, side = box[axis], box[axis + 2] - box[axis]
+                with np.errstate(over="ignore", invalid="ignore"):  # what is too far is refused
+                    place = low + data[name] * side if scaled else data[name]
+                    if len(found) < 2:
+                        found.append(place)
+                        continue
+                    off = place - found[axis]
+                    if axis == 0 and self.index.periodic:
+                        off = off - side * np.round(off / side)
+                said = f" contradicts {self.place[axis]} beside it"
+                bad = ~(np.abs(off) <= SAME_PLACE * side)
+                self.index.refuse(numbers, bad, f"{name}: ", data[name], said)
+        return found
 
 
 def state_of(data: Mapping[str, Any], path: str | Path, needs_velocity: bool) -> dict[str, Any]:

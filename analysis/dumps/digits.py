@@ -11,8 +11,9 @@ import numpy as np
 from analysis.support.reading import NUMBER
 from nscd.arrays import Floats
 
-# Numbers of so few digits are typed by hand, and exact, unless their last digits are so various.
-BY_HAND = {3: 6, 4: 4}
+# Numbers of one or two digits are typed by hand, and exact; so are those of up to four whose last digits
+# are fewer than these.
+BY_HAND = 4
 # No number ends behind this place (power of ten).
 LEAST_PLACE = -400
 
@@ -35,19 +36,17 @@ class LastDigit(NamedTuple):
     def of(cls, words: Iterable[str]) -> LastDigit | None:
         """Find it in some of the numbers, which have the most digits that any has. None where they
         are exact: of one or two digits, or of three or four of which few are various."""
-        count, place, words = 0, 0, [*words]
-        last: dict[int, set[str]] = {}
-        for word in filter(NUMBER.fullmatch, words):
+        ends: list[tuple[int, int, str]] = []  # digits, place and last digit of each number
+        for word in (words := [*filter(NUMBER.fullmatch, words)]):
             mantissa, _, exponent = word.lower().partition("e")
             whole, _, decimals = mantissa.lstrip("+-").partition(".")
-            digits = (whole + decimals).lstrip("0")
-            if digits.isdigit():
-                end = int(exponent or 0) - len(decimals)
-                count, place = max(count, len(digits)), min(place, end)
-                last.setdefault(end, set()).add(digits[-1])
-        various = len(last.get(place, ()))
-        exact = count < min(BY_HAND) or various < BY_HAND.get(count, 0)
-        return None if exact else cls(count, place, largest_of(words))
+            if (digits := (whole + decimals).lstrip("0")).isdigit():
+                ends.append((len(digits), int(exponent or 0) - len(decimals), digits[-1]))
+        most = max((end[0] for end in ends), default=0)
+        place = min((end[1] for end in ends), default=0)
+        last = {end[2] for end in ends if end[0] == most or end[1] == place}
+        exact = most < 3 or (most < 5 and len(last) < BY_HAND)
+        return None if exact else cls(most, min(place, 0), largest_of(words))
 
     def step(self, largest: float) -> float:
         """Give one of the last digit of numbers up to a magnitude."""

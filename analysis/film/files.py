@@ -186,8 +186,7 @@ def _of_frames(
                 raise DumpError(f"{file}, step {ts.data['step']}: {error}") from None
             if index is not None:
                 place = index.steps.index(ts.data["step"])
-                ids = setting.standing.ids if setting.standing else ()
-                own = checked_contacts(index, place, snapshot, scene, ids)
+                own = checked_contacts(index, place, snapshot, scene)
             yield FileFrame(number, float(snapshot.time), found, own)
 
     return solve
