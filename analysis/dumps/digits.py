@@ -11,8 +11,7 @@ import numpy as np
 from analysis.support.reading import NUMBER
 from nscd.arrays import Floats
 
-# Numbers of one or two digits are typed by hand, and exact; so are those of up to four whose last digits
-# are fewer than these.
+# Numbers of up to four digits are typed by hand, and exact, where they have fewer last digits than these.
 BY_HAND = 4
 # No number ends behind this place (power of ten).
 LEAST_PLACE = -400
@@ -34,8 +33,7 @@ class LastDigit(NamedTuple):
 
     @classmethod
     def of(cls, words: Iterable[str]) -> LastDigit | None:
-        """Find it in some of the numbers, which have the most digits that any has. None where they
-        are exact: of one or two digits, or of three or four of which few are various."""
+        """Find it in some of the numbers. None where these are exact, as typed by hand."""
         ends: list[tuple[int, int, str]] = []  # digits, place and last digit of each number
         for word in (words := [*filter(NUMBER.fullmatch, words)]):
             mantissa, _, exponent = word.lower().partition("e")
@@ -45,7 +43,7 @@ class LastDigit(NamedTuple):
         most = max((end[0] for end in ends), default=0)
         place = min((end[1] for end in ends), default=0)
         last = {end[2] for end in ends if end[0] == most or end[1] == place}
-        exact = most < 3 or (most < 5 and len(last) < BY_HAND)
+        exact = most < 5 and len(last) < BY_HAND
         return None if exact else cls(most, min(place, 0), largest_of(words))
 
     def step(self, largest: float) -> float:

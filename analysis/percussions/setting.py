@@ -150,20 +150,13 @@ class Setting:
             names += tuple(f"disk_{one}" for one in standing.ids)
         return replace(self, standing=standing, digits=digits, wall_names=names)
 
-    def touch(self, position: Floats, radius: Floats) -> float:
-        """Give the gap (m) up to which disks at (n,2) m of radii (n,) m are in contact.
-
-        Raises ValueError where the digits of a text do not tell contacts from gaps."""
+    def touch(self, position: Floats, radius: Floats) -> tuple[float, bool]:
+        """Give the gap (m) up to which disks at (n,2) m of radii (n,) m are in contact, and whether that
+        is too much to tell contacts from gaps."""
         if self.contact_tolerance is not None or self.digits is None or not len(radius):
-            return TOUCH if self.contact_tolerance is None else self.contact_tolerance
-        wrong, smallest = self.digits.rounding(position, float(radius.max())), float(radius.min())
-        if wrong > MOST_ROUNDING * smallest:
-            raise ValueError(
-                f"positions have {self.digits.position.digits} digits, so gaps may be wrong by {wrong:.2g} m, "
-                f"where radii are {smallest:g} m. Write more digits, or give a contact tolerance "
-                "(--contact-tolerance)"
-            )
-        return max(TOUCH, wrong)
+            return TOUCH if self.contact_tolerance is None else self.contact_tolerance, False
+        wrong = self.digits.rounding(position, float(radius.max()))
+        return max(TOUCH, wrong), wrong > MOST_ROUNDING * float(radius.min())
 
     @property
     def usual_touch(self) -> float:
@@ -192,12 +185,17 @@ class Setting:
         Raises ValueError for a contact tolerance beyond the smallest radius, and naming the bodies
         for coinciding ones and for overlaps beyond `largest_overlap`."""
         smallest = float(snapshot.radius.min(initial=math.inf))
-        touch = self.touch(snapshot.position, snapshot.radius)
-        if touch > smallest:
+        touch, coarse = self.touch(snapshot.position, snapshot.radius)
+        if touch > smallest and not coarse:
             raise ValueError(
                 f"contact_tolerance: {touch:g} m. The smallest radius is {smallest:g} m"
             )
         found = self._found(snapshot, touch)
+        if coarse and ((found.gap > TOUCH) & (found.gap <= touch)).any():
+            raise ValueError(
+                f"positions of few digits: gaps may be wrong by {touch:.2g} m, and the smallest radius is "
+                f"{smallest:g} m. Write more digits, or give a contact tolerance (--contact-tolerance)"
+            )
         radius = snapshot.radius[found.first]
         pairs = ~found.is_wall
         radius[pairs] = np.minimum(radius[pairs], snapshot.radius[found.second[pairs]])

@@ -90,10 +90,15 @@ def solve_batch(bodies: Bodies, setting: Setting, tolerance: float) -> Found | N
     alone = bodies.joined is None and not setting.standing
     frames = [slice(*ends) for ends in itertools.pairwise(bodies.start.tolist())]
     touch = {setting.touch(bodies.position[one], bodies.radius[one]) for one in frames}
-    if not alone or len(touch) > 1 or not np.abs(left).max(initial=0.0) <= LARGEST:
+    if (
+        not alone
+        or {coarse for _, coarse in touch} != {False}
+        or len(touch) > 1
+        or not np.abs(left).max(initial=0.0) <= LARGEST
+    ):
         return None
     disks = Disks(bodies.start, bodies.ids, bodies.position, left, bodies.radius, bodies.mass)
-    asked = Asked(touch.pop(), setting.largest_overlap, tolerance)
+    asked = Asked(touch.pop()[0], setting.largest_overlap, tolerance)
     return solve_frames(disks, setting.walls, asked)
 
 

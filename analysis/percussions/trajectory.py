@@ -82,7 +82,7 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
         if setting is not None and parts:
             raise ValueError(f"setting: it is given, so {', '.join(parts)} cannot be")
         trajectory = getattr(universe, "trajectory", universe)
-        if not hasattr(trajectory, "ts"):
+        if not hasattr(trajectory, "n_frames"):
             raise ValueError(
                 f"universe: {type(universe).__name__}. A Universe of all disks is needed"
             )
