@@ -178,15 +178,24 @@ def with_options(command: Callable[..., None]) -> Callable[..., None]:
     return called
 
 
-def _of_dump(options: Any) -> dict[str, Any]:
-    """What options say of a dump, as `open_bodies` calls it."""
-    names = ("time_step", "unit", "mass_unit", "fixed_type", "mol")
-    given = {name: getattr(options, name) or None for name in names}
-    return drop_none(**given | {"fixed_type": tuple(options.fixed_type or ()) or None})
+@dataclass(frozen=True, kw_only=True)
+class OfDump:
+    """What is said of a dump that it does not say itself."""
+
+    time_step: Positive | None = None
+    unit: Literal["m", "cm", "mm"] | None = None
+    mass_unit: Literal["kg", "g"] | None = None
+    fixed_type: list[Count] | None = None
+    mol: Literal["rigid", "single"] | None = None
+
+    def of_dump(self) -> dict[str, Any]:
+        """Give it as `open_bodies` calls it."""
+        given = {one.name: getattr(self, one.name) for one in dataclasses.fields(OfDump)}
+        return drop_none(**given | {"fixed_type": tuple(self.fixed_type or ()) or None})
 
 
 @dataclass(frozen=True, kw_only=True)
-class Taken:
+class Taken(OfDump):
     """How the contact problem of a frame is taken from a dump.
 
     room: Room or scene file (.toml) with the walls and the drive. Default: scene.toml beside
@@ -210,11 +219,6 @@ class Taken:
     friction: NotNegative | None = None
     wall_friction: NotNegative | None = None
     window: Positive | None = None
-    time_step: Positive | None = None
-    unit: Literal["m", "cm", "mm"] | None = None
-    mass_unit: Literal["kg", "g"] | None = None
-    fixed_type: list[Count] | None = None
-    mol: Literal["rigid", "single"] | None = None
     contact_tolerance: Positive | None = None
     largest_overlap: Positive | None = None
     tolerance: Positive = 1e-8
@@ -224,13 +228,9 @@ class Taken:
         names = ("left_velocity", "window", "largest_overlap", "friction", "wall_friction")
         return drop_none(**{name: getattr(self, name) for name in (*names, "contact_tolerance")})
 
-    def of_dump(self) -> dict[str, Any]:
-        """Give what is said of the dump."""
-        return _of_dump(self)
-
 
 @dataclass(frozen=True, kw_only=True)
-class OfFile:
+class OfFile(OfDump):
     """How frames are taken from a file that is no run: a LAMMPS dump of disks, or a trajectory.
 
     frames: first:last:step, both ends included. Default: of a film about 50, else all.
@@ -249,12 +249,7 @@ class OfFile:
     room: InputFile | None = None
     contacts: InputFile | None = None
     mass: Positive | None = None
-    unit: Literal["m", "cm", "mm"] | None = None
     frame_rate: Positive | None = None
-    time_step: Positive | None = None
-    mass_unit: Literal["kg", "g"] | None = None
-    fixed_type: list[Count] | None = None
-    mol: Literal["rigid", "single"] | None = None
 
     def refuse_run(self, **others: object) -> None:
         """Raise ValueError for the first of these options that is given beside a run."""

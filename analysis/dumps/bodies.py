@@ -206,6 +206,8 @@ class BodyColumns:
             place = np.column_stack([data["x"][rows], data["y"][rows]])
             now = Standing(data["id"][rows].astype(np.int64), place, data["radius"][rows])
             if not self.standing:
+                if not set(self.stated.fixed_type) <= set(data["type"]):
+                    raise DumpError(f"{self.index.path}: type: no disk of a fixed type is there")
                 self.standing.append(now)
             if not self.standing[0].stays(now):
                 where = f"{self.index.path}, step {self.index.steps[numbers[frame]]}"

@@ -64,12 +64,13 @@ class Digits(NamedTuple):
 
     def rounding(self, position: Floats | None = None, radius: float = 0.0) -> float:
         """Compute what the gap (m) of disks at (n,2) m, radii up to `radius` m, may be wrong by; where
-        left out, of those of the whole dump, as far as it was looked at."""
-        far = np.abs(position).max(axis=0, initial=0.0) / self.unit if position is not None else ()
-        most = [*map(float, far)] or [self.position.largest] * 2
+        left out, of the whole dump, as far as it was looked at."""
+        most = [self.position.largest] * 2
+        if position is not None:
+            most = (np.abs(position).max(axis=0, initial=0.0) / self.unit).tolist()
         steps = [self.unit * self.position.step(one) for one in most]
         if self.box is not None:
             steps = [self.box * self.position.step(0.5)] * 2
-        # both ends of a gap are half a digit off, along both axes
-        size = self.radius.step(radius / self.unit or self.radius.largest)
-        return (1 + 1e-6) * (math.hypot(*steps) + self.unit * size)
+        # both ends of a gap are half a digit off, along both axes; and so are both radii
+        size = self.unit * self.radius.step(radius / self.unit or self.radius.largest)
+        return (1 + 1e-6) * (math.hypot(*steps) + size)

@@ -333,7 +333,8 @@ class BinaryFrames(Frames):
         self._step = step
         pairs = zip(boundaries[::2], boundaries[1::2], strict=True)
         self.check_box(where, triclinic, ["p" if 0 in pair else "f" for pair in pairs])
-        self.check_units(where, " ".join(self._words(where)) or "si")
+        if units := " ".join(self._words(where)):
+            self.check_units(where, units)
         time = self._time(where)
         names = self._words(where)
         if len(names) != width or not width:

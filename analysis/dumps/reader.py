@@ -30,7 +30,7 @@ def open_bodies(
     unit: str | None = None,
     *,
     mass_unit: str | None = None,
-    fixed_type: Iterable[int] = (),
+    fixed_type: int | Iterable[int] = (),
     mol: str | None = None,
 ) -> Universe:
     """Open a body dump as an MDAnalysis Universe.
@@ -42,7 +42,7 @@ def open_bodies(
     mass_unit: kg (densities: kg/m³) or g (g/cm³); kg where left out, but of densities beside cm;
         masses of which half are below 0.5 kg or above 1000 kg are then refused as such radii are
     fixed_type: types of disks that do not move, as those of LAMMPS' fix freeze: they are no people,
-        and `PercussionAnalysis` takes contacts with them as those with walls
+        in no snapshot, and `PercussionAnalysis` takes them as walls
     mol: rigid where disks of one `mol` are one body, single where they move alone; needed where they
         touch and there is no body_inertia
 
@@ -71,7 +71,8 @@ def open_bodies(
     ):
         if word not in (None, *known):
             raise DumpError(f"{name}: {word!r}. There are: {', '.join(known)}")
-    stated = Stated(unit=unit, mass_unit=mass_unit, fixed_type=(*fixed_type,), mol=mol)
+    types = (fixed_type,) if isinstance(fixed_type, int) else (*fixed_type,)
+    stated = Stated(unit=unit, mass_unit=mass_unit, fixed_type=types, mol=mol)
     index = index_dump(path)
     _check_time_step(index, time_step)
     universe = Universe.empty(max(1, *index.counts), trajectory=False)
@@ -89,8 +90,8 @@ def _check_time_step(index: DumpIndex, time_step: float) -> None:
     own, stated = last.time - first.time, time_step * (last.step - first.step)
     if abs(own - stated) > SAME * own:
         raise DumpError(
-            f"{index.path}: its own times are {own:g} s from the first frame to the last, and with a time "
-            f"step of {time_step:g} s they would be {stated:g} s"
+            f"{index.path}: its frames last {own:g} s by their times, and {stated:g} s by a time step of "
+            f"{time_step:g} s"
         )
 
 
