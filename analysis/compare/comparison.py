@@ -299,11 +299,17 @@ class OpenRun:
 
 
 def checked_contacts(
-    index: dumps.DumpIndex, number: int, snapshot: Snapshot, scene: Scene
+    index: dumps.DumpIndex,
+    number: int,
+    snapshot: Snapshot,
+    scene: Scene,
+    fixed: Indices | None = None,
 ) -> dumps.EngineContacts:
-    """Read the contacts of a frame, of which the snapshot is. Raises DumpError naming the line of one
-    with a disk or a wall that does not exist."""
+    """Read the contacts of a frame, of which the snapshot is; disks of the ids `fixed` are the last walls
+    of the scene. Raises DumpError naming the line of one with a disk or a wall that does not exist."""
     contacts, walls = dumps.contacts_at(index, number), len(scene.walls)
+    if fixed is not None:
+        contacts = contacts.on_walls(fixed, walls - len(fixed))
     wall = contacts.is_wall
     known = np.isin(contacts.first, snapshot.ids)
     known &= np.where(wall, contacts.second <= walls, np.isin(contacts.second, snapshot.ids))

@@ -186,7 +186,8 @@ def _of_frames(
                 raise DumpError(f"{file}, step {ts.data['step']}: {error}") from None
             if index is not None:
                 place = index.steps.index(ts.data["step"])
-                own = checked_contacts(index, place, snapshot, scene)
+                fixed = setting.standing.ids if setting.standing else None
+                own = checked_contacts(index, place, snapshot, scene, fixed)
             yield FileFrame(number, float(snapshot.time), found, own)
 
     return solve
