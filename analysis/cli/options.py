@@ -270,7 +270,7 @@ def one_dump(files: list[Path]) -> Path:
     some = files[0] / "*" if len(files) == 1 else files[0].with_name(f"*{files[0].suffix}")
     said = "a folder" if len(files) == 1 else f"one of {len(files)} files"
     raise ValueError(
-        f"{files[0]}: {said}. One dump is read. Join those of single steps: cat $(ls -v {some}) > "
+        f"{files[0]}: {said}. One file is read. Join those of single steps: cat $(ls -v {some}) > "
         "joined.dump"
     )
 
