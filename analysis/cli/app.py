@@ -74,7 +74,6 @@ def percussions(
     logging.getLogger().handlers = [others]
     logging.getLogger("pedpy").handlers = logging.getLogger("analysis").handlers = [handler]
     logging.getLogger("pedpy").propagate = False
-    logging.getLogger().addHandler(logging.NullHandler())  # so that it sets up none for all others
     logging.getLogger("analysis").setLevel(logging.INFO if verbose else NOTE)
     if version:
         from importlib.metadata import version as version_of

@@ -14,7 +14,16 @@ from typing import TYPE_CHECKING, Any, Literal
 import typer
 
 from analysis.cli.app import command_line, progress, refuse, show, show_page, warn
-from analysis.cli.options import InputFile, OfFile, Out, Positive, Processes, RigidLaw, is_run
+from analysis.cli.options import (
+    InputFile,
+    OfFile,
+    Out,
+    Positive,
+    Processes,
+    RigidLaw,
+    is_run,
+    one_dump,
+)
 from analysis.support.extras import load
 
 if TYPE_CHECKING:
@@ -320,6 +329,8 @@ def film(
     if all(folders):
         replace(of_file, frames=None).refuse_run(radius=radius or None)
         make = partial(exports.film_runs, target, chosen)
+    elif len(target) > 1 and not any(folders):
+        one_dump(target)
     elif len(target) > 1:
         odd = target[folders.index(False)]
         raise ValueError(f"{odd}: no folder of a run. Give folders of runs, or one file")

@@ -34,6 +34,10 @@ SHARED = {
     "mass": "Mass of each person in kg.",
     "unit": "Unit of the file, where it does not say.",
     "frame_rate": "Frames per second, where the file does not say.",
+    "mass_unit": "Of a dump: kg (densities: kg/m³) or g (g/cm³). Default: kg, but of densities beside "
+    "cm.",
+    "fixed_type": "Of a dump: type of disks that do not move (LAMMPS: fix freeze). May be repeated.",
+    "mol": "Of a dump: disks of one mol are one rigid body, or move alone.",
     "openness": "For each reaction: nothing, whether equilibrium determines it, also its "
     "least and largest value, or its mean and spread over all admissible ones. The first is about "
     "20 times faster than the second. The last two are slow.",
@@ -178,7 +182,23 @@ def with_options(command: Callable[..., None]) -> Callable[..., None]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Taken:
+class OfDump:
+    """What is said of a dump that it does not say itself."""
+
+    time_step: Positive | None = None
+    unit: Literal["m", "cm", "mm"] | None = None
+    mass_unit: Literal["kg", "g"] | None = None
+    fixed_type: list[Count] | None = None
+    mol: Literal["rigid", "single"] | None = None
+
+    def of_dump(self) -> dict[str, Any]:
+        """Give it as `open_bodies` calls it."""
+        given = {one.name: getattr(self, one.name) for one in dataclasses.fields(OfDump)}
+        return drop_none(**given | {"fixed_type": tuple(self.fixed_type or ()) or None})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Taken(OfDump):
     """How the contact problem of a frame is taken from a dump.
 
     room: Room or scene file (.toml) with the walls and the drive. Default: scene.toml beside
@@ -190,8 +210,9 @@ class Taken:
     window: Δt of --left-velocity free, in s.
     time_step: Time step of the simulation in s. Default: that of run.json beside the dump.
         Without either the table has steps in place of times.
-    unit: Unit of lengths in the dump, and of velocities per second. Default: m. Masses are kg.
-    contact_tolerance: Gap in m up to which disks are in contact. Default: the room's, or 1e-6.
+    unit: Unit of lengths in the dump, and of velocities per second. Default: its own, or m.
+    contact_tolerance: Gap in m up to which disks are in contact. Default: the room's, or what the last
+        digits of the dump allow, at least 1e-6.
     largest_overlap: Deepest overlap that is taken, as a share of the smaller radius. Default:
         0.5.
     tolerance: Residual up to which a frame counts as solved."""
@@ -201,8 +222,6 @@ class Taken:
     friction: NotNegative | None = None
     wall_friction: NotNegative | None = None
     window: Positive | None = None
-    time_step: Positive | None = None
-    unit: Literal["m", "cm", "mm"] | None = None
     contact_tolerance: Positive | None = None
     largest_overlap: Positive | None = None
     tolerance: Positive = 1e-8
@@ -212,13 +231,9 @@ class Taken:
         names = ("left_velocity", "window", "largest_overlap", "friction", "wall_friction")
         return drop_none(**{name: getattr(self, name) for name in (*names, "contact_tolerance")})
 
-    def of_dump(self) -> dict[str, Any]:
-        """Give what is said of the dump."""
-        return drop_none(time_step=self.time_step, unit=self.unit)
-
 
 @dataclass(frozen=True, kw_only=True)
-class OfFile:
+class OfFile(OfDump):
     """How frames are taken from a file that is no run: a LAMMPS dump of disks, or a trajectory.
 
     frames: first:last:step, both ends included. Default: of a film about 50, else all.
@@ -242,20 +257,31 @@ class OfFile:
     contacts: InputFile | None = None
     contacts_columns: str | None = None
     mass: Positive | None = None
-    unit: Literal["m", "cm", "mm"] | None = None
     frame_rate: Positive | None = None
     columns: str | None = None
-    time_step: Positive | None = None
 
     def refuse_run(self, **others: object) -> None:
         """Raise ValueError for the first of these options that is given beside a run."""
-        refuse("only of a dump or a trajectory file", **vars(self), **others)
+        kept = vars(self) | {"fixed_type": self.fixed_type or None}
+        refuse("only of a dump or a trajectory file", **kept, **others)
 
     def given(self, radius: float | None = None) -> Any:
         """Give it as `analysis.film.files.Given`, with the radius (m) of heads."""
         from analysis.film.files import Given
 
-        return Given(radius=radius, **vars(self))
+        return Given(radius=radius, **vars(self) | {"fixed_type": tuple(self.fixed_type or ())})
+
+
+def one_dump(files: list[Path]) -> Path:
+    """Give the one file. Raises ValueError that says how several, or those of a folder, become one."""
+    if len(files) == 1 and not files[0].is_dir():
+        return files[0]
+    some = files[0] / "*" if len(files) == 1 else files[0].with_name(f"*{files[0].suffix}")
+    said = "a folder" if len(files) == 1 else f"one of {len(files)} files"
+    raise ValueError(
+        f"{files[0]}: {said}. One file is read. Join those of single steps: cat $(ls -v {some}) > "
+        "joined.dump"
+    )
 
 
 def is_run(target: Path) -> bool:

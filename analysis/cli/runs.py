@@ -22,7 +22,7 @@ from analysis.cli.app import (
     show,
     warn,
 )
-from analysis.cli.options import Count, Openness, Out, Positive, Processes, Share, Taken
+from analysis.cli.options import Count, Openness, Out, Positive, Processes, Share, Taken, one_dump
 
 if TYPE_CHECKING:
     from analysis.percussions import Setting, SnapshotPercussions
@@ -98,7 +98,7 @@ def run(
 
 
 def solve(
-    dump: Path,
+    dump: list[Path],
     *,
     taken: Taken,
     restitution: Share | None = None,
@@ -131,22 +131,22 @@ def solve(
     from analysis.percussions.solving import DumpToSolve, executor_for, solve_dump, solve_in_chunks
     from analysis.percussions.table import is_parquet
 
+    file = one_dump(dump)
     if out.is_file() and any(
-        out.samefile(file) for file in (dump, taken.room) if file and file.exists()
+        out.samefile(one) for one in (file, taken.room) if one and one.exists()
     ):
         raise ValueError(f"--out: {out}: the table would replace what it is made of")
     options = taken.setting()
-    if is_hdf5(dump):
+    if is_hdf5(file):
         own = {**options, "room": taken.room, "restitution": restitution, "scheduler": scheduler}
         own |= taken.of_dump() | {"part_frames": part_frames}
-        refuse(f"{dump} has its own. This option is for dumps", **own)
-        _solve_problem(dump, out, taken.tolerance, openness)
+        refuse(f"{file} has its own. This option is for dumps", **own)
+        _solve_problem(file, out, taken.tolerance, openness)
         return
-    setting = setting_beside(dump, taken.room, taken.unit, **options)
+    setting = setting_beside(file, taken.room, taken.of_dump(), **options)
     job = DumpToSolve(
-        path=dump,
-        time_step=taken.time_step,
-        unit=taken.unit,
+        path=file,
+        **taken.of_dump(),
         setting=setting,
         law=None if restitution is None else replace(setting.law, restitution=restitution),
         tolerance=taken.tolerance,
@@ -161,14 +161,17 @@ def solve(
         if part_frames:
             found = solve_in_chunks(job, out, part_frames, executor=executor, progress=bars)
         else:
-            expected = functools.partial(say_expected, what=f"percussions of {dump}")
+            expected = functools.partial(say_expected, what=f"percussions of {file}")
             found = solve_dump(
                 job, out, executor=executor, workers=workers, progress=bars, expected=expected
             )
     largest = f"{found.largest:.4g} {found.unit} at {found.when}"
     rows = [["frames", str(found.frames)], ["contacts", str(found.contacts)]]
-    rows += [["largest per contact", largest], ["worst residual", f"{found.residual:.1e}"]]
-    _say(dump, out, rows, found.unsolved)
+    rows += [["largest per contact", largest]]
+    if taken.fixed_type:
+        rows += [["largest sum on fixed disks", f"{found.standing:.4g} {found.unit}"]]
+    rows += [["worst residual", f"{found.residual:.1e}"]]
+    _say(file, out, rows, found.unsolved)
 
 
 def _solve_problem(problem: Path, out: Path, tolerance: float, openness: Openness) -> None:
@@ -249,12 +252,12 @@ def _of_dump(
     from analysis.percussions import percussions_of
     from analysis.percussions.setting import setting_beside
 
-    setting = _inelastic(dump, setting_beside(dump, taken.room, taken.unit, **taken.setting()))
+    setting = _inelastic(dump, setting_beside(dump, taken.room, taken.of_dump(), **taken.setting()))
     trajectory = open_bodies(dump, **taken.of_dump()).trajectory
     number, count = -1 if frame is None else frame, len(trajectory)
     if not -count <= number < count:
         raise ValueError(f"--frame: {number} where {dump} has {count}, from 0")
-    ts = trajectory[number % count]
+    ts, setting = trajectory[number % count], setting.of_dump(trajectory)
     snapshot = snapshot_of(ts, dump, needs_velocity=setting.moves)
     step = str(int(ts.data["step"]))
     try:

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from analysis.dumps.digits import LEAST_PLACE, Digits, LastDigit, largest_of
 from analysis.dumps.frames import LARGEST_LENGTH, DumpError
-from analysis.dumps.index import WORDS, DumpIndex
+from analysis.dumps.index import DumpIndex
 from analysis.scene.lammps_data import volumes
+from analysis.support.reading import LARGEST_WHOLE
 from nscd import Snapshot
 from nscd.arrays import LARGEST, Floats, Indices
 
@@ -20,29 +22,93 @@ from nscd.arrays import LARGEST, Floats, Indices
 PLACES = ((("x", "y", "z"), False), (("xu", "yu", "zu"), False), (("xs", "ys", "zs"), True),
           (("xsu", "ysu", "zsu"), True))  # fmt: skip
 # Lengths and velocities of a dump that is in another unit, and what 1 of it is in m.
-LENGTHS = ("x", "y", "z", "radius", "diameter", "vx", "vy")
+LENGTHS = ("x", "y", "z", "radius", "diameter", "vx", "vy", "shapex", "shapey")
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+# What masses are in, and what 1 of these and of a density beside them is in kg and kg/m³: g/cm³, as
+# LAMMPS has it with g.
+MASS_UNITS = {"kg": (1.0, 1.0), "g": (1e-3, 1e3)}
+# Lengths and masses of the units of LAMMPS that are read, and what 1 of a force in cgs is in N.
+SYSTEMS: dict[str, tuple[str, str]] = {"si": ("m", "kg"), "cgs": ("cm", "g")}
+DYNE = 1e-5
 # Columns that say nothing alone.
 PAIRS = (("vx", "vy"), ("fx", "fy"), ("drive_x", "drive_y"))
 # Columns of disks that are joined to bodies: its number, and its inertia (kg m²).
 JOINED = ("mol", "body_inertia")
-# What begins so are columns of a user's own computes, fixes and variables.
-COMPUTED = ("c_", "f_", "v_")
+# Columns that leave the plane, and what of them is rounding; diameters.
+OUT_OF_PLANE, IN_PLANE = ("vz", "omegax", "omegay"), 1e-9
+DIAMETERS = ("diameter", "shapex", "shapey")
+# Columns that are used where they are there, beside those of places.
+USED = {"id", "radius", "mass", "density", "vx", "vy", "omegaz", "drive_x", "drive_y",
+        *OUT_OF_PLANE, *DIAMETERS}  # fmt: skip
+# Two columns that state one fact may differ by this share, or by this share of the box: rounding.
+SAME, SAME_PLACE = 1e-3, 1e-4
 # Heights may differ by this share of the smallest radius: rounding, not a third dimension.
 FLAT = 1e-6
+# Disks that are fixed may move by this share of their radius: rounding.
+STILL = 1e-3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stated:
+    """Hold what a user says of a dump, and the dump of itself; see `open_bodies`."""
+
+    unit: str | None = None
+    mass_unit: str | None = None
+    fixed_type: tuple[int, ...] = ()
+    mol: str | None = None
+
+    def within(self, index: DumpIndex) -> Stated:
+        """Add what the dump says of itself. Raises DumpError where it contradicts, or lacks a column."""
+        own = SYSTEMS.get(index.units, (None, None))
+        for name, said, given in zip(
+            ("unit", "mass_unit"), own, (self.unit, self.mass_unit), strict=True
+        ):
+            if said and given not in (None, said):
+                raise DumpError(
+                    f"{index.path}: {name} {given}, and its own units are {index.units}"
+                )
+        unit, mass_unit = self.unit or own[0], self.mass_unit or own[1]
+        if mass_unit is None and unit == "cm" and "mass" not in index.columns:
+            mass_unit = "g"  # beside cm a density is in g/cm³
+        for column, wanted in (("type", bool(self.fixed_type)), ("mol", self.mol == "rigid")):
+            if wanted and column not in index.columns:
+                raise DumpError(f"{index.path}: missing columns: {column}")
+        return replace(self, unit=unit, mass_unit=mass_unit)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Standing:
+    """Hold disks that do not move: ids (m,), position (m,2) m, radius (m,) m."""
+
+    ids: Indices
+    position: Floats
+    radius: Floats
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+    def stays(self, now: Standing) -> bool:
+        """Tell whether these are the same disks at the same places."""
+        if not np.array_equal(self.ids, now.ids):
+            return False
+        off = np.abs(self.position - now.position).max(axis=1, initial=0.0)
+        return bool((off <= STILL * self.radius).all())
 
 
 @dataclass(frozen=True, slots=True)
 class BodyColumns:
-    """Find the columns that a body needs among those of a dump."""
+    """Find the columns that a body needs among those of a dump.
+
+    standing: the disks that are fixed, as the first frame has them that was read"""
 
     index: DumpIndex
     place: tuple[str, str, str]  # names of x, y, z (z: may be missing)
     scaled: bool  # whether these are shares of the box
-    unit: float = 1.0  # of lengths and of velocities per second, in m
+    stated: Stated
+    standing: list[Standing] = field(default_factory=list)
 
     @classmethod
-    def of(cls, index: DumpIndex, unit: float = 1.0) -> BodyColumns:
+    def of(cls, index: DumpIndex, stated: Stated | None = None) -> BodyColumns:
         """Raise DumpError naming the columns that are missing."""
         has = set(index.columns)
         place, scaled = next(
@@ -59,14 +125,42 @@ class BodyColumns:
                 f"{index.path}: missing columns: {', '.join(missing)}. It has: "
                 f"{' '.join(index.columns)}"
             )
-        return cls(index, place, scaled, unit)
+        return cls(index, place, scaled, (stated or Stated()).within(index))
 
-    def checked(self, numbers: range, table: Floats) -> dict[str, Floats]:
+    @property
+    def unit(self) -> float:
+        """Give the unit of lengths, and of velocities per second, in m."""
+        return UNITS[self.stated.unit or "m"]
+
+    @property
+    def used(self) -> set[str]:
+        """Name the columns that change what is read, or may refuse it."""
+        stated, joined = self.stated, {*JOINED} <= {*self.index.columns}
+        names = USED.union(*(place for place, _ in PLACES), {"type"} if stated.fixed_type else ())
+        rigid = stated.mol == "rigid" or (joined and stated.mol is None)
+        return names | {*JOINED} if rigid else names
+
+    def digits(self) -> Digits | None:
+        """Say how exact the text of places and radii is. None where it is exact, or binary."""
+        words = dict(zip(self.index.columns, zip(*self.index.sample, strict=True), strict=False))
+        sizes = next((words[name] for name in ("radius", "diameter") if name in words), ())
+        place = LastDigit.of([word for name in self.place[:2] for word in words.get(name, ())])
+        if place is None:
+            return None
+        ends = [(*one.low, *one.high) for one in self.index.frames] if self.scaled else []
+        box = max((self.unit * max(x1 - x0, y1 - y0) for x0, y0, x1, y1 in ends), default=None)
+        # radii that are exact by themselves were written with as many digits as places
+        alone = LastDigit(place.digits, LEAST_PLACE, largest_of(sizes))
+        return Digits(place, LastDigit.of(sizes) or alone, self.unit, box)
+
+    def checked(self, numbers: range, table: Floats) -> tuple[dict[str, Floats], Indices]:
         """Name the columns of the tables of some frames, one below the other, with x, y (m), z,
-        radius (m), mass (kg) among them; ids rise in each frame.
+        radius (m), mass (kg) among them; ids rise in each frame. Fixed disks are left out. Beside it,
+        how many rows each frame has.
 
         Raises DumpError naming the first row with an id that is none or occurs twice, a place or a
-        number that is not finite, and disks that are not in one plane."""
+        number that is used and not finite, facts that contradict, what is no disk in one plane, and
+        fixed disks that move."""
         index, names = self.index, self.index.columns
         frames = index.frames[numbers.start : numbers.stop]
         frame_of = np.repeat(np.arange(len(frames)), [frame.rows for frame in frames])
@@ -81,11 +175,10 @@ class BodyColumns:
         for name in ("x", "y", "z"):
             far = ~(np.abs(data[name]) <= LARGEST_LENGTH)
             index.refuse(numbers, far, f"{name}: ", data[name], " m: a finite place is needed")
-        for name, column in () if np.isfinite(table).all() else zip(names, table.T, strict=True):
-            # columns that a user computes may have what is no number
-            if name not in WORDS and not name.startswith(COMPUTED):
-                bad = ~np.isfinite(column)
-                index.refuse(numbers, bad, f"{name}: ", column, ": a finite number is needed")
+        if not np.isfinite(table).all():
+            for name in [name for name in names if name in self.used]:
+                bad = ~np.isfinite(data[name])
+                index.refuse(numbers, bad, f"{name}: ", data[name], ": a finite number is needed")
         # heights of each frame, where there are any
         for frame in range(len(frames)) if len(ids) and np.ptp(data["z"]) != 0 else ():
             mine = frame_of == frame
@@ -94,28 +187,100 @@ class BodyColumns:
                 where = f"z from {z.min():g} to {z.max():g}: disks in three dimensions"
                 high = mine & (data["z"] == z.max())
                 index.refuse(numbers, high, f"{where}. Only crowds in one plane are read here")
-        return {name: column[order] for name, column in data.items()}
+        self._refuse_others(numbers, data)
+        counts = np.array([frame.rows for frame in frames])
+        if self.stated.fixed_type:
+            order, counts = self._moving(numbers, data, order, frame_of)
+        return {name: column[order] for name, column in data.items()}, counts
+
+    def _moving(
+        self, numbers: range, data: Mapping[str, Floats], order: Indices, frame_of: Indices
+    ) -> tuple[Indices, Indices]:
+        """Take those rows of an order that are not fixed, and count them in each frame. Raises DumpError
+        where the others are not those of the first frame."""
+        held = np.isin(data["type"], self.stated.fixed_type)
+        moves = held & ((data.get("vx", held * 0.0) != 0) | (data.get("vy", held * 0.0) != 0))
+        self.index.refuse(numbers, moves, "a disk of a fixed type has a velocity")
+        for frame in range(len(numbers)):
+            rows = order[held[order] & (frame_of[order] == frame)]
+            place = np.column_stack([data["x"][rows], data["y"][rows]])
+            now = Standing(data["id"][rows].astype(np.int64), place, data["radius"][rows])
+            if not self.standing:
+                if not set(self.stated.fixed_type) <= set(data["type"]):
+                    raise DumpError(f"{self.index.path}: type: no disk of a fixed type is there")
+                self.standing.append(now)
+            if not self.standing[0].stays(now):
+                where = f"{self.index.path}, step {self.index.steps[numbers[frame]]}"
+                raise DumpError(
+                    f"{where}: disks of a fixed type are others, or elsewhere, than before"
+                )
+        free = order[~held[order]]
+        return free, np.bincount(frame_of[free], minlength=len(numbers))
+
+    def _refuse_others(self, numbers: range, data: Mapping[str, Floats]) -> None:
+        """Raise DumpError naming the row of a diameter that is not twice the radius, and of what is out of
+        the plane."""
+        for name in (name for name in DIAMETERS if name in data):
+            bad = ~(np.abs(data[name] - 2 * data["radius"]) <= SAME * data[name])
+            bad &= data[name] != 0  # as LAMMPS writes the shape of what has none
+            said = ", which is not twice its radius. Disks are read here"
+            self.index.refuse(numbers, bad, f"{name}: ", data[name], said)
+        for name in (name for name in OUT_OF_PLANE if name in data):
+            out = ": motion out of the plane. Only crowds in it are read here"
+            bad = np.abs(data[name]) > IN_PLANE
+            self.index.refuse(numbers, bad, f"{name}: ", data[name], out)
 
     def _quantities(self, numbers: range, table: Floats, frame_of: Indices) -> dict[str, Floats]:
         """All columns of tables; a density is that of a sphere, as LAMMPS writes it."""
         data = dict(zip(self.index.columns, table.T, strict=True))
-        places = [data[name] for name in self.place[:2]]
-        if self.scaled:
-            frames = self.index.frames[numbers.start : numbers.stop]
-            box = np.array([(*frame.low, *frame.high) for frame in frames])[frame_of].T
-            with np.errstate(over="ignore"):  # what is too far is refused
-                places = [
-                    low + share * (high - low)
-                    for share, low, high in zip(places, box[:2], box[2:], strict=True)
-                ]
-        data["x"], data["y"] = places
+        data["x"], data["y"] = self._places(numbers, data, frame_of)
         data["z"] = data.get(self.place[2], np.zeros(len(table)))
         data.setdefault("radius", 0.5 * data.get("diameter", np.empty(0)))
         if self.unit != 1.0:
             data |= {name: self.unit * data[name] for name in LENGTHS if name in data}
-        if "mass" not in data:
-            data["mass"] = data["density"] * volumes(data["radius"])
+        kg, kg_per_m3 = MASS_UNITS[self.stated.mass_unit or "kg"]
+        stated = kg * data["mass"] if "mass" in data else None
+        if "density" in data:
+            data["mass"] = kg_per_m3 * data["density"] * volumes(data["radius"])
+        if stated is not None:
+            other, data["mass"] = data.get("mass", stated) if "density" in data else stated, stated
+            bad = np.abs(stated - other) > SAME * stated
+            self.index.refuse(numbers, bad, "mass: ", stated, " kg contradicts density beside it")
+        if self.index.units == "cgs":
+            data |= {name: DYNE * data[name] for name in PAIRS[2] if name in data}
+        if self.stated.mol == "single":
+            data.pop("body_inertia", None)
+        elif self.stated.mol == "rigid" and "body_inertia" not in data:
+            data["mol"] = np.where(data["mol"] > 0, data["mol"], LARGEST_WHOLE + data["id"])
+            data["body_inertia"] = np.full(len(table), np.nan)
         return data
+
+    def _places(
+        self, numbers: range, data: Mapping[str, Floats], frame_of: Indices
+    ) -> list[Floats]:
+        """Give x and y, in the unit of the dump. Raises DumpError naming the row where two columns of
+        them contradict, but for periods."""
+        every = [(names, scaled) for names, scaled in PLACES if {*names[:2]} <= {*data}]
+        if len(every) == 1 and not self.scaled:
+            return [data[name] for name in self.place[:2]]
+        frames = self.index.frames[numbers.start : numbers.stop]
+        box = np.array([(*frame.low, *frame.high) for frame in frames])[frame_of].T
+        found: list[Floats] = []
+        for names, scaled in every:
+            for axis, name in enumerate(names[:2]):
+                low, side = box[axis], box[axis + 2] - box[axis]
+                with np.errstate(over="ignore", invalid="ignore"):  # what is too far is refused
+                    place = low + data[name] * side if scaled else data[name]
+                    if len(found) < 2:
+                        found.append(place)
+                        continue
+                    off = place - found[axis]
+                    if axis == 0 and self.index.periodic:
+                        off = off - side * np.round(off / side)
+                said = f" contradicts {self.place[axis]} beside it"
+                bad = ~(np.abs(off) <= SAME_PLACE * side)
+                self.index.refuse(numbers, bad, f"{name}: ", data[name], said)
+        return found
 
 
 def state_of(data: Mapping[str, Any], path: str | Path, needs_velocity: bool) -> dict[str, Any]:
@@ -148,13 +313,16 @@ def snapshot_at(
     """Make a snapshot of arrays at a time (s), 0 where it is NaN. Raises DumpError that begins with
     `where`.
 
-    joined: (n,2) the number and the inertia (kg m²) of the body that each disk is joined to"""
+    joined: (n,2) the number of the body that each disk is joined to, and its inertia (kg m²), NaN
+        where it is that of its disks"""
     try:
         snapshot = Snapshot(**state, time=time if math.isfinite(time) else 0.0)
         if joined is None:
             return snapshot
         _, first = np.unique(joined[:, 0], return_index=True)
-        return snapshot.joined(joined[:, 0].astype(np.int64), inertia=joined[first, 1])
+        inertia = joined[first, 1]
+        given = None if np.isnan(inertia).any() else inertia
+        return snapshot.joined(joined[:, 0].astype(np.int64), inertia=given)
     except ValueError as error:
         raise DumpError(f"{where}: {error}") from None
 
@@ -221,10 +389,10 @@ class Bodies:
         Raises DumpError naming the line or the step."""
         index = columns.index
         frames = index.frames[numbers.start : numbers.stop]
-        data = columns.checked(numbers, index.numbers(numbers, text))
+        data, counts = columns.checked(numbers, index.numbers(numbers, text))
         found = cls(
             path=index.path,
-            start=np.cumsum([0, *(frame.rows for frame in frames)]),
+            start=np.cumsum([0, *counts]),
             steps=tuple(frame.step for frame in frames),
             times=np.array(
                 [time_step * frame.step if frame.time is None else frame.time for frame in frames]

@@ -7,12 +7,11 @@ import numpy as np
 from MDAnalysis.coordinates.base import ReaderBase
 from MDAnalysis.coordinates.timestep import Timestep
 
-from analysis.dumps.bodies import UNITS, Bodies, BodyColumns
+from analysis.dumps.bodies import Bodies, BodyColumns, Standing, Stated
+from analysis.dumps.digits import Digits
+from analysis.dumps.foreign import look_at
 from analysis.dumps.frames import DumpError
 from analysis.dumps.index import DumpIndex, index_dump
-
-# Where half of the disks have a larger radius (m), the dump may be in another unit.
-LARGEST_PERSON = 2.0
 
 
 class BodiesReader(ReaderBase):  # type: ignore[misc]
@@ -32,23 +31,21 @@ class BodiesReader(ReaderBase):  # type: ignore[misc]
         filename: Any,
         *,
         index: DumpIndex | None = None,
-        unit: str | None = None,
+        stated: Stated | None = None,
+        foreign: bool = True,
         **kwargs: Any,
     ) -> None:
         super().__init__(str(filename), **kwargs)
         self._index = index or index_dump(Path(self.filename))
-        self._columns = BodyColumns.of(self._index, UNITS[unit or "m"])
+        self._columns = BodyColumns.of(self._index, stated)
         self.n_atoms = max(self._index.counts)
         if not self.n_atoms:
             raise DumpError(f"{self.filename}: no disk in any frame")
         self.ts = self._Timestep(self.n_atoms, **self._ts_kwargs)
         self._read_frame(next(k for k, rows in enumerate(self._index.counts) if rows))
-        middle = float(np.median(self.ts.data["radius"]))
-        if unit is None and middle > LARGEST_PERSON:
-            raise DumpError(
-                f"{self.filename}: radius: {middle:g} m in the middle, which is no person. Say the "
-                "unit of its lengths: m, cm or mm (--unit)"
-            )
+        self.digits: Digits | None = self._columns.digits()
+        if foreign:
+            look_at(self._columns, self.ts.data)
         if self.ts.frame:
             self._read_frame(0)
 
@@ -67,19 +64,29 @@ class BodiesReader(ReaderBase):  # type: ignore[misc]
         """Where the frames are."""
         return self._index
 
+    @property
+    def columns(self) -> BodyColumns:
+        """What its columns mean."""
+        return self._columns
+
+    @property
+    def standing(self) -> Standing | None:
+        """The disks that are fixed, where some are."""
+        return next(iter(self._columns.standing), None)
+
     def bodies(self, numbers: range, text: bytes, needs_velocity: bool) -> Bodies:
         """Read frames from their text, as `Bodies.read` does; the present frame stays."""
         return Bodies.read(self._columns, numbers, text, self.ts.dt, needs_velocity)
 
     def _read_frame(self, number: int) -> Timestep:
         frame = self._index.frames[number]
-        data = self._columns.checked(range(number, number + 1), self._index.table(number))
+        data, (rows,) = self._columns.checked(range(number, number + 1), self._index.table(number))
         ts = self.ts
         ts.frame = number
         ts.data.update(data, step=frame.step)
         ts.data["time"] = frame.step * ts.dt if frame.time is None else frame.time
         places = np.full((self.n_atoms, 3), np.nan)
-        places[: frame.rows] = np.column_stack([data["x"], data["y"], data["z"]])
+        places[:rows] = np.column_stack([data["x"], data["y"], data["z"]])
         ts.positions = places
         return ts
 

@@ -52,6 +52,22 @@ class EngineContacts:
         names = [field.name for field in fields(self)]
         return EngineContacts(**{name: getattr(self, name)[keep] for name in names})
 
+    def on_walls(self, ids: Indices, walls: int) -> EngineContacts:
+        """Give the contacts with disks of these ids as those with walls behind so many others; not those
+        that they have with each other and with walls."""
+        held = np.isin(self.first, ids)
+        either = held | (~self.is_wall & np.isin(self.second, ids))
+        who, sign = np.where(held, self.first, self.second), np.where(held, -1.0, 1.0)[:, None]
+        turned = replace(
+            self,
+            first=np.where(held, self.second, self.first),
+            second=np.where(either, np.searchsorted(ids, who) + walls + 1, self.second),
+            is_wall=self.is_wall | either,
+            normal=sign * self.normal,
+            force=sign * self.force,
+        )
+        return turned.select(~(held & self.is_wall) & ~np.isin(turned.first, ids))
+
     @classmethod
     def joined(cls, parts: Sequence[EngineContacts]) -> EngineContacts:
         """Join the contacts of several steps, one after the other."""

@@ -69,6 +69,9 @@ class Frames:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.columns: tuple[str, ...] = ()  # known behind the first frame
+        self.units = ""  # where it says them
+        self.periodic = False  # along x
+        self.sample: list[list[bytes]] = []  # words of some lines, of text
 
     def check_step(self, where: str, before: int, step: int) -> None:
         """Refuse steps that do not grow."""
@@ -78,15 +81,17 @@ class Frames:
             )
 
     def check_units(self, where: str, units: str) -> None:
-        """Refuse units that are not si."""
-        if units != "si":
-            raise DumpError(f"{where}: units {units[:40]}. Only si is read here")
+        """Refuse units that have no metres here, and others than those of the frames before."""
+        if units not in ("si", "cgs") or self.units not in ("", units):
+            raise DumpError(f"{where}: units {units[:40]}. Only si or cgs throughout is read here")
+        self.units = units
 
     def check_box(self, where: str, triclinic: bool, flags: Sequence[str]) -> None:
         """Refuse a box that is not along x and y, or periodic there, where contacts across its boundary
         would be missed: unless scene.toml beside it has the period along x."""
         if triclinic:
             raise DumpError(f"{where}: a triclinic box. Only boxes along x and y are read here")
+        self.periodic = "p" in "".join(flags[:1])
         for axis, flag in zip("xy", flags, strict=False):
             if "p" in flag and not (axis == "x" and has_period(self.path)):
                 raise DumpError(
@@ -137,7 +142,7 @@ class TextFrames(Frames):
         self._scan = _core.Scan()
         # of the last head: its lines, those of values being marked
         self._form = b""
-        self._count = 0
+        self._count = self._blocks = 0
 
     def all(self) -> Iterator[Frame]:
         """Read all frames, in order. Raises DumpError or UnreadableError naming the line."""
@@ -174,7 +179,19 @@ class TextFrames(Frames):
                 f"{self.path}, line {scan.lines + 1}: damaged: {error}"
             ) from None
         self._kept += read
+        self._look_at(read)
         return bool(read)
+
+    def _look_at(self, read: bytes) -> None:
+        """Keep the words of some lines of a block, in long files of ever fewer blocks."""
+        self._blocks += 1
+        if self._blocks & ((1 << max(0, self._blocks.bit_length() - 5)) - 1):
+            return
+        starts = range(0, len(read), 1 + len(read) // (256 if self._blocks == 1 else 8))
+        for start in sorted({read.find(b"\n", at) + 1 for at in starts} - {0}):
+            words = read[start : max(start, read.find(b"\n", start))].split()
+            if words and words[0] != b"ITEM:":
+                self.sample.append(words)
 
     def readline(self, most: int) -> bytes:
         """Read a line, or `most` bytes of it, as a file does."""
@@ -316,7 +333,8 @@ class BinaryFrames(Frames):
         self._step = step
         pairs = zip(boundaries[::2], boundaries[1::2], strict=True)
         self.check_box(where, triclinic, ["p" if 0 in pair else "f" for pair in pairs])
-        self.check_units(where, " ".join(self._words(where)) or "si")
+        if units := " ".join(self._words(where)):
+            self.check_units(where, units)
         time = self._time(where)
         names = self._words(where)
         if len(names) != width or not width:

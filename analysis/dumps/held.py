@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.dumps.bodies import PLACES
+from analysis.dumps.bodies import PLACES, Standing
 from analysis.dumps.contacts import CONTACT_COLUMNS, EngineContacts, contacts_at, keys_of
 from analysis.dumps.frames import DumpError
 from analysis.dumps.index import DumpIndex, index_dump
@@ -113,11 +113,13 @@ class OwnContacts:
     """Read the contacts of an index frame by frame, and hold each against the disks.
 
     geometry: whether they are of the instant of the disks; forces of rigid steps are means before it
+    standing: disks that do not move, whose contacts become those of walls behind the scene's
     sign: of a dump of pairs, whether its force is that on the second (1) or on the first (−1)"""
 
     index: DumpIndex
     scene: Scene
     geometry: bool = True
+    standing: Standing | None = None
     sign: float = -1.0
 
     @property
@@ -130,6 +132,22 @@ class OwnContacts:
 
         Raises DumpError naming the line of one that is not between these disks, or not so, and of a
         force between bodies that are apart."""
+        if self.standing is None:
+            return self._of(ts, snapshot)
+        fixed = self.standing
+        parts: dict[str, tuple[Any, Any]] = {
+            "ids": (snapshot.ids, fixed.ids),
+            "position": (snapshot.position, fixed.position),
+            "radius": (snapshot.radius, fixed.radius),
+            "mass": (snapshot.mass, np.ones(len(fixed))),
+        }
+        order = np.argsort(np.concatenate(parts["ids"]))
+        whole: dict[str, Any] = {one: np.concatenate(both)[order] for one, both in parts.items()}
+        every = Snapshot(**whole)
+        return self._of(ts, every).on_walls(fixed.ids, len(self.scene.walls))
+
+    def _of(self, ts: Any, snapshot: Snapshot) -> EngineContacts:
+        """The contacts of a frame of all its disks."""
         number = self.index.steps.index(ts.data["step"])
         if not self.lacks_walls:
             found = checked_contacts(self.index, number, snapshot, self.scene)

@@ -23,12 +23,18 @@ WORDS = frozenset({"element", "typelabel"})
 @dataclass(frozen=True)
 class DumpIndex:
     """Hold where the frames of a dump are, and the names of the columns of its tables; whether these
-    are binary."""
+    are binary.
+
+    units: si or cgs, where it says them; periodic: whether the box is, along x
+    sample: words of some rows of a text, from all of it"""
 
     path: Path
     frames: tuple[Frame, ...]
     columns: tuple[str, ...]
     binary: bool = False
+    units: str = ""
+    periodic: bool = False
+    sample: tuple[tuple[str, ...], ...] = ()
 
     @functools.cached_property
     def steps(self) -> tuple[int, ...]:
@@ -112,6 +118,8 @@ class DumpIndex:
 
         Raises DumpError naming the line of one that is not a whole number from 1 to 2³¹ − 1."""
         good = (column >= 1) & (column < 2**31) & (column == np.floor(column))
+        large = (column >= 2**31) & (column < 2**63) & (column == np.floor(column))
+        self.refuse(numbers, large, f"{what}: ", column, f". At most {2**31 - 1} is read")
         self.refuse(numbers, ~good, f"{what}: ", column, " where a whole number ≥ 1 is needed")
         return column.astype(np.int64)
 
@@ -188,7 +196,9 @@ def index_dump(path: Path, kind: str = "ATOMS") -> DumpIndex:
     if not frames:
         raise DumpError(f"{path}: empty: no frame in it")
     _check_times(path, frames)
-    return DumpIndex(path, frames, reader.columns, binary)
+    rows = (row for row in reader.sample if len(row) == len(reader.columns))
+    sample = tuple(tuple(word.decode("latin-1") for word in row) for row in rows)
+    return DumpIndex(path, frames, reader.columns, binary, reader.units, reader.periodic, sample)
 
 
 def _check_times(path: Path, frames: tuple[Frame, ...]) -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from analysis.dumps.bodies import UNITS, joined_of, snapshot_at, state_of
+from analysis.dumps.bodies import MASS_UNITS, UNITS, Stated, joined_of, snapshot_at, state_of
 from analysis.dumps.frames import DumpError
-from analysis.dumps.index import index_dump
+from analysis.dumps.index import DumpIndex, index_dump
 from analysis.support.reading import UnreadableError, read_text
 from nscd import Snapshot
 from nscd.arrays import LARGEST
@@ -19,17 +20,31 @@ if TYPE_CHECKING:
     from MDAnalysis.coordinates.timestep import Timestep
 
 RECORD = "run.json"
+# Times in a dump, and those of its steps, may differ by this share: they have few digits.
+SAME = 1e-3
 
 
 def open_bodies(
-    path: str | Path, time_step: float | None = None, unit: str | None = None
+    path: str | Path,
+    time_step: float | None = None,
+    unit: str | None = None,
+    *,
+    mass_unit: str | None = None,
+    fixed_type: int | Iterable[int] = (),
+    mol: str | None = None,
 ) -> Universe:
     """Open a body dump as an MDAnalysis Universe.
 
     time_step: s, of the simulation; that of run.json beside the dump where left out. Without
         either, and without ITEM: TIME in the dump, times are NaN
-    unit: of lengths, and of velocities per second: m, cm or mm; m where left out, and then radii of
-        which half are above 2 m are refused, but in a run of an engine here. Masses are kg
+    unit: of lengths, and of velocities per second: m, cm or mm; that of ITEM: UNITS, or m, where left
+        out, and then radii of which half are above 2 m are refused, but in a run of an engine here
+    mass_unit: kg (densities: kg/m³) or g (g/cm³); kg where left out, but of densities beside cm;
+        masses of which half are below 0.5 kg or above 1000 kg are then refused as such radii are
+    fixed_type: types of disks that do not move, as those of LAMMPS' fix freeze: they are no people,
+        in no snapshot, and `PercussionAnalysis` takes them as walls
+    mol: rigid where disks of one `mol` are one body, single where they move alone; needed where they
+        touch and there is no body_inertia
 
     Raises DumpError naming the file and the line, step, column or key.
 
@@ -49,14 +64,35 @@ def open_bodies(
         raise DumpError(
             f"time_step: {time_step} s. A finite time above 0, at most {LARGEST:g}, is needed"
         )
-    if unit not in (None, *UNITS):
-        raise DumpError(f"unit: {unit!r}. There are: {', '.join(UNITS)}")
-    if (path.parent / RECORD).exists():
-        unit = unit or "m"
+    for name, word, known in (
+        ("unit", unit, (*UNITS,)),
+        ("mass_unit", mass_unit, (*MASS_UNITS,)),
+        ("mol", mol, ("rigid", "single")),
+    ):
+        if word not in (None, *known):
+            raise DumpError(f"{name}: {word!r}. There are: {', '.join(known)}")
+    types = (fixed_type,) if isinstance(fixed_type, int) else (*fixed_type,)
+    stated = Stated(unit=unit, mass_unit=mass_unit, fixed_type=types, mol=mol)
     index = index_dump(path)
+    _check_time_step(index, time_step)
     universe = Universe.empty(max(1, *index.counts), trajectory=False)
-    universe.load_new(str(path), format=BodiesReader, dt=time_step, index=index, unit=unit)
+    foreign = not (path.parent / RECORD).exists()
+    given = {"index": index, "stated": stated, "foreign": foreign}
+    universe.load_new(str(path), format=BodiesReader, dt=time_step, **given)
     return universe
+
+
+def _check_time_step(index: DumpIndex, time_step: float) -> None:
+    """Refuse a time step (s) that its times contradict."""
+    first, last = index.frames[0], index.frames[-1]
+    if first.time is None or last.time is None or math.isnan(time_step):
+        return
+    own, stated = last.time - first.time, time_step * (last.step - first.step)
+    if abs(own - stated) > SAME * own:
+        raise DumpError(
+            f"{index.path}: its frames last {own:g} s by their times, and {stated:g} s by a time step of "
+            f"{time_step:g} s"
+        )
 
 
 def _recorded_time_step(dump: Path) -> float:

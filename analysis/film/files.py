@@ -26,11 +26,13 @@ from analysis.engines.rigid import NAME as RIGID_ENGINE
 from analysis.film.frame import NOBODY, OWN, RIGID, Frames, window_of
 from analysis.percussions.setting import FORCE, Setting, room_beside
 from analysis.percussions.snapshot import SnapshotPercussions, percussions_of
+from analysis.percussions.solving import STATED
 from analysis.scene.floors import NoFloorError, read_floor, walled
 from analysis.scene.real.import_crowd import ImportedCrowd, place_crowd
 from analysis.scene.real.separate import OverlapError
 from analysis.scene.real.trajectory import Recording, TrajectoryError
 from analysis.scene.scene import FOR_RUNS, Room, Scene, SceneError, read_room
+from analysis.scene.schema import Wall
 from analysis.scene.unused import CROWD, note_unused_keys
 from analysis.scene.waiting import Doorway
 from analysis.support.reading import DAMAGED, open_file
@@ -60,11 +62,14 @@ class Given:
     frame_rate: float | None = None
     columns: str | None = None
     time_step: float | None = None
+    mass_unit: Any = None
+    fixed_type: tuple[int, ...] = ()
+    mol: Any = None
 
     def refuse(self, why: str, *names: str) -> None:
         """Raise ValueError for the first of these fields (all where left out) that is given."""
         for name in names or [one.name for one in fields(self)]:
-            if getattr(self, name) is not None:
+            if getattr(self, name) not in (None, ()):
                 raise ValueError(f"--{name.replace('_', '-')}: {why}")
 
 
@@ -132,7 +137,8 @@ def open_any(file: Path, given: Given) -> FrameFile:
         heads = ("radius", "mass", "frame_rate", "columns")
         given.refuse(f"of heads. The disks of {file} have theirs", *heads)
         return _of_disks(file, given)
-    given.refuse(f"of a dump. {file} is a trajectory", "time_step", "contacts", "contacts_columns")
+    of_dump = ("time_step", "contacts", "contacts_columns", "mass_unit", "fixed_type", "mol")
+    given.refuse(f"of a dump. {file} is a trajectory", *of_dump)
     if given.unit == "mm":
         raise ValueError(f"--unit mm: {file} is a trajectory. Give m or cm")
     unit, rate = given.unit, given.frame_rate
@@ -146,9 +152,11 @@ def open_any(file: Path, given: Given) -> FrameFile:
 
 def _of_disks(file: Path, given: Given) -> FrameFile:
     """A dump of disks, with its own contacts where there are some beside it."""
-    trajectory = open_bodies(file, given.time_step, given.unit).trajectory
-    room, setting = room_beside(file, given.room, given.unit)
-    scene = _empty(room or _bare(file), "dump")
+    stated = {name: getattr(given, name) for name in STATED}
+    trajectory = open_bodies(file, **stated).trajectory
+    room, setting = room_beside(file, given.room, stated)
+    setting, room = setting.of_dump(trajectory), room or _bare(file)
+    scene = _empty(_with_standing(room, setting), "dump")
     name = "contacts.dump" if file.name == "bodies.dump" else f"{file.stem}_contacts.dump"
     beside = file.with_name(name)
     contacts = given.contacts or (beside if beside.is_file() else None)
@@ -161,7 +169,8 @@ def _of_disks(file: Path, given: Given) -> FrameFile:
         index = open_contacts(contacts, given.contacts_columns)
         if missing := set(trajectory.steps) - set(index.steps):
             raise DumpError(f"{index.path}: step {min(missing)} of {file} is missing")
-        own = OwnContacts(index, scene, geometry=not _is_rigid(contacts))
+        geometry = not _is_rigid(contacts)
+        own = OwnContacts(index, _empty(room, "dump"), geometry, setting.standing)
         own.look_at_signs(trajectory, file)
     if np.isnan(trajectory[0].time):
         raise DumpError(f"{file}: its frames have no times. Give --time-step")
@@ -277,6 +286,18 @@ def _with_walls_inside(room: Room, file: Path, *, needed: bool) -> Room:
 def _bare(file: Path) -> Room:
     """A room without walls and drive."""
     return Room.model_validate(FOR_RUNS | {"title": file.name})
+
+
+def _with_standing(room: Room, setting: Setting) -> Room:
+    """The room with disks that do not move as walls behind the others, by which they are named and
+    drawn: their diameters."""
+    walls, fixed = [*room.walls], setting.standing
+    names = setting.wall_names[len(walls) :]
+    for name, (x, y), r in zip(names, fixed.position, fixed.radius, strict=True) if fixed else ():
+        walls.append(
+            Wall(name=name, start_m=(float(x - r), float(y)), end_m=(float(x + r), float(y)))
+        )
+    return room.model_copy(update={"walls": tuple(walls)})
 
 
 def _empty(parts: Room, name: str) -> Scene:

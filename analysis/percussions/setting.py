@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import logging
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
 
-from analysis.dumps import Bodies, open_bodies, snapshot_of
+from analysis.dumps import Bodies, DumpError, open_bodies, snapshot_of
+from analysis.dumps.bodies import Standing
+from analysis.dumps.digits import Digits
 from analysis.dumps.frames import has_period
 from analysis.engines.record import FILE, RunRecord
 from analysis.scene.scene import Drive, Room, Scene, SceneError, means_of, read_room
 from analysis.scene.unused import CROWD, note_unused_keys
+from analysis.support.reading import NOTE
 from nscd import ContactLaw, Contacts, Snapshot, Walls, find_contacts
 from nscd.arrays import Floats
 from nscd.contacts import NO_WALLS
@@ -23,6 +27,12 @@ from nscd.stepping.motion import segments_of
 
 LeftVelocity = Literal["desired", "dump", "free"]
 FORCE, IMPULSE = "N", "N·s"
+# Gap (m) up to which disks are in contact, unless text has fewer digits: their rounding then, if it is no
+# more than this share of the smallest radius.
+TOUCH, MOST_ROUNDING = 1e-6, 0.05
+# The ends of a period, in the room and in the dump, may differ by this share of it.
+SAME = 1e-4
+log = logging.getLogger(__name__)
 # Disks that overlap by more than this share of the smaller radius are no snapshot of a crowd.
 LARGEST_OVERLAP = 0.5
 # Of two bodies; a dissipation as large as an elastic contact's would leave rounding errors only.
@@ -42,11 +52,14 @@ class Setting:
     acceleration: (x, y) m/s², g of a body force
     arms: the soft layer that pushes before bodies touch; a part of the left velocity
     friction, wall_friction: μ of people with each other and with walls (None: the same)
-    contact_tolerance: m, gap up to which disks are in contact, at most the smallest radius
+    contact_tolerance: m, gap up to which disks are in contact, at most the smallest radius; where left
+        out 1e-6, or what gaps may be wrong by where a text has few `digits`
     largest_overlap: share of the smaller radius; deeper overlaps are refused
     restitution: of an impact; contacts of a crowd that presses are inelastic
     left_velocity: see `left`; None: desired where there is a drive or a body force, else dump
     window: s, Δt of the left velocity `free`
+    standing: disks that do not move, as walls do not; they have numbers behind those of walls
+    digits: how exact the text is that disks come from; see `of_dump`
 
     Raises ValueError naming the field for what is not finite, negative or unknown, for friction of
     walls where there are none, and for a window of another left velocity."""
@@ -59,16 +72,18 @@ class Setting:
     friction: float = 0.0
     wall_friction: float | None = None
     restitution: float = 0.0
-    contact_tolerance: float = 1e-6
+    contact_tolerance: float | None = None
     largest_overlap: float = LARGEST_OVERLAP
     left_velocity: LeftVelocity | None = None
     window: float | None = None
+    standing: Standing | None = None
+    digits: Digits | None = None
 
     def __post_init__(self) -> None:
         self.law  # noqa: B018  (refuses what is no coefficient)
         if self.wall_friction is not None and not (self.walls is not None and len(self.walls)):
             raise ValueError(f"wall_friction: {self.wall_friction:g}. There are no walls")
-        if not 0 <= self.contact_tolerance < math.inf:
+        if self.contact_tolerance is not None and not 0 <= self.contact_tolerance < math.inf:
             raise ValueError(
                 f"contact_tolerance: {self.contact_tolerance} m. A finite length ≥ 0 is needed"
             )
@@ -87,7 +102,7 @@ class Setting:
         drive = "a drive" if self.drive else "no drive"
         return (
             f"<Setting: {walls} walls, {drive}, left velocity {self.kind}, friction "
-            f"{self.friction:g}, contact tolerance {self.contact_tolerance:g} m>"
+            f"{self.friction:g}, contact tolerance {self.usual_touch:g} m>"
         )
 
     @classmethod
@@ -108,10 +123,55 @@ class Setting:
             "arms": room.contact.arms,
             "friction": room.contact.friction,
             "restitution": room.contact.restitution,
-            "contact_tolerance": room.analysis.contact_tolerance_m,
             "left_velocity": "dump" if room.analysis.kind == "impact" else None,
         }
+        if "contact_tolerance_m" in room.analysis.model_fields_set:
+            parts["contact_tolerance"] = room.analysis.contact_tolerance_m
         return cls(**(parts | rest))
+
+    def of_dump(self, trajectory: Any) -> Setting:
+        """Take from a dump, as `open_bodies` gives it, who does not move and how exact it is.
+
+        Raises DumpError where its box and the period of the room contradict, and for arms beside disks
+        that do not move."""
+        path, index, standing = trajectory.filename, trajectory.index, trajectory.standing
+        digits = trajectory.digits
+        low, high = (self.walls and self.walls.period_x) or (0.0, 0.0)
+        for frame in index.frames if low < high and index.periodic else ():
+            x0, x1 = (trajectory.columns.unit * end for end in (frame.low[0], frame.high[0]))
+            if not max(abs(x0 - low), abs(x1 - high)) <= SAME * (high - low):
+                raise DumpError(
+                    f"{path}, step {frame.step}: its box is periodic from x = {x0:g} to {x1:g} m, and "
+                    f"period_x_m of the room is from {low:g} to {high:g} m"
+                )
+        if standing is not None and self.arms:
+            raise DumpError(f"{path}: fixed types (--fixed-type) are not for people with arms")
+        if digits != self.digits and digits is not None and (wrong := digits.rounding()) > TOUCH:
+            said = f"{path}: positions have {digits.position.digits} digits, so gaps may be wrong by {wrong:.2g} m"
+            given = self.contact_tolerance
+            if given is None:
+                log.log(NOTE, "%s. Such gaps are contacts (--contact-tolerance)", said)
+            elif given < wrong:
+                log.log(NOTE, "%s. The contact tolerance %g m is finer", said, given)
+        names = self.wall_names
+        if standing is not None and self.standing is None:
+            names = names or tuple(map(str, range(1, 1 + len(self.walls or ()))))
+            names += tuple(f"disk_{one}" for one in standing.ids)
+        return replace(self, standing=standing, digits=digits, wall_names=names)
+
+    def touch(self, position: Floats, radius: Floats) -> tuple[float, bool]:
+        """Give the gap (m) up to which disks at (n,2) m of radii (n,) m are in contact, and whether that
+        is too much to tell contacts from gaps."""
+        if self.contact_tolerance is not None or self.digits is None or not len(radius):
+            return TOUCH if self.contact_tolerance is None else self.contact_tolerance, False
+        wrong = self.digits.rounding(position, float(radius.max()))
+        return max(TOUCH, wrong), wrong > MOST_ROUNDING * float(radius.min())
+
+    @property
+    def usual_touch(self) -> float:
+        """Give the gap (m) up to which disks are in contact in most frames."""
+        rounding = self.digits.rounding() if self.digits else 0.0
+        return max(TOUCH, rounding) if self.contact_tolerance is None else self.contact_tolerance
 
     @property
     def kind(self) -> LeftVelocity:
@@ -138,12 +198,17 @@ class Setting:
         Raises ValueError for a contact tolerance beyond the smallest radius, and naming the bodies
         for coinciding ones and for overlaps beyond `largest_overlap`."""
         smallest = float(snapshot.radius.min(initial=math.inf))
-        if self.contact_tolerance > smallest:
+        touch, coarse = self.touch(snapshot.position, snapshot.radius)
+        if touch > smallest and not coarse:
             raise ValueError(
-                f"contact_tolerance: {self.contact_tolerance:g} m. The smallest radius is "
-                f"{smallest:g} m"
+                f"contact_tolerance: {touch:g} m. The smallest radius is {smallest:g} m"
             )
-        found = find_contacts(snapshot, self.walls, tolerance=self.contact_tolerance)
+        found = self._found(snapshot, touch)
+        if coarse and ((found.gap > TOUCH) & (found.gap <= touch)).any():
+            raise ValueError(
+                f"positions of few digits: gaps may be wrong by {touch:.2g} m, and the smallest radius is "
+                f"{smallest:g} m. Write more digits, or give a contact tolerance (--contact-tolerance)"
+            )
         radius = snapshot.radius[found.first]
         pairs = ~found.is_wall
         radius[pairs] = np.minimum(radius[pairs], snapshot.radius[found.second[pairs]])
@@ -156,6 +221,29 @@ class Setting:
                 "taken (--largest-overlap, largest_overlap)"
             )
         return found
+
+    def _found(self, snapshot: Snapshot, touch: float) -> Contacts:
+        """Find contacts, those with disks that do not move as those with walls behind the others."""
+        fixed = self.standing
+        if fixed is None or not len(fixed):
+            return find_contacts(snapshot, self.walls, tolerance=touch)
+        n, m = len(snapshot), len(fixed)
+        bodies = snapshot.bodies
+        every = Snapshot(
+            position=np.concatenate([snapshot.position, fixed.position]),
+            radius=np.concatenate([snapshot.radius, fixed.radius]),
+            mass=np.concatenate([snapshot.mass, np.ones(m)]),
+        )
+        found = find_contacts(every, self.walls, tolerance=touch)
+        found = found.select(found.first < n)
+        held = ~found.is_wall & (found.second >= n)
+        second = np.where(held, found.second - n + len(self.walls or ()), found.second)
+        found = replace(found, second=second, is_wall=found.is_wall | held)
+        if bodies is not None:
+            other = np.where(found.is_wall, 0, found.second)
+            within = ~found.is_wall & (bodies.number[found.first] == bodies.number[other])
+            found = found.select(~within)
+        return found.select(np.argsort(found.is_wall, kind="stable"))
 
     def name(self, contacts: Contacts, snapshot: Snapshot, row: int) -> str:
         """Name the second body of a contact."""
@@ -225,12 +313,12 @@ def standing_walls(room: Room) -> Walls:
 
 
 def room_beside(
-    dump: Path, room: Path | None = None, unit: str | None = None, **given: Any
+    dump: Path, room: Path | None = None, stated: Mapping[str, Any] | None = None, **given: Any
 ) -> tuple[Room | None, Setting]:
     """Read a room or scene file, or scene.toml beside the dump, and take the setting from it; no room
     where there is neither. Its keys that are not used are said in a line, but those that a run used.
 
-    unit: of lengths in the dump; given: fields of `Setting` that are used instead
+    stated: what `open_bodies` is told of the dump; given: fields of `Setting` that are used instead
 
     Raises EngineError where run.json beside the dump says that the run did not end well,
     SceneError for the file, and where goals or stops are of nobody in the dump, and ValueError for a
@@ -241,7 +329,7 @@ def room_beside(
     chosen = room if room is not None else beside if beside.exists() else None
     if chosen is None:
         return None, Setting(**given)
-    found = read_room(chosen, lambda: means_of(next(_frames(dump, unit))), whole=False)[0]
+    found = read_room(chosen, lambda: means_of(next(_frames(dump, stated))), whole=False)[0]
     if not found.period_x_m and has_period(dump):
         raise SceneError(
             f"{chosen}: period_x_m: missing. scene.toml beside {dump} has one: contacts across its "
@@ -249,28 +337,28 @@ def room_beside(
         )
     setting = Setting.in_room(found, **given)
     if found.drive and setting.kind != "dump":
-        ids = (frame.ids for frame in _frames(dump, unit))
+        ids = (frame.ids for frame in _frames(dump, stated))
         found.drive.check_people(ids, f"{chosen}: ", f" in {dump}")
     if room is not None or not run:
         free = setting.kind == "free" and found.drive
-        own = free and next(_frames(dump, unit)).drive is not None
+        own = free and next(_frames(dump, stated)).drive is not None
         drive = {"drive"} if own or setting.kind == "dump" else set()
         note_unused_keys(chosen, f"left velocity {setting.kind}", CROWD | drive)
     return found, setting
 
 
-def _frames(dump: Path, unit: str | None) -> Iterator[Snapshot]:
+def _frames(dump: Path, stated: Mapping[str, Any] | None) -> Iterator[Snapshot]:
     """The frames in which somebody is; the dump is opened when the first is asked for."""
-    trajectory = open_bodies(dump, unit=unit).trajectory
+    trajectory = open_bodies(dump, **(stated or {})).trajectory
     for number in np.flatnonzero(trajectory.index.counts):
         yield snapshot_of(trajectory[number], dump, needs_velocity=False)
 
 
 def setting_beside(
-    dump: Path, room: Path | None = None, unit: str | None = None, **given: Any
+    dump: Path, room: Path | None = None, stated: Mapping[str, Any] | None = None, **given: Any
 ) -> Setting:
     """Take walls and drive of `room_beside`, which says what is raised."""
-    return room_beside(dump, room, unit, **given)[1]
+    return room_beside(dump, room, stated, **given)[1]
 
 
 def law_of(scene: Scene) -> ContactLaw:

@@ -72,6 +72,12 @@ class SnapshotPercussions:
         """The largest magnitude that a contact carries, in `unit`; 0 without contacts."""
         return float(np.hypot(*self.pressing.T).max(initial=0.0))
 
+    @property
+    def on_standing(self) -> float:
+        """The sum of the magnitudes that disks carry which do not move, in `unit`."""
+        on = self.contacts.is_wall & (self.contacts.second >= len(self.setting.walls or ()))
+        return float(np.hypot(*self.pressing[on].T).sum())
+
     def columns(
         self, openness: Openness = "none", *, time: float | None = None, step: int | None = None
     ) -> dict[str, Column]:

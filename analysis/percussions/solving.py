@@ -41,6 +41,8 @@ from nscd.show import arrays
 BLOCK, MOST = 1 << 22, 64
 # Blocks under way for each worker: the answers need not fit in memory.
 AHEAD = 2
+# What is stated of a dump, as `open_bodies` calls it.
+STATED = ("time_step", "unit", "mass_unit", "fixed_type", "mol")
 # The file that is read is one for all threads.
 _READING = threading.Lock()
 
@@ -48,7 +50,8 @@ _READING = threading.Lock()
 @dataclass(slots=True, kw_only=True)
 class SolvedDump:
     """Frames in numbers: how many, their contacts, the largest that a contact carries (in `unit`) and
-    when, the worst residual, and a line per frame that is not solved."""
+    when, the worst residual, the largest sum on disks that do not move, and a line per frame that is not
+    solved."""
 
     frames: int = 0
     contacts: int = 0
@@ -56,6 +59,7 @@ class SolvedDump:
     unit: str = ""
     when: str = ""
     residual: float = 0.0
+    standing: float = 0.0
     unsolved: list[str] = dataclasses.field(default_factory=list)
 
     def join(self, later: SolvedDump) -> None:
@@ -63,6 +67,7 @@ class SolvedDump:
         self.frames += later.frames
         self.contacts += later.contacts
         self.residual = max(self.residual, later.residual)
+        self.standing = max(self.standing, later.standing)
         if not self.when or later.largest > self.largest:
             self.largest, self.unit, self.when = later.largest, later.unit, later.when
         self.unsolved += later.unsolved
@@ -82,10 +87,18 @@ def solve_batch(bodies: Bodies, setting: Setting, tolerance: float) -> Found | N
 
     Raises ValueError where the left velocity lacks a drive or a window."""
     left, _ = setting.left(bodies)
-    if bodies.joined is not None or not np.abs(left).max(initial=0.0) <= LARGEST:
+    alone = bodies.joined is None and not setting.standing
+    frames = [slice(*ends) for ends in itertools.pairwise(bodies.start.tolist())]
+    touch = {setting.touch(bodies.position[one], bodies.radius[one]) for one in frames}
+    if (
+        not alone
+        or {coarse for _, coarse in touch} != {False}
+        or len(touch) > 1
+        or not np.abs(left).max(initial=0.0) <= LARGEST
+    ):
         return None
     disks = Disks(bodies.start, bodies.ids, bodies.position, left, bodies.radius, bodies.mass)
-    asked = Asked(setting.contact_tolerance, setting.largest_overlap, tolerance)
+    asked = Asked(touch.pop()[0], setting.largest_overlap, tolerance)
     return solve_frames(disks, setting.walls, asked)
 
 
@@ -97,7 +110,10 @@ class DumpToSolve:
 
     path: Path  # of the dump
     time_step: float | None = None  # s, of the simulation; see `open_bodies`
-    unit: str | None = None  # of lengths; see `open_bodies`
+    unit: str | None = None  # of lengths; see `open_bodies`, also of those that follow
+    mass_unit: str | None = None
+    fixed_type: tuple[int, ...] = ()
+    mol: str | None = None
     setting: Setting  # walls, drive, left velocity
     law: ContactLaw | None = None
     tolerance: float = 1e-8  # residual up to which a frame counts as solved
@@ -208,6 +224,7 @@ class DumpToSolve:
                 unit=found.unit,
                 when=when,
                 residual=answer.residual,
+                standing=found.on_standing,
                 unsolved=[] if answer.status == "solved" else [why],
             )
             known = None if math.isnan(seconds) else seconds
@@ -229,12 +246,20 @@ def _trajectory(dump: DumpToSolve) -> Any:
         changed = dump.path.stat().st_mtime_ns
     except OSError:
         changed = 0
-    return _opened(dump.path, dump.time_step, dump.unit, changed)
+    stated = tuple((name, getattr(dump, name)) for name in STATED)
+    return _opened(dump.path, stated, changed)
 
 
 @functools.lru_cache(maxsize=1)
-def _opened(path: Path, time_step: float | None, unit: str | None, _changed: int) -> Any:
-    return open_bodies(path, time_step, unit).trajectory
+def _opened(path: Path, stated: tuple[tuple[str, Any], ...], _changed: int) -> Any:
+    return open_bodies(path, **dict(stated)).trajectory
+
+
+def _fitted(dump: DumpToSolve, parquet: bool) -> DumpToSolve:
+    """The dump, with what its setting takes from it."""
+    return dataclasses.replace(
+        dump, setting=dump.setting.of_dump(_trajectory(dump)), parquet=parquet
+    )
 
 
 @contextlib.contextmanager
@@ -270,7 +295,7 @@ def solve_dump(
 
     Neither the dump nor the answers need to fit in memory. Raises DumpError for a damaged dump and
     one without any contact; then `out` stays as it was."""
-    dump = dataclasses.replace(dump, parquet=table.is_parquet(out))
+    dump = _fitted(dump, table.is_parquet(out))
     frames = _trajectory(dump).n_frames
     whole = SolvedDump()
     with table.table_file(out) as add:
@@ -287,7 +312,7 @@ def solve_dump(
 def _refuse_none(dump: DumpToSolve, whole: SolvedDump, end: str = "") -> None:
     if not whole.contacts:
         raise DumpError(
-            f"{dump.path}: no contact in any frame (gap ≤ {dump.setting.contact_tolerance:g} m){end}"
+            f"{dump.path}: no contact in any frame (gap ≤ {dump.setting.usual_touch:g} m){end}"
         )
 
 
@@ -352,7 +377,7 @@ def solve_in_chunks(
 
     Raises ValueError for a folder that has something else, DumpError as `solve_dump` does; then the
     chunks that are finished stay."""
-    dump = dataclasses.replace(dump, parquet=True)
+    dump = _fitted(dump, True)
     count = _trajectory(dump).n_frames
     job = _claim(folder, dump, frames, count)
     chunks = [
@@ -472,8 +497,7 @@ def _job_of(dump: DumpToSolve, frames: int, count: int) -> dict[str, Any]:
         "frames": count,
         "frames per part": frames,
         "version": version("crowd-percussions"),
-        "time step": dump.time_step,
-        "unit": dump.unit,
+        **{name.replace("_", " "): getattr(dump, name) for name in STATED},
         "tolerance": dump.tolerance,
         "openness": dump.openness,
         "law": dump.law,

@@ -59,7 +59,7 @@ impulse_x_Ns, impulse_y_Ns | N·s | the whole percussion p that the first body g
 force_x_N, force_y_N | N | p over the time in which it is given (τ, or Δt of `free`): a contact
  force; not of an impact
 force_N | N | its magnitude
-wall | | name of the wall, where the second body is one
+wall | | name of the wall, where the second body is one; `disk_ID` of a fixed disk
 determined | | 1 where every admissible percussion has the same reaction (and friction); empty where
  that is not known
 lower_Ns, upper_Ns | N·s | least and largest reaction of all admissible percussions (`--openness

@@ -33,7 +33,7 @@ class FrameResults(Results):  # type: ignore[misc]
 class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
     """Compute the percussions at every contact of every frame.
 
-    universe: from `open_bodies`
+    universe: from `open_bodies`, or its trajectory, without transformations
     setting: a scene, or a `Setting`; where left out, scene.toml beside the dump, if there is one.
         Fields of `Setting` (walls, drive, left_velocity, window, contact_tolerance, …) may also be
         given by name instead
@@ -81,16 +81,28 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
     ) -> None:
         if setting is not None and parts:
             raise ValueError(f"setting: it is given, so {', '.join(parts)} cannot be")
-        super().__init__(universe.trajectory, verbose=verbose)
+        trajectory = getattr(universe, "trajectory", universe)
+        if not hasattr(trajectory, "n_frames"):
+            raise ValueError(
+                f"universe: {type(universe).__name__}. A Universe of all disks is needed"
+            )
+        if getattr(trajectory, "transformations", ()):
+            raise ValueError(
+                "universe: it has transformations, and disks are read from the columns of the dump. Open "
+                "it without"
+            )
+        super().__init__(trajectory, verbose=verbose)
         self.results: Results
         if isinstance(setting, Scene):
             setting = Setting.of(setting)
         if setting is None:  # a trajectory in memory has nothing beside it
             file = self._filename
             setting = setting_beside(Path(file), **parts) if file else Setting(**parts)
+        if hasattr(trajectory, "standing"):  # opened by `open_bodies`
+            setting = setting.of_dump(trajectory)
         self.setting = setting
         self._law, self._tolerance, self._solver = law, tolerance, solver
-        first = self._snapshot(universe.trajectory.ts)
+        first = self._snapshot(trajectory.ts)
         self.setting.left(first)  # fail early
         self.ids = first.ids
 

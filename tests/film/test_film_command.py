@@ -218,7 +218,7 @@ def test_files_that_hold_no_film(refused, tmp_path):
         (["cut.txt"], "cut.txt, line"),
         (["gone"], "percussions: gone: no such file or folder"),
         ([tmp_path / "film"], "run.json"),
-        ([EXCERPT, EXCERPT], "no folder of a run"),
+        ([EXCERPT, EXCERPT], "One file is read"),
         ([tmp_path / "film", "--radius", "0.2"], "--radius: only of a dump or a trajectory"),
         ([tmp_path / "film", "--time-step", "1"], "--time-step: only of a dump or a trajectory"),
     ):

@@ -111,11 +111,11 @@ def test_foreign_parts_are_refused_and_damaged_ones_are_made_again(dump, tmp_pat
 def test_the_command(dump, tmp_path, capsys):
     out = tmp_path / "contacts.parquet"
     command = with_options(solve)
-    command(dump.path, left_velocity="dump", part_frames=20, out=out)
+    command([dump.path], left_velocity="dump", part_frames=20, out=out)
     assert len(list(out.glob("frames_*.parquet"))) == 3
     assert str(out) in capsys.readouterr().out
     with pytest.raises(ValueError, match=r"--part-frames: contacts.csv: parts are Parquet"):
-        command(dump.path, left_velocity="dump", part_frames=20)
+        command([dump.path], left_velocity="dump", part_frames=20)
 
 
 def test_a_worker_is_lost(dump, tmp_path, cluster):

@@ -61,10 +61,16 @@ def test_a_dump_in_centimetres_is_asked_about(tmp_path, openness):
         open_bodies(path, unit="ft")
 
 
-def test_a_density_is_per_cubic_metre_whatever_the_unit(tmp_path):
-    path = dump_of(tmp_path, frame(1, [[1, 0, 0, 20, 1000]], "id x y radius density"))
-    ts = open_bodies(path, unit="cm").trajectory.ts
-    assert snapshot_of(ts, needs_velocity=False).mass[0] == pytest.approx(4000 / 3 * np.pi * 0.2**3)
+@pytest.mark.parametrize(
+    ("given", "kg_per_m3"),
+    [({"unit": "cm"}, 1000), ({"unit": "mm"}, 1), ({"unit": "cm", "mass_unit": "kg"}, 1)],
+)
+def test_a_density_beside_cm_is_in_grams_as_in_the_units_of_lammps(tmp_path, given, kg_per_m3):
+    size, m = (20, 0.2) if given["unit"] == "cm" else (200, 0.2)
+    row = [1, 0, 0, size, 1140 / kg_per_m3]
+    path = dump_of(tmp_path, frame(1, [row], "id x y radius density"))
+    mass = snapshot_of(open_bodies(path, **given).trajectory.ts, needs_velocity=False).mass
+    assert mass == pytest.approx([1140 * 4 / 3 * np.pi * m**3])
 
 
 def test_an_analysis_takes_the_scene_beside_the_dump_as_the_command_does(tmp_path):
