@@ -69,7 +69,8 @@ def percussions(
     handler.setFormatter(logging.Formatter("%(levelname)s: %(message)s"))
     # PedPy has a handler of its own for everybody's notes
     logging.getLogger("pedpy").handlers = logging.getLogger("analysis").handlers = [handler]
-    logging.getLogger("pedpy").propagate = False
+    # PedPy gives the root logger a handler
+    logging.getLogger("pedpy").propagate = logging.getLogger("analysis").propagate = False
     logging.getLogger("analysis").setLevel(logging.INFO if verbose else NOTE)
     if version:
         from importlib.metadata import version as version_of

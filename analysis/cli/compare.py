@@ -281,7 +281,7 @@ def film(
     from analysis.film import export as exports
     from analysis.film.frame import Frames
     from analysis.film.page import write_film
-    from analysis.film.summary import headline_rows, write_table
+    from analysis.film.summary import headline_rows, unsolved_kinds, write_table
     from analysis.support.parallel import workers
 
     if parquet:
@@ -308,9 +308,13 @@ def film(
     page = write_film(reels, out, command_line(), "" if all(folders) else target[0].name)
     columns, rows = headline_rows(reels)
     show(["median (nine tenths)", *columns], rows)
-    unsolved = [(reel.title, frame) for reel in reels for frame in reel.unsolved]
-    for title, frame in unsolved:
-        print(f"{title}, frame {frame.number}: {frame.status}: {frame.reason}", file=sys.stderr)
+    unsolved = unsolved_kinds(reels)
+    for count, title, frame, reason in unsolved:
+        print(
+            f"{count} frames are {frame.status}, the first is frame {frame.number} of {title}: "
+            f"{reason}",
+            file=sys.stderr,
+        )
     show_page(page)
     raise typer.Exit(bool(unsolved))
 

@@ -31,6 +31,8 @@ SHARED = {
     "mass": "Mass of each person in kg.",
     "unit": "Unit of the file, where it does not say.",
     "frame_rate": "Frames per second, where the file does not say.",
+    "time_unit": "Unit of times in the file. Default: s.",
+    "take_as_is": "Take speeds, distances and times that people do not have.",
     "openness": "For each reaction: nothing, whether equilibrium determines it, also its "
     "least and largest value, or its mean and spread over all admissible ones. The first is about "
     "20 times faster than the second. The last two are slow.",
@@ -228,6 +230,8 @@ class OfFile:
     mass: Of a trajectory: mass of each person in kg. Default: 75.
     unit: Unit of lengths, where the file does not say. Of a dump also mm.
     frame_rate: Of a trajectory: frames per second, where the file does not say.
+    time_unit: Of a trajectory: unit of its times. Default: s.
+    take_as_is: Of a trajectory: take speeds, distances and times that people do not have.
     time_step: Of a dump: time step of the simulation in s, where the dump has no times."""
 
     frames: str | None = None
@@ -236,17 +240,22 @@ class OfFile:
     mass: Positive | None = None
     unit: Literal["m", "cm", "mm"] | None = None
     frame_rate: Positive | None = None
+    time_unit: Literal["s", "ms"] | None = None
+    take_as_is: bool = False
     time_step: Positive | None = None
 
     def refuse_run(self, **others: object) -> None:
         """Raise ValueError for the first of these options that is given beside a run."""
-        refuse("only of a dump or a trajectory file", **vars(self), **others)
+        refuse("only of a dump or a trajectory file", **self._said(), **others)
 
     def given(self, radius: float | None = None) -> Any:
         """Give it as `analysis.film.files.Given`, with the radius (m) of heads."""
         from analysis.film.files import Given
 
-        return Given(radius=radius, **vars(self))
+        return Given(radius=radius, **self._said())
+
+    def _said(self) -> dict[str, Any]:
+        return vars(self) | {"take_as_is": self.take_as_is or None}
 
 
 def is_run(target: Path) -> bool:

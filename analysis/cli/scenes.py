@@ -6,7 +6,7 @@ import math
 import shlex
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -200,7 +200,7 @@ def _lengths(key: str, text: str, between: str, wanted: int) -> Any:
 # Options that make disks of the heads of a trajectory.
 OF_HEADS = (
     *("frame", "people", "radius", "mass", "radius_spread", "seed", "unit", "frame_rate"),
-    *("window", "others", "apart"),
+    *("window", "others", "apart", "time_unit", "take_as_is"),
 )
 
 
@@ -219,7 +219,9 @@ def import_(
     name: str | None = None,
     unit: Unit | None = None,
     frame_rate: Positive | None = None,
-    window: Positive = 0.4,
+    time_unit: Literal["s", "ms"] = "s",
+    take_as_is: bool = False,
+    window: Positive | None = None,
     others: Annotated[int, typer.Option(min=0, max=100)] = 4,
     apart: Positive = 1.0,
     out: Out = Path("."),
@@ -239,7 +241,7 @@ def import_(
 
     file: Trajectory file that PedPy can load, or AgentDynamics.xml of LEMONS, with its other files
         beside it.
-    window: Time in s over which velocities are measured.
+    window: Time in s over which velocities are measured. Default: 0.4, or two frames.
 
     Example: percussions import scenes/gate_excerpt.txt --frame 405 --room scenes/rooms/gate.toml
     --name mine"""
@@ -253,10 +255,16 @@ def import_(
     if frame is None or one_disk:
         raise ValueError("--frame: of a trajectory it is needed, and --one-disk is for LEMONS")
     from analysis.scene.anthropometry import Varied
-    from analysis.scene.real.import_crowd import import_crowd, with_other_frames
+    from analysis.scene.real.import_crowd import import_crowd, who_is_inside, with_other_frames
     from analysis.scene.real.trajectory import Recording
+    from analysis.scene.scene import read_room
+    from analysis.support.reading import note
 
-    recording = Recording.read(file, unit=unit, frame_rate=frame_rate)
+    recording = Recording.read(
+        file, unit=unit, frame_rate=frame_rate, time_unit=time_unit, take_as_is=take_as_is
+    )
+    read, _ = read_room(room, (radius, mass))
+    note(file, who_is_inside(recording, read, str(room))[1])
 
     def crowd_of(number: int) -> ImportedCrowd:
         after = number - frame

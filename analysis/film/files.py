@@ -3,7 +3,7 @@ percussions of their frames, one after the other."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -25,13 +25,14 @@ from analysis.film.frame import NOBODY, OWN, RIGID, Frames, window_of
 from analysis.percussions.setting import FORCE, Setting, room_beside
 from analysis.percussions.snapshot import SnapshotPercussions, percussions_of
 from analysis.scene.floors import NoFloorError, read_floor, walled
-from analysis.scene.real.import_crowd import ImportedCrowd, place_crowd
+from analysis.scene.real.import_crowd import ImportedCrowd, place_crowd, who_is_inside
 from analysis.scene.real.separate import OverlapError
 from analysis.scene.real.trajectory import Recording, TrajectoryError
 from analysis.scene.scene import FOR_RUNS, Room, Scene, SceneError, read_room
 from analysis.scene.waiting import Doorway
-from analysis.support.reading import DAMAGED, open_file
+from analysis.support.reading import DAMAGED, note, open_file
 from nscd import Snapshot
+from nscd.arrays import Indices
 
 RADIUS_M, MASS_KG = 0.18, 75.0
 # The residual that the percussions of a run must reach.
@@ -44,7 +45,8 @@ NO_FORCES = "its percussions are impulses (N·s) of measured velocities, no forc
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Given:
     """Say of a file what it does not: which frames, its room (TOML), own contact forces, radius (m)
-    and mass (kg) of heads, unit of lengths, frames per second of heads, time step (s) of a dump."""
+    and mass (kg) of heads, unit of lengths, frames per second of heads, unit of their times, whether
+    they are taken whatever they look like, time step (s) of a dump."""
 
     frames: str | None = None
     room: Path | None = None
@@ -53,6 +55,8 @@ class Given:
     mass: float | None = None
     unit: Any = None
     frame_rate: float | None = None
+    time_unit: Any = None
+    take_as_is: bool | None = None
     time_step: float | None = None
 
     def refuse(self, why: str, *names: str) -> None:
@@ -92,22 +96,24 @@ class FileFrame(NamedTuple):
 class FrameFile:
     """Hold an opened file.
 
-    scene: its room, with nobody in it; ends: the first and the last frame
+    scene: its room, with nobody in it; numbers: of its frames, growing
     solve: solves frames by their numbers, one after the other
     engine: of its own contact forces: OWN, or the one that ran it; nothing where it has none
-    recording: of heads; measured: whether the left velocity is theirs, else they want to go"""
+    recording: of heads; measured: whether the left velocity is theirs, else they want to go
+    about: how heads look, in a line"""
 
     file: Path
     scene: Scene
-    ends: tuple[int, int]
+    numbers: Sequence[int] | Indices
     solve: Callable[[Iterable[int]], Iterator[FileFrame]]
     engine: str = ""
     recording: Recording | None = None
     measured: bool = False
+    about: str = ""
 
     def frames(self, text: str | None) -> Iterator[FileFrame]:
         """Solve the frames of `first:last:step`, all of them where left out."""
-        return self.solve(Frames.parse(text or "::1").of(*self.ends, self.file))
+        return self.solve(Frames.parse(text or "::1").of(self.numbers, self.file))
 
 
 def open_any(file: Path, given: Given) -> FrameFile:
@@ -121,12 +127,20 @@ def open_any(file: Path, given: Given) -> FrameFile:
         except DAMAGED:
             start = b""
     if start.startswith(b"ITEM:") or is_binary(start):
-        given.refuse(f"of heads. The disks of {file} have theirs", "radius", "mass", "frame_rate")
+        of_heads_only = "radius", "mass", "frame_rate", "time_unit", "take_as_is"
+        given.refuse(f"of heads. The disks of {file} have theirs", *of_heads_only)
         return _of_disks(file, given)
     given.refuse(f"of a dump. {file} is a trajectory", "time_step", "contacts")
     if given.unit == "mm":
         raise ValueError(f"--unit mm: {file} is a trajectory. Give m or cm")
-    return of_heads(Recording.read(file, unit=given.unit, frame_rate=given.frame_rate), given)
+    how: dict[str, Any] = {
+        "time_unit": given.time_unit or "s",
+        "take_as_is": bool(given.take_as_is),
+    }
+    recording = Recording.read(file, unit=given.unit, frame_rate=given.frame_rate, **how)
+    opened = of_heads(recording, given)
+    note(file, opened.about)
+    return opened
 
 
 def _of_disks(file: Path, given: Given) -> FrameFile:
@@ -149,8 +163,8 @@ def _of_disks(file: Path, given: Given) -> FrameFile:
         raise DumpError(f"{file}: its frames have no times. Give --time-step")
 
     solve = _of_frames(trajectory, file, scene, setting, index)
-    ends, engine = (0, int(trajectory.n_frames) - 1), "" if index is None else OWN
-    return FrameFile(file=file, scene=scene, ends=ends, solve=solve, engine=engine)
+    numbers, engine = range(int(trajectory.n_frames)), "" if index is None else OWN
+    return FrameFile(file=file, scene=scene, numbers=numbers, solve=solve, engine=engine)
 
 
 def of_run(folder: Path) -> FrameFile:
@@ -159,9 +173,9 @@ def of_run(folder: Path) -> FrameFile:
     scene, trajectory = run.scene, run.universe.trajectory
     how: dict[str, Any] = {"law": rigid_law_of(scene), "tolerance": TOLERANCE}
     given = trajectory, folder / "bodies.dump", scene, Setting.of(scene), run.index
-    ends, engine = (0, len(run.index.frames) - 1), run.record.engine
+    numbers, engine = range(len(run.index.frames)), run.record.engine
     solve = _of_frames(*given, **how)
-    return FrameFile(file=folder, scene=scene, ends=ends, solve=solve, engine=engine)
+    return FrameFile(file=folder, scene=scene, numbers=numbers, solve=solve, engine=engine)
 
 
 def _of_frames(
@@ -189,7 +203,9 @@ def _of_frames(
 
 def of_heads(recording: Recording, given: Given) -> FrameFile:
     """Take a trajectory. In each frame people are moved apart from where the frame before left them. A
-    frame where they cannot be, or nobody is there, has a reason instead."""
+    frame where they cannot be has a reason instead; one with nobody inside has no forces.
+
+    Raises TrajectoryError where nobody is inside in any frame."""
     file, radius, mass = recording.file, given.radius or RADIUS_M, given.mass or MASS_KG
     room, name = _bare(file), "trajectory"
     if given.room is not None:
@@ -201,12 +217,19 @@ def of_heads(recording: Recording, given: Given) -> FrameFile:
     # velocities only where they count: who is held has none, and sees where to walk
     read = recording.heads if measured else recording.still
     shift = max(0, 1 - int(recording.data.id.min()))  # ids of disks begin at 1
+    occupied, about = who_is_inside(recording, scene, origin)
+    kind = "dump" if measured else "desired"
 
     def solve(numbers: Iterable[int]) -> Iterator[FileFrame]:
         crowd: ImportedCrowd | None = None
         found: SnapshotPercussions | None = None
         for number in numbers:
-            time = number / recording.frame_rate
+            time = recording.time_of(number)
+            if number not in occupied:
+                crowd, setting = None, Setting.in_room(scene, left_velocity=kind)
+                found = percussions_of(setting, replace(scene.snapshot, time=time))
+                yield FileFrame(number, time, found)
+                continue
             try:
                 heads = read(number)
                 heads = replace(heads, ids=heads.ids + shift)
@@ -216,12 +239,11 @@ def of_heads(recording: Recording, given: Given) -> FrameFile:
             except (OverlapError, SceneError, TrajectoryError) as error:
                 yield FileFrame(number, time, reason=str(error))
                 continue
-            kind = "dump" if measured else "desired"
             setting = Setting.in_room(crowd.scene, left_velocity=kind)
             found = percussions_of(setting, replace(crowd.scene.snapshot, time=time), before=found)
             yield FileFrame(number, time, found, crowd=crowd)
 
-    opened = FrameFile(file=file, scene=scene, ends=recording.ends, solve=solve)
+    opened = FrameFile(file=file, scene=scene, numbers=recording.numbers, solve=solve, about=about)
     return replace(opened, recording=recording, measured=measured)
 
 

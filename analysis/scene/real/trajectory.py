@@ -7,7 +7,7 @@ import json
 import re
 import warnings
 from array import array
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -16,11 +16,14 @@ import pandas as pd
 import pedpy
 from scipy.spatial import cKDTree
 
+from analysis.scene.real.plausible import STOREYS, TAKE_AS_IS, Look, doubt, heights, look_at
+from analysis.scene.real.times import framed, in_seconds
 from analysis.support import reading
 from analysis.support.foreign import Node, read_foreign
 from nscd.arrays import Floats, Indices
 
 Unit = Literal["m", "cm"]
+TimeUnit = Literal["s", "ms"]
 # A file of Pathfinder has so many bytes at most, and one of Vadere so many frames, and more where
 # it has many rows: its people are seen at steps, and PedPy fills the frames between them.
 LARGEST_JSON = 1 << 30
@@ -38,8 +41,10 @@ TIMED = (
     ("id", "t", "x", "y"),
     ("NO", "SIMSEC", "COORDCENTX", "COORDCENTY"),
 )
-# id, frame, x (m), y (m) of all rows, and the frame rate (1/s).
+# id, frame, x (m), y (m) of all rows, time (s) where the file has times, and the frame rate (1/s).
 Loaded = tuple[pd.DataFrame, float]
+# A frame rate that is given beside times may differ by this share from theirs.
+SAME_RATE = 0.01
 
 
 class TrajectoryError(ValueError):
@@ -50,32 +55,66 @@ class TrajectoryError(ValueError):
 UNIT = re.compile(r"(?:x/|\bin )(cm|m)(?:et(?:er|re)s?)?\b")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class _Given:
     """A file, and what is said of it; unit and frame rate (1/s) where it may not state them."""
 
     file: Path
     unit: Unit | None
     frame_rate: float | None
+    time_unit: TimeUnit = "s"
+    take_as_is: bool = False
 
     def refuse(self, why: str) -> TrajectoryError:
         return TrajectoryError(f"{self.file}: {why}")
 
     def loaded(self, columns: object, unit: Unit | None, frame_rate: float | None) -> Loaded:
-        """The data in metres, of columns in this unit."""
-        unit, frame_rate = self.stated(unit, frame_rate)
+        """The data in metres, of columns in this unit; frame numbers and rate from their times,
+        where there are some."""
         data = pd.DataFrame(columns)
-        places = {axis: data[axis] / (100 if unit == "cm" else 1) for axis in "xy"}
-        return data.assign(**places), frame_rate
+        timed = "time" in data
+        if timed:
+            data, frame_rate = self._on_clock(data)
+        elif self.time_unit != "s":
+            raise self.refuse(f"--time-unit {self.time_unit}: its rows have frames, no times")
+        unit, frame_rate = self.stated(unit, frame_rate, timed=timed)
+        axes = {*"xyz"} & {*data}
+        data = data.assign(**{axis: data[axis] / (100 if unit == "cm" else 1) for axis in axes})
+        if "z" in data and (said := heights(data)):
+            if said.startswith(STOREYS) and not self.take_as_is:
+                raise self.refuse(f"{said}. Give one storey, or {TAKE_AS_IS}")
+            reading.note(self.file, f"z is not used: {said}")
+        return data.drop(columns="z", errors="ignore"), frame_rate
 
-    def stated(self, unit: Unit | None, frame_rate: float | None) -> tuple[Unit, float]:
-        """Unit and frame rate that the file states, or that are given beside it."""
-        for said, given, option in (
-            (unit, self.unit, "--unit"),
-            (frame_rate, self.frame_rate, "--frame-rate"),
-        ):
-            if said is not None and given not in (None, said):
-                raise self.refuse(f"{option} {given}: the file states {said}")
+    def _on_clock(self, data: pd.DataFrame) -> tuple[pd.DataFrame, float | None]:
+        """The data with times in s and the numbers of frames, and the frame rate."""
+        try:
+            time = in_seconds(data["time"], self.time_unit == "ms", self.file)
+            data = data.assign(time=time)
+            data = data if "frame" in data else framed(data, self.file)
+        except ValueError as error:
+            raise self.refuse(str(error)) from None
+        ends = data.groupby("frame").time.agg(["min", "max"])
+        if (odd := ends["max"] > ends["min"]).any():
+            low, high = ends[odd].iloc[0]
+            raise self.refuse(f"frame {ends[odd].index[0]:g}: two times, {low:g} and {high:g} s")
+        apart, steps = np.diff(ends["min"]), np.diff(ends.index)
+        if (apart <= 0).any():
+            back = int(np.argmin(apart > 0))
+            raise self.refuse(f"time does not grow from frame {ends.index[back]:g} to the next")
+        return data, round(1 / float(np.median(apart / steps)), 6) if len(apart) else None
+
+    def stated(
+        self, unit: Unit | None, frame_rate: float | None, *, timed: bool = False
+    ) -> tuple[Unit, float]:
+        """Unit and frame rate that the file states, by its times where it is timed, or that are
+        given beside it."""
+        if unit is not None and self.unit not in (None, unit):
+            raise self.refuse(f"--unit {self.unit}: the file states {unit}")
+        own, given = frame_rate or 0.0, self.frame_rate or frame_rate or 0.0
+        if frame_rate and abs(given - own) > SAME_RATE * own * timed:
+            says = f"has times {1 / own:.4g} s apart, which is" if timed else "states"
+            raise self.refuse(f"--frame-rate {given:g}: the file {says} {own:g} per second")
         unit, frame_rate = unit or self.unit, frame_rate or self.frame_rate
         if unit and frame_rate:
             return unit, frame_rate
@@ -134,17 +173,22 @@ def _cells(text: str) -> list[str]:
     return [cell.strip() for cell in cells]
 
 
-def load(file: Path, unit: Unit | None, frame_rate: float | None) -> Loaded:
-    """Read a file of any format that is known: id, frame, x, y (m) of all rows, and the frame rate.
+def load(
+    file: Path, unit: Unit | None, frame_rate: float | None, time_unit: TimeUnit, take_as_is: bool
+) -> Loaded:
+    """Read a file of any format that is known: id, frame, time (s), x, y (m) of all rows, and the
+    frame rate.
 
     unit, frame_rate (1/s): needed only where the file does not state them
+    time_unit: of its times, where it has some
+    take_as_is: take people on several storeys as if on one
 
     Raises TrajectoryError naming the file and what is wrong in it."""
     if not file.is_file():
         missing = "not a regular file" if file.exists() else "no such file"
         raise TrajectoryError(f"{file}: {missing}")
     end = file.name.lower().removesuffix(".gz").rpartition(".")[2]
-    given = _Given(file=file, unit=unit, frame_rate=frame_rate)
+    given = _Given(file, unit, frame_rate, time_unit, take_as_is)
     try:
         # numpy's complaints of numbers that are none; the error that follows says more
         with np.errstate(all="ignore"), warnings.catch_warnings():
@@ -163,7 +207,16 @@ def load(file: Path, unit: Unit | None, frame_rate: float | None) -> Loaded:
                     f"{data.index.name or 'row'} {place}: {name}: {data[name][place]:g}. A whole "
                     f"number below {reading.LARGEST_WHOLE} is needed"
                 )
-        return data.astype({"id": np.int64, "frame": np.int64}), rate
+        data = data.astype({"id": np.int64, "frame": np.int64})
+        if not 0 < rate < np.inf:
+            raise given.refuse(f"{rate:g} frames per second. Above 0 is needed")
+        if not len(data):
+            raise given.refuse("no frame with anybody in it")
+        timed = "time" in data
+        data = data if timed else data.assign(time=data.frame / rate)
+        if not take_as_is and (why := doubt(data, timed=timed)):
+            raise given.refuse(why)
+        return data, rate
     except TrajectoryError:
         raise
     except reading.UnreadableError as error:
@@ -183,31 +236,18 @@ def _text(given: _Given, head: list[str], table: pd.DataFrame) -> Loaded:
 
 
 def _named(given: _Given, head: list[str], table: pd.DataFrame) -> Loaded:
-    """A table with known names; with those of PedPy's own data, the frame rate follows from a column
-    `time` (s)."""
+    """A table with known names, as PedPy's own data have them or other programs."""
     if {*PLAIN} <= {*table}:
-        rate = given.frame_rate
-        if rate is None and "time" in table:
-            moving = table.groupby("id")[["frame", "time"]].diff().dropna()
-            rate = float(np.round((moving.frame / moving.time).median(), 6))
-        return given.loaded(table[[*PLAIN]], None, rate)
+        return given.loaded(table[[*PLAIN, *({"time", "z"} & {*table})]], None, None)
     for names in TIMED:
         if {*names} <= {*table}:
-            return _timed(given, table[[*names]])
+            columns = dict(zip(names, ("id", "time", "x", "y"), strict=True))
+            rows = table[[*names, *({"z"} & {*table})]]
+            return given.loaded(rows.rename(columns=columns), "m", None)
     needed = " or ".join(", ".join(sorted(names)) for names in TIMED)
     raise given.refuse(
         f"its first lines have no columns that are known: id, frame, x, y or {needed}"
     )
-
-
-def _timed(given: _Given, rows: pd.DataFrame) -> Loaded:
-    """Rows of id, time (s), x, y: frames follow from the mean time between two of a person."""
-    data = rows.set_axis(["id", "time", "x", "y"], axis=1)
-    step = data.groupby("id")["time"].diff().mean()
-    if not step > 0:
-        raise given.refuse("no frame rate: nobody is seen at two times that grow")
-    rate = float(round(1 / step))
-    return given.loaded(data.assign(frame=np.round(data["time"] * rate)), "m", rate)
 
 
 def _pathfinder_json(given: _Given) -> Loaded:
@@ -218,7 +258,7 @@ def _pathfinder_json(given: _Given) -> Loaded:
         for who, person in content.items()
         for when, seen in person.items()
     ]
-    return _timed(given, pd.DataFrame(sorted(rows)))
+    return given.loaded(pd.DataFrame(sorted(rows), columns=["id", "time", "x", "y"]), "m", None)
 
 
 def _once(pairs: list[tuple[str, object]]) -> dict[str, object]:
@@ -302,74 +342,110 @@ class Heads:
         return f"{self.file}: frame {self.frame}"
 
 
+# Velocities are over this time (s), or two frames where they are farther apart; and no row farther
+# from the next than so many frames says where somebody was between.
+WINDOW_S, APART = 0.4, 2.5
+# Instants nearer than this share of a step are one.
+EXACT = 1e-3
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Recording:
     """Hold the heads of a whole file."""
 
     file: Path
-    data: pd.DataFrame  # id, frame, x (m), y (m)
-    frame_rate: float  # 1/s
+    data: pd.DataFrame  # id, frame, time (s), x (m), y (m)
+    frame_rate: float  # 1/s, of frame numbers
 
     @classmethod
     def read(
-        cls, file: Path, *, unit: Unit | None = None, frame_rate: float | None = None
+        cls,
+        file: Path,
+        *,
+        unit: Unit | None = None,
+        frame_rate: float | None = None,
+        time_unit: TimeUnit = "s",
+        take_as_is: bool = False,
     ) -> "Recording":
         """Read a file.
 
         unit, frame_rate (1/s): needed only where the file does not state them
+        time_unit: of its times, where it has some
+        take_as_is: take speeds, distances and times that people do not have
 
         Raises TrajectoryError naming the file, for one that PedPy cannot read or that has nobody
-        in it, a missing unit or frame rate."""
-        data, rate = load(file, unit, frame_rate)
-        if not 0 < rate < np.inf:
-            raise TrajectoryError(
-                f"{file}: {rate:g} frames per second. Its times must grow with frames"
-            )
-        if not len(data):
-            raise TrajectoryError(f"{file}: no frame with anybody in it")
+        in it, a missing unit or frame rate, and one that cannot be of people (see `Look`)."""
+        data, rate = load(file, unit, frame_rate, time_unit, take_as_is)
         return cls(file=file, data=data, frame_rate=rate)
 
     @property
-    def ends(self) -> tuple[int, int]:
-        """The first and the last frame."""
-        return int(self.data.frame.min()), int(self.data.frame.max())
+    def look(self) -> Look:
+        """How it looks."""
+        return look_at(self.data)
+
+    @property
+    def numbers(self) -> Indices:
+        """The numbers of the frames that are there, growing."""
+        return np.unique(self.data.frame)
+
+    @property
+    def step_s(self) -> float:
+        """The usual time (s) from one frame that is there to the next."""
+        apart = np.diff(np.unique(self.data.time))
+        return float(np.median(apart)) if len(apart) else 1.0 / self.frame_rate
+
+    def time_of(self, frame: int) -> float:
+        """The time (s) of a frame. Raises TrajectoryError naming the frames next to a missing one."""
+        there = self.data.time[self.data.frame == frame]
+        if len(there):
+            return float(there.iloc[0])
+        numbers = self.numbers
+        said = f"The frames go from {numbers[0]} to {numbers[-1]}"
+        if numbers[0] < frame < numbers[-1]:
+            after = int(np.searchsorted(numbers, frame))
+            said = f"The nearest are {numbers[after - 1]} and {numbers[after]}"
+        raise TrajectoryError(f"{self.file}: there is no frame {frame}. {said}")
 
     def still(self, frame: int) -> Heads:
         """Take the heads of a frame as `heads`, with no velocities but zeros."""
-        now = self._near(frame, 0)
+        now = self._near(frame, 0.0)
         return self._heads(now, frame, 1.0 / self.frame_rate, np.zeros((len(now), 2)))
 
-    def heads(self, frame: int, window_s: float = 0.4) -> Heads:
+    def heads(self, frame: int, window_s: float | None = None) -> Heads:
         """Take the heads of frame number `frame`.
 
         window_s: s; velocities are displacements over it, round the frame (over half of it for
-            people who appear or vanish there)
+            people who appear or vanish there), between rows by interpolation; 0.4 s, or two frames
+            if that is longer, where left out
 
         Raises TrajectoryError naming the file and the frame, for a missing frame, a position that
         is not a number, a person who occurs twice and two people at the same place."""
-        half = 0.5 * window_s * self.frame_rate
-        if not 0.5 < half < len(self.data):
+        step = self.step_s
+        window = window_s or max(WINDOW_S, 2 * step)
+        if not step * (1 - EXACT) <= window < 2 * step * max(len(self.data), 2):
             raise TrajectoryError(
-                f"{self.file}: a window of {window_s:g} s is {2 * half:.3g} frames at "
-                f"{self.frame_rate:g} frames per second. At least 2, and no more than there are, "
+                f"{self.file}: a window of {window:g} s is {window / step:.3g} frames at "
+                f"{1 / step:g} frames per second. At least 1, and no more than there are, "
                 "are needed"
             )
-        near = self._near(frame, round(half))
+        most = max(window, APART * step)
+        near, time = self._near(frame, 0.5 * window + most), self.time_of(frame)
         now = near[near.frame == frame]
-        found = self._heads(now, frame, window_s, np.full((len(now), 2), np.nan))
-        try:
-            moving = pedpy.compute_individual_speed(
-                traj_data=pedpy.TrajectoryData(data=near, frame_rate=self.frame_rate),
-                frame_step=round(half),
-                compute_velocity=True,
-                speed_calculation=pedpy.SpeedCalculation.BORDER_SINGLE_SIDED,
-            )
-        except (pedpy.errors.PedPyError, ValueError, KeyError) as error:
-            raise TrajectoryError(
-                f"{found.origin}: no velocities over {window_s:g} s: {first_line(error)}"
-            ) from None
-        velocity = moving[moving.frame == frame].set_index("id")[["v_x", "v_y"]]
-        return replace(found, velocity=velocity.reindex(found.ids).to_numpy(dtype=np.float64))
+        found = self._heads(now, frame, window, np.full((len(now), 2), np.nan))
+        for row, (_, own) in enumerate(near[near.id.isin(now.id)].groupby("id")):
+            when, place = own.time.to_numpy() - time, own[["x", "y"]].to_numpy()
+            ends = [
+                _place_at(when, place, end, most, EXACT * step) for end in (-window / 2, window / 2)
+            ]
+            both = [end for end in ends if end is not None]
+            if both:
+                span = window * len(both) / 2
+                first, last = ends[0], ends[1]
+                here = found.position[row]
+                found.velocity[row] = (
+                    (here if last is None else last) - (here if first is None else first)
+                ) / span
+        return found
 
     def _heads(self, now: pd.DataFrame, frame: int, window_s: float, velocity: Floats) -> Heads:
         """The heads of the rows of a frame, at places where heads can be."""
@@ -384,17 +460,12 @@ class Recording:
         _check_places(found.origin, found.ids, found.position)
         return found
 
-    def _near(self, frame: int, step: int) -> pd.DataFrame:
-        """The rows up to `step` frames from the frame, by person and frame, each position a number
-        and each person once."""
-        frames = self.data.frame
-        near = self.data[(frames >= frame - step) & (frames <= frame + step)]
-        near = near[["id", "frame", "x", "y"]].sort_values(["id", "frame"])
-        if not (near.frame == frame).any():
-            first, last = self.ends
-            raise TrajectoryError(
-                f"{self.file}: there is no frame {frame}. The frames go from {first} to {last}"
-            )
+    def _near(self, frame: int, reach_s: float) -> pd.DataFrame:
+        """The rows up to so many s from the frame, by person and time, each position a number and
+        each person once in a frame."""
+        time, data = self.time_of(frame), self.data
+        near = data[(data.time - time).abs() <= reach_s] if reach_s else data[data.frame == frame]
+        near = near.sort_values(["id", "time"])
         far = ~(near[["x", "y"]].abs() <= FARTHEST_M).all(axis=1)
         for bad, what in (
             (far, f"the position of person {{}} is no number of metres up to {FARTHEST_M:g}"),
@@ -414,10 +485,24 @@ def read_heads(
     *,
     unit: Unit | None = None,
     frame_rate: float | None = None,
-    window_s: float = 0.4,
+    window_s: float | None = None,
 ) -> Heads:
     """Read the heads of one frame of a file: see `Recording.read` and `Recording.heads`."""
     return Recording.read(file, unit=unit, frame_rate=frame_rate).heads(frame, window_s)
+
+
+def _place_at(time: Floats, place: Floats, when: float, most: float, same: float) -> Floats | None:
+    """Where somebody was (2,) m, between two rows that are no more than `most` s apart; None for
+    nowhere."""
+    after = int(np.searchsorted(time, when - same))
+    if after == len(time):
+        return None
+    if time[after] <= when + same:
+        return np.asarray(place[after])
+    if not after or time[after] - time[after - 1] > most:
+        return None
+    share = (when - time[after - 1]) / (time[after] - time[after - 1])
+    return np.asarray(place[after - 1] + share * (place[after] - place[after - 1]))
 
 
 def _check_places(origin: str, ids: Indices, position: Floats) -> None:
@@ -429,11 +514,3 @@ def _check_places(origin: str, ids: Indices, position: Floats) -> None:
         row = int(np.argmin(nearest))
         twin = next(one for one in other[row] if one != row)
         raise TrajectoryError(f"{origin}: persons {ids[row]} and {ids[twin]} are at the same place")
-    # Heads of different people are never so near, and a crowd is never so far apart: it is the
-    # unit.
-    typical = float(np.median(nearest))
-    if not 0.05 < typical < 10:
-        raise TrajectoryError(
-            f"{origin}: neighbours are {typical:.3g} m apart in the median. Is the unit right "
-            "(m, cm)?"
-        )
