@@ -119,7 +119,8 @@ def _by_files(files: list[Path], of_file: OfFile, radius: float | None, out: Pat
             made.append((f"{one.file.stem}_own", compare_frames(one.scene, titles, pairs)))
     first, *others = sources
     for one in others:
-        both = paired(first.frames(of_file.frames), one.frames(of_file.frames))
+        frames = first.frames(of_file.frames), one.frames(of_file.frames)
+        both = paired(*frames, max(first.same_s, one.same_s))
         pairs = ((a.window(first.file, RIGID), b.window(one.file, RIGID)) for a, b in both)
         titles = (str(first.file), str(one.file))
         made.append((one.file.stem, compare_frames(first.scene, titles, pairs)))

@@ -37,8 +37,11 @@ from nscd.arrays import Indices
 RADIUS_M, MASS_KG = 0.18, 75.0
 # The residual that the percussions of a run must reach.
 TOLERANCE = 1e-10
-# Frames of two files this near (s) are at one instant.
-SAME_S = 1e-6
+# Frames of two files this near (s) are at one instant; of trajectories, whose times have few digits,
+# those this near as a share of their step.
+SAME_S, SAME_SHARE = 1e-6, 0.01
+# No disks of people are faster.
+FASTEST_M_PER_S = 20.0
 NO_FORCES = "its percussions are impulses (N·s) of measured velocities, no forces. Give --room with a [drive]"
 
 
@@ -110,6 +113,11 @@ class FrameFile:
     recording: Recording | None = None
     measured: bool = False
     about: str = ""
+
+    @property
+    def same_s(self) -> float:
+        """The time (s) within which a frame of another file is at the instant of one of these."""
+        return max(SAME_S, SAME_SHARE * self.recording.step_s if self.recording else 0.0)
 
     def frames(self, text: str | None) -> Iterator[FileFrame]:
         """Solve the frames of `first:last:step`, all of them where left out."""
@@ -186,9 +194,13 @@ def _of_frames(
 
     def solve(numbers: Iterable[int]) -> Iterator[FileFrame]:
         found: SnapshotPercussions | None = None
+        most = FASTEST_M_PER_S
         for number in numbers:
             ts, own = trajectory[number], None
             snapshot = snapshot_of(ts, file, needs_velocity=setting.moves)
+            if (fast := np.hypot(*snapshot.velocity.T).max(initial=0.0)) > most:
+                note(file, f"frame {number}: disks are as fast as {fast:.3g} m/s, people are not")
+                most = np.inf
             try:
                 found = percussions_of(setting, snapshot, before=found, **how)
             except ValueError as error:
@@ -277,15 +289,15 @@ def _empty(parts: Room, name: str) -> Scene:
 
 
 def paired(
-    first: Iterator[FileFrame], second: Iterator[FileFrame]
+    first: Iterator[FileFrame], second: Iterator[FileFrame], same_s: float = SAME_S
 ) -> Iterator[tuple[FileFrame, FileFrame]]:
-    """Pair the frames of two files that are at one instant."""
+    """Pair the frames of two files that are at one instant, within same_s."""
     one, other = next(first, None), next(second, None)
     while one and other:
         apart = one.time - other.time
-        if abs(apart) <= SAME_S:
+        if abs(apart) <= same_s:
             yield one, other
-        if apart <= SAME_S:
+        if apart <= same_s:
             one = next(first, None)
-        if apart >= -SAME_S:
+        if apart >= -same_s:
             other = next(second, None)

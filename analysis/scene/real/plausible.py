@@ -16,6 +16,8 @@ COLUMNS, RATE, UNIT = (
     "Is the frame rate right?",
     "Is the unit right (m, cm)?",
 )
+# No more than this share of people is seen in one frame only.
+MOST_ONCE = 0.75
 # Few people are faster than the first (m/s) in more than a tenth of their steps, and nobody than the
 # second; all are seen more often than every so many s.
 FAST_M_PER_S, FASTEST_M_PER_S, LONGEST_STEP_S = 4.0, 8.0, 5.0
@@ -39,6 +41,7 @@ class Look(NamedTuple):
     frames: int
     once: float  # share of people who are seen in one frame only
     step: float  # s, between frames
+    longest: float  # s, the largest of these
     seen: float  # s, of a person
     speed: float  # m/s
     speed_95: float
@@ -51,7 +54,10 @@ class Look(NamedTuple):
         """Say it in a line, with more, and ask why people are so fast."""
         said = f"{self.people} people, {self.frames} frames"
         if self.step == self.step:
-            said += f", {1 / self.step:.3g} per s, seen {self.seen:.3g} s each"
+            said += f", {1 / self.step:.3g} per s"
+            if self.longest > 1.5 * self.step:
+                said += f" (up to {self.longest:.3g} s apart)"
+            said += f", seen {self.seen:.3g} s each"
         if self.speed == self.speed:
             said += f", speeds {self.speed:.2g} m/s (95 %: {self.speed_95:.2g})"
         if self.nearest == self.nearest:
@@ -65,7 +71,7 @@ class Look(NamedTuple):
     def doubt(self) -> tuple[str, str]:
         """Say what people are not like, and ask why; nothing where all is."""
         low, high = NEAREST_M
-        if self.once > 0.5 and self.frames > 1 and self.people > 2:
+        if self.once > MOST_ONCE and self.frames > 1 and self.people > 2:
             return f"{self.once:.0%} of the people are in one frame only", COLUMNS
         if self.step > LONGEST_STEP_S:
             return f"times are {self.step:.3g} s apart", RATE
@@ -86,7 +92,8 @@ def look_at(data: pd.DataFrame) -> Look:
     data = data[good].drop_duplicates(["id", "frame"]).sort_values(["id", "time"])
     people = data.groupby("id").time.agg(["min", "max", "count"])
     times = np.unique(data.time)
-    step = float(np.median(np.diff(times))) if len(times) > 1 else np.nan
+    apart = np.diff(times) if len(times) > 1 else np.array([np.nan])
+    step = float(np.median(apart))
     speed, straight = _speeds(data, step)
     nearest, round_ = _distances(data)
     middle, fast, high = np.quantile(speed, (0.5, 0.9, 0.95)) if len(speed) else 3 * (np.nan,)
@@ -95,6 +102,7 @@ def look_at(data: pd.DataFrame) -> Look:
         frames=len(times),
         once=float((people["count"] == 1).mean()) if len(people) else 0.0,
         step=step,
+        longest=float(apart.max()),
         seen=float((people["max"] - people["min"]).median()),
         speed=float(middle),
         speed_95=float(high),
@@ -147,8 +155,8 @@ def doubt(data: pd.DataFrame, *, timed: bool) -> str:
         return ""
     ways = {
         "times in ms (--time-unit ms)": data.assign(time=1e-3 * data.time),
-        "lengths in cm (--unit cm)": data.assign(x=0.01 * data.x, y=0.01 * data.y),
-        "lengths in m (--unit m)": data.assign(x=100 * data.x, y=100 * data.y),
+        "lengths in cm": data.assign(x=0.01 * data.x, y=0.01 * data.y),
+        "lengths in m": data.assign(x=100 * data.x, y=100 * data.y),
     }
     if not timed:
         del ways["times in ms (--time-unit ms)"]

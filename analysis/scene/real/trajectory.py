@@ -34,6 +34,8 @@ ID = re.compile(r"id|pedID|NO|\w*edestrianId\S*")
 # Tables of text with named columns, by ending; all other text is id, frame, x, y.
 NAMED = ("csv", "pp", "fzp", "traj")
 PLAIN = ("id", "frame", "x", "y")
+# Names of heights (m), which only tell storeys apart.
+HEIGHTS = ("z", "posZ", "COORDCENTZ")
 # Columns for id, time (s), x and y (m), as the programs name them that write tables in metres:
 # Crowdit, Pathfinder, Viswalk.
 TIMED = (
@@ -232,13 +234,16 @@ def _text(given: _Given, head: list[str], table: pd.DataFrame) -> Loaded:
     unit: Unit | None = ("cm" if said[-1] == "cm" else "m") if said else None
     words = [word for line in comments if "framerate" in line for word in line.split()]
     rates = [float(word) for word in words if reading.NUMBER.fullmatch(word)]
-    return given.loaded(table.iloc[:, :4].set_axis(PLAIN, axis=1), unit, next(iter(rates), None))
+    names = [*PLAIN, "z"] if re.search(r"\bz\b", "\n".join(comments).lower()) else [*PLAIN]
+    table = table.iloc[:, : len(names)].set_axis(names[: table.shape[1]], axis=1)
+    return given.loaded(table, unit, next(iter(rates), None))
 
 
 def _named(given: _Given, head: list[str], table: pd.DataFrame) -> Loaded:
     """A table with known names, as PedPy's own data have them or other programs."""
     if {*PLAIN} <= {*table}:
         return given.loaded(table[[*PLAIN, *({"time", "z"} & {*table})]], None, None)
+    table = table.rename(columns=dict.fromkeys(HEIGHTS, "z"))
     for names in TIMED:
         if {*names} <= {*table}:
             columns = dict(zip(names, ("id", "time", "x", "y"), strict=True))
@@ -254,11 +259,11 @@ def _pathfinder_json(given: _Given) -> Loaded:
     # person → time → position
     content = json.loads(reading.read_text(given.file, LARGEST_JSON), object_pairs_hook=_once)
     rows = [
-        (int(who), float(when), *(float(seen["position"][axis]) for axis in "xy"))
+        (int(who), float(when), *(float(seen["position"].get(axis, "nan")) for axis in "xyz"))
         for who, person in content.items()
         for when, seen in person.items()
     ]
-    return given.loaded(pd.DataFrame(sorted(rows), columns=["id", "time", "x", "y"]), "m", None)
+    return given.loaded(pd.DataFrame(sorted(rows), columns=["id", "time", *"xyz"]), "m", None)
 
 
 def _once(pairs: list[tuple[str, object]]) -> dict[str, object]:
@@ -275,8 +280,12 @@ def _jupedsim(given: _Given) -> Loaded:
         raise given.refuse(f"no table {' and '.join(sorted(missing))}")
     said = dict(zip(found["metadata"].texts("key"), found["metadata"].texts("value"), strict=True))
     names = ("id", "frame", "pos_x", "pos_y")
-    columns = (found["trajectory_data"].below[name].values for name in names)
-    return given.loaded(dict(zip(PLAIN, columns, strict=True)), "m", _fps(given, said.get("fps")))
+    every = (found["trajectory_data"].below[name].values for name in names)
+    columns = dict(zip(PLAIN, every, strict=True))
+    data, rate = given.loaded(columns, "m", _fps(given, said.get("fps")))
+    if not len(data):
+        raise given.refuse("no rows: was the writer closed?")
+    return data, rate
 
 
 def _archive(given: _Given) -> Loaded:
@@ -287,7 +296,8 @@ def _archive(given: _Given) -> Loaded:
         raise given.refuse(f"no table /trajectory with {', '.join(PLAIN)}")
     if odd := [name for name in PLAIN if values.dtype[name].kind not in "iuf"]:
         raise given.refuse(f"/trajectory: {odd[0]}: numbers are needed")
-    columns = {name: values[name].astype(np.float64 if name in "xy" else None) for name in PLAIN}
+    names = [*PLAIN, *({"z"} & {*(values.dtype.names or ())})]
+    columns = {name: values[name].astype(np.float64 if name in "xyz" else None) for name in names}
     return given.loaded(columns, "m", _fps(given, found.attributes.get("fps")))
 
 
