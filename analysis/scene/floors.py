@@ -175,8 +175,8 @@ def _of_jupedsim(file: Path) -> Floor:
         raise SceneError(f"{file}: metadata: version {version}. 1 or 2 is read")
     numbers, of_frames = found["geometry"].below.get("hash"), found.get("frame_data")
     if version == "2" and numbers is not None and of_frames is not None:
-        stood = of_frames.below["geometry_hash"].values
-        used = np.isin(*(np.asarray(one) for one in (numbers.values, stood)))
+        stood = np.asarray(of_frames.below["geometry_hash"].values)
+        used = np.isin(np.asarray(numbers.values), stood)
         areas = [area for area, one in zip(areas, used, strict=True) if one] or areas
         if used.any() and len({*areas}) > 1:
             raise SceneError(f"{file}: frame_data: a floor that changes is not read")

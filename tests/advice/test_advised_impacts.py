@@ -25,12 +25,8 @@ def pool():
 @pytest.mark.parametrize(
     ("name", "engine"),
     [
-        ("pair_hertz", "lammps"),
-        ("chain_12_e0.5", "lammps"),
-        ("crowd_10", "lammps"),
-        ("corridor_e0.6", "lammps"),
-        ("crowd_10", "yade"),
-    ],
+        ("pair_hertz", "lammps"), ("chain_12_e0.5", "lammps"), ("crowd_10", "lammps"),
+        ("corridor_e0.6", "lammps"), ("crowd_10", "yade"), ],
 )
 def test_a_promise_is_kept_and_not_ten_times_what_is_measured(name, engine, pool, tmp_path):
     require(engine)

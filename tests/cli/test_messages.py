@@ -25,13 +25,8 @@ from tests.forked import PROGRAM, ROOT, python
 @pytest.mark.parametrize(
     ("seconds", "words"),
     [
-        (0.2, "1 s"),
-        (89, "89 s"),
-        (100, "2 min"),
-        (3 * 3600, "3 h"),
-        (4 * 86400, "4 days"),
-        (1e12, "3.2e+04 years"),
-    ],
+        (0.2, "1 s"), (89, "89 s"), (100, "2 min"), (3 * 3600, "3 h"), (4 * 86400, "4 days"),
+        (1e12, "3.2e+04 years"), ],
 )
 def test_durations(seconds, words):
     assert app.lasting(seconds) == words

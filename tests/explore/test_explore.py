@@ -298,9 +298,7 @@ def test_a_room_is_drawn_by_keys_and_given_up(page, address):
     """A cross at (0, 0), a room of 3 m by 2 m, a door in it; and a pillar that never is."""
     at(page, address, "gate")
     page.locator("#live .room").click()
-    keys = dict(
-        zip("+RULD", ("Enter", "ArrowRight", "ArrowUp", "ArrowLeft", "ArrowDown"), strict=True)
-    )
+    keys = dict(zip("+RULD", ("Enter", "ArrowRight", "ArrowUp", "ArrowLeft", "ArrowDown"), strict=True))
     for key in re.findall(r"\D\d*", "++R12+U8+L12+D8+R12U2+U4+"):
         for _ in range(int(key[1:] or 1)):
             page.keyboard.press(keys[key[0]])
@@ -335,11 +333,7 @@ def test_a_saved_scene_leaves_out_doors_and_stops_of_those_who_left(page, addres
         ("a.wkt", "nothing", "no TOML, and no WKT of one polygon"),
         ("a.wkt", "LINESTRING (0 0, 6 0, 6 4)", "no TOML, and no WKT of one polygon"),
         ("a.wkt", f"MULTIPOLYGON (({RING}), ({RING}))", "no TOML, and no WKT of one polygon"),
-        (
-            "a.wkt",
-            f"POLYGON ({RING})".replace("6 ", "6e4 "),
-            "coordinates in m within ±10000 are needed",
-        ),
+        ("a.wkt", f"POLYGON ({RING})".replace("6 ", "6e4 "), "coordinates in m within ±10000 are needed"),
     ],
 )
 def test_bad_files_are_refused_in_one_line(page, address, tmp_path, name, text, says):

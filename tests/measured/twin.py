@@ -31,13 +31,8 @@ def bare(position, radius):
     contacts, _ = touching(disks, none, none)
     force = np.zeros(len(contacts))
     return Packing(
-        name="twin",
-        snapshot=disks,
-        contacts=contacts,
-        force=force,
-        sides=force.astype(int),
-        error=ErrorBar(ALPHA, BETA_N),
-        least=LEAST_N,
+        name="twin", snapshot=disks, contacts=contacts, force=force, sides=force.astype(int),
+        error=ErrorBar(ALPHA, BETA_N), least=LEAST_N,
     )
 
 

@@ -30,11 +30,7 @@ def ensemble(samples):
         time = 0.1 * np.arange(1, len(row) + 1)
         every.append(
             RunLoads(
-                scene=None,
-                ids=[],
-                time=time,
-                duration=np.full(len(row), 0.1),
-                loads={},
+                scene=None, ids=[], time=time, duration=np.full(len(row), 0.1), loads={},
                 values=values,
             )
         )

@@ -57,11 +57,7 @@ def test_data_of_others_call_nobody(tmp_path):
         away = f"http://127.0.0.1:{server.server_port}/x.png"
         evil = f"![a]({away}) [b]({away}) <{away}> [c]: {away} <img src={away}> [d][c]"
         section = Section(
-            number="scene",
-            title=evil,
-            introduction=[evil],
-            words=[evil],
-            warnings=[evil],
+            number="scene", title=evil, introduction=[evil], words=[evil], warnings=[evil],
             tables=[Table(caption=evil, head=[evil], rows=[[evil]])],
             files=[evil],
             claims=[Claim(where=evil, statement=evil, reason=evil, verdict="holds")],

@@ -102,12 +102,8 @@ def _read(address, folder, numbers, claims):
 @pytest.mark.parametrize(
     ("module", "number", "unsettled"),
     [
-        (fig7_border, "7", False),
-        (solid_chain, "3.2.1", False),
-        (exit_pressure, "9", True),
-        (fig10_density, "10", False),
-        (fig11_left_velocities, "11", False),
-    ],
+        (fig7_border, "7", False), (solid_chain, "3.2.1", False), (exit_pressure, "9", True),
+        (fig10_density, "10", False), (fig11_left_velocities, "11", False), ],
 )
 def test_sections_on_a_coarse_mesh(module, number, unsettled, tmp_path):
     """Every claim has a verdict and numbers for it; a mesh too coarse for the means over a body is

@@ -23,17 +23,10 @@ def row_of(mass, first, wall=None, rate=25):
     along = np.tile(np.arange(len(mass)) * 0.5, (len(first), 1))
     along[:, 0] = first
     return Trial(
-        name="row",
-        people=tuple(map(str, range(len(mass)))),
-        notes=(),
-        time=np.arange(len(first)) / rate,
-        start_s=0.0,
-        along=along,
-        pushed=along[:, 0] - along[0, 0],
-        depth=np.full(len(mass), 0.25),
-        depth_sd=0.019,
-        mass=np.asarray(mass, float),
-        wall=wall,
+        name="row", people=tuple(map(str, range(len(mass)))), notes=(),
+        time=np.arange(len(first)) / rate, start_s=0.0, along=along,
+        pushed=along[:, 0] - along[0, 0], depth=np.full(len(mass), 0.25), depth_sd=0.019,
+        mass=np.asarray(mass, float), wall=wall,
     )
 
 
@@ -91,12 +84,8 @@ def by_lammps(trial, gap, tau, stiffness, folder):
     fit = [4.8218, -18.022, 27.467, -22.348, 11.087, -4.2783, 1.2728 - 2.0]
     critical = max(root.real for root in np.roots(fit) if abs(root.imag) < 1e-9)
     given = {
-        "stiffness": stiffness,
-        "critical": critical,
-        "dt": frame / between,
-        "frames": len(speeds) - 1,
-        "between": between,
-        "rate": 1 / tau,
+        "stiffness": stiffness, "critical": critical, "dt": frame / between,
+        "frames": len(speeds) - 1, "between": between, "rate": 1 / tau,
         "held": "1" if trial.wall is None else f"1 {len(gap) + 1}",
     }
     words = [str(w) for name, value in given.items() for w in ("-var", name, value)]

@@ -201,10 +201,7 @@ def test_a_floor_that_is_packed_and_cut_off_is_damaged(tmp_path):
         ("--stream --door 9", "door: 9 m. It needs 0 to the side of 6 m"),
         ("--door 1 --block=-1,1,-1,2", "block: -1,1,-1,2. Two opposite corners are needed"),
         ("--door 1 --barrier=-1,1,1,2", "barrier: a part of it is not on the floor"),
-        (
-            "--door 1 --block=-6,-9,-5,9",
-            "area: one polygon in one piece is needed, not MultiPolygon",
-        ),
+        ("--door 1 --block=-6,-9,-5,9", "area: one polygon in one piece is needed, not MultiPolygon"),
     ],
 )
 def test_what_cannot_be_made_is_one_line(refused, words, says):

@@ -63,11 +63,7 @@ def test_little_memory_is_said_at_once():
 
     ended = subprocess.run(
         [sys.executable, "-c", "from analysis.cli import main; main()", "scenes"],
-        preexec_fn=limited,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
+        preexec_fn=limited, capture_output=True, text=True, timeout=60, check=False,
     )
     assert ended.returncode == 1
     assert ended.stderr == (

@@ -25,13 +25,7 @@ from tests.forked import python
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 SOURCES = (
-    "nscd",
-    "analysis",
-    "crowd_percussions",
-    "scenes",
-    "lammps_inputs",
-    "yade_scripts",
-    "docs",
+    "nscd", "analysis", "crowd_percussions", "scenes", "lammps_inputs", "yade_scripts", "docs",
 )
 FILES = ("pyproject.toml", "CMakeLists.txt", "README.md", "LICENSE")
 # What a stranger does first, each from the folder that the wheel knows nothing of.
@@ -140,14 +134,9 @@ def test_what_is_shown_of_each_kind_of_thing_is_short():
         "Doorway": cp.Doorway(ends=((0.0, -0.5), (0.0, 0.5))),
         "Determinacy": cp.determinacy(contacts, 2),
         "Inside": cp.Inside(blocks=[(0.0, 0.0, 1.0, 1.0)]),
-        "Question": cp.Question(error=0.05),
-        "Motion": cp.Motion(pair, step=0.01),
-        "Percussions": answer,
-        "Scene": gate,
-        "Setting": found.setting,
-        "Snapshot": pair,
-        "Status": answer.status,
-        "Walls": found.setting.walls,
+        "Question": cp.Question(error=0.05), "Motion": cp.Motion(pair, step=0.01),
+        "Percussions": answer, "Scene": gate, "Setting": found.setting, "Snapshot": pair,
+        "Status": answer.status, "Walls": found.setting.walls,
     }
     record = SimpleNamespace(engine="lammps")
     match = SimpleNamespace(contacts=contacts)

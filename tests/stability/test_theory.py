@@ -154,11 +154,8 @@ def _three(row):
 STEP = Case(
     name="step",
     columns=Axis(label="x", values=(1.0, 2.0, 4.0)),
-    rows=Axis(label="row", values=("a",)),
-    quantities=("q",),
-    attempt=_step,
-    fails_as=(Outcome.LOST,),
-    theory=_three,
+    rows=Axis(label="row", values=("a",)), quantities=("q",), attempt=_step,
+    fails_as=(Outcome.LOST,), theory=_three,
 )
 
 

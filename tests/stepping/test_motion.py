@@ -97,10 +97,7 @@ def test_no_overlap_and_no_energy_gained(seed, step, restitution, pull):
         return float(motion.mass @ (0.5 * speed2 + height))
 
     motion = Motion(
-        crowd(seed),
-        box(-0.6, 4.2),
-        step=step,
-        restitution=restitution,
+        crowd(seed), box(-0.6, 4.2), step=step, restitution=restitution,
         push=Push(acceleration=pull),
     )
     before = energy()

@@ -40,10 +40,7 @@ def window():
 def measured(window, tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs")
     chosen = [
-        setting(0.25),
-        setting(1.0),
-        setting(32.0),
-        setting(0.25, "hertz"),
+        setting(0.25), setting(1.0), setting(32.0), setting(0.25, "hertz"),
         setting(1.0, "hertz"),
     ]
     with workers(1) as executor:
