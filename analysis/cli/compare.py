@@ -309,13 +309,10 @@ def film(
     page = write_film(reels, out, command_line(), "" if all(folders) else target[0].name)
     columns, rows = headline_rows(reels)
     show(["median (nine tenths)", *columns], rows)
-    unsolved = unsolved_kinds(reels)
+    unsolved, of = unsolved_kinds(reels), sum(len(reel.frames) for reel in reels)
     for count, title, frame, reason in unsolved:
-        print(
-            f"{count} frames are {frame.status}, the first is frame {frame.number} of {title}: "
-            f"{reason}",
-            file=sys.stderr,
-        )
+        first = f"The first is frame {frame.number} of {title}"
+        print(f"{frame.status}: {count} of {of} frames. {first}: {reason}", file=sys.stderr)
     show_page(page)
     raise typer.Exit(bool(unsolved))
 

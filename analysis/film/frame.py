@@ -289,7 +289,9 @@ class Reel:
             for n, (size, frame) in enumerate(zip(largest, self.shown, strict=True))
             if frame.time >= self.since and size > 0
         ]
-        return self.shown[sorted(counted)[len(counted) // 2][1] if counted else 0]
+        if counted:
+            return self.shown[sorted(counted)[len(counted) // 2][1]]
+        return max(self.shown, key=lambda frame: len(frame.now) > 0)
 
     @property
     def unsolved(self) -> list[Frame]:

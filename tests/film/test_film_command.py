@@ -171,7 +171,7 @@ def test_a_frame_that_is_not_solved_is_said_everywhere(percussions, tmp_path):
     (tmp_path / "room.toml").write_text(ROOM.replace("[drive]", f"{walls}[drive]"))
     made = percussions("film", "box.txt", "--room", "room.toml", "--radius", "0.2")
     assert made.returncode == 1, made.stdout
-    assert "1 frames are failed, the first is frame 3 of radius 0.2 m: " in made.stderr
+    assert "failed: 1 of 6 frames. The first is frame 3 of radius 0.2 m: " in made.stderr
     status = [row["status"] for row in rows_of(tmp_path / "film" / "film.csv")]
     assert status == ["solved"] * 3 + ["failed"] + ["solved"] * 2
     page = (tmp_path / "film" / "film.html").read_text()

@@ -179,7 +179,7 @@ ROW = "2 2 0.500 0.200"
         (ROW, "2 2 0.500 0.200 7", r"changed.txt, line 10: .* is not a row"),
         (ROW, "2 0.500 0.200", r"changed.txt, line 10: .* is not a row"),
         (ROW, "2 2.5 0.500 0.200", r"changed.txt: line 10: frame: .*. A whole number"),
-        ("x/m y/m", "x/cm y/cm", r"neighbours are 0.005 m apart .* It is sound with lengths in m"),
+        ("x/m y/m", "x/cm y/cm", r"neighbours are 0.005 m apart .* Is the unit right"),
         ("x/m y/m", "x y", r"changed.txt: states no unit. Give --unit m or --unit cm$"),
         ("# framerate: 10", "#", r"changed.txt: states no frame rate. Give --frame-rate$"),
         ("framerate: 10", "framerate: inf", "inf frames per second"),

@@ -132,7 +132,8 @@ def _speeds(data: pd.DataFrame, step: float) -> tuple[Floats, float]:
 
 
 def _distances(data: pd.DataFrame) -> tuple[float, float]:
-    """The median distance (m) to the nearest and to the sixth neighbour, in some frames."""
+    """The median distance (m) to the nearest neighbour, and that to the sixth which a quarter is
+    within, in some frames."""
     counts = data.frame.value_counts().sort_index()
     numbers = counts.index[counts > 1].to_numpy()
     chosen = numbers[:: max(1, len(numbers) // LOOKED_AT)]
@@ -144,7 +145,7 @@ def _distances(data: pd.DataFrame) -> tuple[float, float]:
         return np.nan, 0.0
     every = np.concatenate(found)
     known = every[np.isfinite(every[:, ROUND]), ROUND]
-    return float(np.median(every[:, 1])), float(np.median(known)) if len(known) else 0.0
+    return float(np.median(every[:, 1])), float(np.quantile(known, 0.25)) if len(known) else 0.0
 
 
 def doubt(data: pd.DataFrame, *, timed: bool) -> str:
@@ -156,7 +157,6 @@ def doubt(data: pd.DataFrame, *, timed: bool) -> str:
     ways = {
         "times in ms (--time-unit ms)": data.assign(time=1e-3 * data.time),
         "lengths in cm": data.assign(x=0.01 * data.x, y=0.01 * data.y),
-        "lengths in m": data.assign(x=100 * data.x, y=100 * data.y),
     }
     if not timed:
         del ways["times in ms (--time-unit ms)"]
