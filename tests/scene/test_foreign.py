@@ -123,6 +123,7 @@ def unfinished(path):
         ("a.sqlite", lambda p: base_of(p, [(1, 0, "far", 0)]), "row 1: pos_x: 'far' is no number"),
         ("a.sqlite", lambda p: base_of(p, [(1, 2.5, 0, 0)]), "row 1: frame: '2.5' is no integer"),
         ("a.sqlite", lambda p: base_of(p, walkers(), fps="x"), "fps: x. A number is needed"),
+        ("a.sqlite", lambda p: base_of(p, []), "no rows: was the writer closed?"),
         ("a.sqlite", lambda p: p.write_bytes(b"SQLite format 3\0" + bytes(600)), "damaged"),
     ],
 )
@@ -185,6 +186,10 @@ def test_floors_of_jupedsim(tmp_path):
     assert read_floor(base_of(tmp_path / "two.sqlite", [], geometry=halves)).polygon.area == 12
     with pytest.raises(SceneError, match=r"none\.sqlite: no geometry of JuPedSim"):
         read_floor(base_of(tmp_path / "none.sqlite", []))
+    stays = base_of(tmp_path / "stays.sqlite", [], geometry=halves, floors=[1, 1])
+    assert read_floor(stays).polygon.bounds == (2, 0, 4, 3)  # of its two floors it uses one
+    with pytest.raises(SceneError, match=r"grows\.sqlite: frame_data: a floor that changes is not r"):
+        read_floor(base_of(tmp_path / "grows.sqlite", [], geometry=halves, floors=[0, 0, 1]))
     with pytest.raises(SceneError, match=r"bad\.sqlite: geometry: ParseException"):
         read_floor(base_of(tmp_path / "bad.sqlite", [], geometry=["POLYGON (("]))
 

@@ -8,6 +8,7 @@ import re
 import warnings
 from array import array
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
@@ -439,8 +440,9 @@ class Recording:
                 "are needed"
             )
         most = max(window, APART * step)
-        near, time = self._near(frame, 0.5 * window + most), self.time_of(frame)
-        now = near[near.frame == frame]
+        near, time = self._rows(frame, 0.5 * window + most), self.time_of(frame)
+        now = self._near(frame, 0.5 * window)
+        now = now[now.frame == frame]
         found = self._heads(now, frame, window, np.full((len(now), 2), np.nan))
         for row, (_, own) in enumerate(near[near.id.isin(now.id)].groupby("id")):
             when, place = own.time.to_numpy() - time, own[["x", "y"]].to_numpy()
@@ -470,12 +472,14 @@ class Recording:
         _check_places(found.origin, found.ids, found.position)
         return found
 
+    def _rows(self, frame: int, reach_s: float) -> pd.DataFrame:
+        """The rows up to so many s from the frame, by person and time."""
+        near = (self.data.time - self.time_of(frame)).abs() <= reach_s + 1e-6
+        return self.data[near].sort_values(["id", "time"])
+
     def _near(self, frame: int, reach_s: float) -> pd.DataFrame:
-        """The rows up to so many s from the frame, by person and time, each position a number and
-        each person once in a frame."""
-        time, data = self.time_of(frame), self.data
-        near = data[(data.time - time).abs() <= reach_s] if reach_s else data[data.frame == frame]
-        near = near.sort_values(["id", "time"])
+        """As `_rows`, each position a number and each person once in a frame."""
+        near = self._rows(frame, reach_s)
         far = ~(near[["x", "y"]].abs() <= FARTHEST_M).all(axis=1)
         for bad, what in (
             (far, f"the position of person {{}} is no number of metres up to {FARTHEST_M:g}"),
@@ -496,9 +500,12 @@ def read_heads(
     unit: Unit | None = None,
     frame_rate: float | None = None,
     window_s: float | None = None,
+    time_unit: TimeUnit = "s",
+    take_as_is: bool = False,
 ) -> Heads:
     """Read the heads of one frame of a file: see `Recording.read` and `Recording.heads`."""
-    return Recording.read(file, unit=unit, frame_rate=frame_rate).heads(frame, window_s)
+    read = partial(Recording.read, time_unit=time_unit, take_as_is=take_as_is)
+    return read(file, unit=unit, frame_rate=frame_rate).heads(frame, window_s)
 
 
 def _place_at(time: Floats, place: Floats, when: float, most: float, same: float) -> Floats | None:
