@@ -5,7 +5,6 @@ import re
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 import pandas as pd
@@ -170,11 +169,7 @@ class Trial:
 
 
 def read_trial(
-    file: Path,
-    wall_m: float | None = None,
-    *,
-    time_unit: Literal["s", "ms"] = "s",
-    take_as_is: bool = False,
+    file: Path, wall_m: float | None = None, time_unit: str = "s", take_as_is: bool = False
 ) -> Trial:
     """Read a trial: CSV with id, time (s), x, y (m), one row per head and frame, in any order.
 

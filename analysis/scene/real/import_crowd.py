@@ -17,7 +17,7 @@ import shapely
 from analysis.scene.anthropometry import Varied
 from analysis.scene.placement import rooms_of
 from analysis.scene.real.separate import OverlapError, reconcile
-from analysis.scene.real.trajectory import Heads, Recording, TrajectoryError
+from analysis.scene.real.trajectory import FARTHEST_M, Heads, Recording, TrajectoryError
 from analysis.scene.scene import Room, Scene, SceneError, read_room
 from analysis.scene.schema import OtherFrames, Reconciliation
 from analysis.support.files import write_text
@@ -234,16 +234,18 @@ def who_is_inside(recording: Recording, room: Room, origin: str) -> tuple[set[in
     origin: the file of the room, for messages
 
     Raises TrajectoryError where nobody ever is."""
-    data = recording.data[np.isfinite(recording.data[["x", "y"]]).all(axis=1)]
+    good = (recording.data[["x", "y"]].abs() <= FARTHEST_M).all(axis=1)
+    data = recording.data[good]
     place, look = data[["x", "y"]].to_numpy(), recording.look
     rooms = rooms_of(place, room.wall_segments(), room.door()) if room.walls else []
-    if not rooms:
+    if not rooms or not good.any():
         return set(recording.numbers.tolist()), look.line()
     inside = shapely.contains_xy(shapely.union_all(rooms), place)
     if not inside.any():
         raise TrajectoryError(f"{recording.file}: {_nobody(place, origin)}")
     out = data.id.nunique() - data.id[inside].nunique()
-    occupied = {*data.frame[inside].tolist()}
+    # a place that is none is refused where its frame is read
+    occupied = {*data.frame[inside].tolist(), *recording.data.frame[~good].tolist()}
     empty = len(recording.numbers) - len(occupied)
     said = [f"{out} people outside"] if out else []
     said += [f"nobody inside in {empty} frames (0 N)"] if empty else []

@@ -85,8 +85,9 @@ def _at(rows: pd.DataFrame, times: Floats, file: Path) -> pd.DataFrame:
         when = times[(times >= own[0]) & (times <= own[-1])]
         after = np.searchsorted(own, when)
         exact = own[after] == when
-        when = when[exact | (own[after] - own[after - 1] <= most)]
-        count += int((~exact).sum())
+        near = ~exact & (own[after] - own[after - 1] <= most)
+        when = when[exact | near]
+        count += int(near.sum())
         if (apart <= 0).any():  # twice there: whoever takes the frame says so
             made.append(one)
             continue

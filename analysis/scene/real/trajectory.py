@@ -101,11 +101,13 @@ class _Given:
         if (odd := ends["max"] > ends["min"]).any():
             low, high = ends[odd].iloc[0]
             raise self.refuse(f"frame {ends[odd].index[0]:g}: two times, {low:g} and {high:g} s")
-        apart, steps = np.diff(ends["min"]), np.diff(ends.index)
-        if (apart <= 0).any():
-            back = int(np.argmin(apart > 0))
-            raise self.refuse(f"time does not grow from frame {ends.index[back]:g} to the next")
-        return data, round(1 / float(np.median(apart / steps)), 6) if len(apart) else None
+        times, numbers = ends["min"].to_numpy(), ends.index.to_numpy()
+        if (np.diff(times) <= 0).any():
+            back = int(np.argmin(np.diff(times) > 0))
+            raise self.refuse(f"time does not grow from frame {numbers[back]:g} to the next")
+        if len(times) < 2:
+            return data, None
+        return data, round(float(np.ptp(numbers) / np.ptp(times)), 6)
 
     def stated(
         self, unit: Unit | None, frame_rate: float | None, *, timed: bool = False
