@@ -241,21 +241,18 @@ class OfFile:
     unit: Literal["m", "cm", "mm"] | None = None
     frame_rate: Positive | None = None
     time_unit: Literal["s", "ms"] | None = None
-    take_as_is: bool = False
+    take_as_is: Annotated[bool | None, typer.Option("--take-as-is")] = None
     time_step: Positive | None = None
 
     def refuse_run(self, **others: object) -> None:
         """Raise ValueError for the first of these options that is given beside a run."""
-        refuse("only of a dump or a trajectory file", **self._said(), **others)
+        refuse("only of a dump or a trajectory file", **vars(self), **others)
 
     def given(self, radius: float | None = None) -> Any:
         """Give it as `analysis.film.files.Given`, with the radius (m) of heads."""
         from analysis.film.files import Given
 
-        return Given(radius=radius, **self._said())
-
-    def _said(self) -> dict[str, Any]:
-        return vars(self) | {"take_as_is": self.take_as_is or None}
+        return Given(radius=radius, **vars(self))
 
 
 def is_run(target: Path) -> bool:
