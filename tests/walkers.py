@@ -14,8 +14,8 @@ def walkers():
     return [(i, f, 0.5 * (i - 1), 0.1 * f) for i in (1, 2, 3) for f in range(5)]
 
 
-def base_of(path, rows, *, table=TABLE, fps="10", geometry=()):
-    """A trajectory of JuPedSim, and its floors as WKT."""
+def base_of(path, rows, *, table=TABLE, fps="10", geometry=(), floors=()):
+    """A trajectory of JuPedSim, its floors as WKT, and the number of the floor of each frame."""
     base = sqlite3.connect(path)
     with base:
         base.execute(table)
@@ -23,8 +23,11 @@ def base_of(path, rows, *, table=TABLE, fps="10", geometry=()):
         base.executemany("insert into metadata values (?, ?)", [("fps", fps), ("version", "2")])
         marks = ", ".join("?" * (table.count(",") + 1))
         base.executemany(f"insert into trajectory_data values ({marks})", rows)
-        base.execute("create table geometry (wkt text)")
-        base.executemany("insert into geometry values (?)", [(wkt,) for wkt in geometry])
+        base.execute("create table geometry (hash integer, wkt text)")
+        base.executemany("insert into geometry values (?, ?)", enumerate(geometry))
+        if floors:
+            base.execute("create table frame_data (frame integer, geometry_hash integer)")
+            base.executemany("insert into frame_data values (?, ?)", enumerate(floors))
     base.close()
     return path
 

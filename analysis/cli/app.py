@@ -73,7 +73,8 @@ def percussions(
     others.addFilter(lambda record: not record.name.startswith("analysis"))
     logging.getLogger().handlers = [others]
     logging.getLogger("pedpy").handlers = logging.getLogger("analysis").handlers = [handler]
-    logging.getLogger("pedpy").propagate = False
+    # PedPy gives the root logger a handler
+    logging.getLogger("pedpy").propagate = logging.getLogger("analysis").propagate = False
     logging.getLogger("analysis").setLevel(logging.INFO if verbose else NOTE)
     if version:
         from importlib.metadata import version as version_of

@@ -135,7 +135,8 @@ def _by_files(files: list[Path], of_file: OfFile, radius: float | None, out: Pat
             made.append((f"{one.file.stem}_own", compare_frames(one.scene, titles, pairs)))
     first, *others = sources
     for one in others:
-        both = paired(first.frames(of_file.frames), one.frames(of_file.frames))
+        frames = first.frames(of_file.frames), one.frames(of_file.frames)
+        both = paired(*frames, max(first.same_s, one.same_s))
         pairs = ((a.window(first.file, RIGID), b.window(one.file, RIGID)) for a, b in both)
         titles = (str(first.file), str(one.file))
         made.append((one.file.stem, compare_frames(first.scene, titles, pairs)))
@@ -318,7 +319,7 @@ def film(
     from analysis.film import export as exports
     from analysis.film.frame import Frames
     from analysis.film.page import write_film
-    from analysis.film.summary import headline_rows, write_table
+    from analysis.film.summary import headline_rows, unsolved_kinds, write_table
     from analysis.support.parallel import workers
 
     if parquet:
@@ -347,9 +348,10 @@ def film(
     page = write_film(reels, out, command_line(), "" if all(folders) else target[0].name)
     columns, rows = headline_rows(reels)
     show(["median (nine tenths)", *columns], rows)
-    unsolved = [(reel.title, frame) for reel in reels for frame in reel.unsolved]
-    for title, frame in unsolved:
-        print(f"{title}, frame {frame.number}: {frame.status}: {frame.reason}", file=sys.stderr)
+    unsolved, of = unsolved_kinds(reels), sum(len(reel.frames) for reel in reels)
+    for count, title, frame, reason in unsolved:
+        first = f"The first is frame {frame.number} of {title}"
+        print(f"{frame.status}: {count} of {of} frames. {first}: {reason}", file=sys.stderr)
     show_page(page)
     raise typer.Exit(bool(unsolved))
 

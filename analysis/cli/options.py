@@ -38,6 +38,8 @@ SHARED = {
     "cm.",
     "fixed_type": "Of a dump: type of disks that do not move (LAMMPS: fix freeze). May be repeated.",
     "mol": "Of a dump: disks of one mol are one rigid body, or move alone.",
+    "time_unit": "Unit of times in the file. Default: s.",
+    "take_as_is": "Take speeds, distances and times that people do not have.",
     "openness": "For each reaction: nothing, whether equilibrium determines it, also its "
     "least and largest value, or its mean and spread over all admissible ones. The first is about "
     "20 times faster than the second. The last two are slow.",
@@ -250,6 +252,8 @@ class OfFile(OfDump):
     unit: Unit of lengths, where the file does not say. Of a dump also mm.
     frame_rate: Of a trajectory: frames per second, where the file does not say.
     columns: Of a trajectory as text: what each column is, as 'frame id x y', where names do not say.
+    time_unit: Of a trajectory: unit of its times. Default: s.
+    take_as_is: Of a trajectory: take speeds, distances and times that people do not have.
     time_step: Of a dump: time step of the simulation in s, where the dump has no times."""
 
     frames: str | None = None
@@ -259,6 +263,8 @@ class OfFile(OfDump):
     mass: Positive | None = None
     frame_rate: Positive | None = None
     columns: str | None = None
+    time_unit: Literal["s", "ms"] | None = None
+    take_as_is: Annotated[bool | None, typer.Option("--take-as-is")] = None
 
     def refuse_run(self, **others: object) -> None:
         """Raise ValueError for the first of these options that is given beside a run."""

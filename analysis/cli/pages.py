@@ -391,6 +391,8 @@ def push(
     wall: float | None = None,
     arms: list[Share] | None = None,
     reach: list[Share] | None = None,
+    time_unit: Literal["s", "ms"] = "s",
+    take_as_is: bool = False,
     out: Out = Path("push"),
 ) -> None:
     """Compute a push trial after the event: which models beat the baselines?
@@ -413,7 +415,7 @@ def push(
     from analysis.push.page import HEAD, summary, verdicts, write_hindcast
     from analysis.push.trial import read_trial
 
-    trial = read_trial(file, wall)
+    trial = read_trial(file, wall, time_unit=time_unit, take_as_is=take_as_is)
     for note in trial.notes:
         warn(note)
     say_expected(expected_seconds(trial), f"rows of {len(trial.people)} people")

@@ -7,7 +7,7 @@ import shlex
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -206,7 +206,7 @@ def _lengths(key: str, text: str, between: str, wanted: int) -> Any:
 # Options that make disks of the heads of a trajectory.
 OF_HEADS = (
     *("frame", "people", "radius", "mass", "radius_spread", "seed", "unit", "frame_rate"),
-    *("columns", "window", "others", "apart"),
+    *("columns", "window", "others", "apart", "time_unit", "take_as_is"),
 )
 
 
@@ -226,7 +226,9 @@ def import_(
     unit: Unit | None = None,
     frame_rate: Positive | None = None,
     columns: str | None = None,
-    window: Positive = 0.4,
+    time_unit: Literal["s", "ms"] = "s",
+    take_as_is: bool = False,
+    window: Positive | None = None,
     others: Annotated[int, typer.Option(min=0, max=100)] = 4,
     apart: Positive = 1.0,
     out: Out = Path("."),
@@ -247,7 +249,7 @@ def import_(
     columns: Of a table without names: what each column is, as 'frame id x y'.
     file: Trajectory: a table of text, JuPedSim, Pathfinder, Viswalk, Vadere, SUMO, Jülich's archive,
         or AgentDynamics.xml of LEMONS, with its other files beside it.
-    window: Time in s over which velocities are measured.
+    window: Time in s over which velocities are measured. Default: 0.4, or two frames.
 
     Example: percussions import scenes/gate_excerpt.txt --frame 405 --room scenes/rooms/gate.toml
     --name mine"""
@@ -267,10 +269,15 @@ def import_(
     if frame is None or one_disk:
         raise ValueError("--frame: of a trajectory it is needed, and --one-disk is for LEMONS")
     from analysis.scene.anthropometry import Varied
-    from analysis.scene.real.import_crowd import import_crowd, with_other_frames
+    from analysis.scene.real.import_crowd import import_crowd, who_is_inside, with_other_frames
+    from analysis.scene.scene import read_room
     from analysis.scene.unused import note_unused_keys
+    from analysis.support.reading import note
 
-    recording = Recording.read(file, unit=unit, frame_rate=frame_rate, columns=columns)
+    how: dict[str, Any] = {"columns": columns, "time_unit": time_unit, "take_as_is": take_as_is}
+    recording = Recording.read(file, unit=unit, frame_rate=frame_rate, **how)
+    read, _ = read_room(room, (radius, mass))
+    note(file, who_is_inside(recording, read, str(room))[1])
     note_unused_keys(room, "import")
 
     def crowd_of(number: int) -> ImportedCrowd:

@@ -226,10 +226,6 @@ def _titles(reels: Sequence[Reel], folders: Sequence[Path]) -> list[str]:
     ]
 
 
-# Of a file of fewer rows; one of more has no more frames than rows.
-MOST_FRAMES = 1000
-
-
 def film_heads(
     recording: Recording,
     room: Path | None,
@@ -250,11 +246,7 @@ def film_heads(
     Frames are those of `of_heads`. One with a reason has the status `failed`. Raises
     TrajectoryError, SceneError and ValueError naming the file, the frame, the person or the key."""
     frames = frames or Frames()
-    numbers = frames.of(*recording.ends, recording.file)
-    if len(numbers) > max(MOST_FRAMES, len(recording.data)):
-        raise ValueError(
-            f"--frames: {len(numbers)}, but {recording.file} has only {len(recording.data)} rows"
-        )
+    numbers = frames.of(recording.numbers, recording.file)
     reels: list[Reel] = []
     every = sorted(set(radii))
     for radius in every:
@@ -265,8 +257,9 @@ def film_heads(
                 progress(label, (len(reels) + share) / len(every))
 
         made = _solved(source, numbers, frames.ensemble, say, executor)
-        if all(frame.found is None for frame in made):
-            raise ValueError(made[0].reason)
+        if not any(frame.found is not None and len(frame.now) for frame in made):
+            nobody = f"{recording.file}: nobody is inside in any of these frames"
+            raise ValueError(next((one.reason for one in made if one.reason), nobody))
         shift = max(0, 1 - int(recording.data.id.min()))
         reel = Reel(title=f"radius {radius:g} m", engine="", scene=source.scene, frames=made)
         reels.append(replace(reel, radius=radius, shift=shift, ensemble=frames.ensemble))
@@ -285,7 +278,7 @@ def film_dump(
 
     Raises DumpError naming the file and the step or line, and for one without any contact."""
     frames = frames or Frames()
-    numbers = frames.of(*source.ends, source.file)
+    numbers = frames.of(source.numbers, source.file)
     made = _solved(source, numbers, frames.ensemble, progress, executor)
     if not any(len(frame.determined) for frame in made):
         raise DumpError(f"{source.file}: no contact in any of its frames. There is nothing to see")
@@ -297,7 +290,7 @@ def film_dump(
 
 def _solved(
     source: FrameFile,
-    numbers: range,
+    numbers: Sequence[int],
     ensemble: bool,
     progress: Progress | None,
     executor: Executor | None,

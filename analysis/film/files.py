@@ -3,7 +3,7 @@ percussions of their frames, one after the other."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -28,21 +28,25 @@ from analysis.percussions.setting import FORCE, Setting, room_beside
 from analysis.percussions.snapshot import SnapshotPercussions, percussions_of
 from analysis.percussions.solving import STATED
 from analysis.scene.floors import NoFloorError, read_floor, walled
-from analysis.scene.real.import_crowd import ImportedCrowd, place_crowd
+from analysis.scene.real.import_crowd import ImportedCrowd, place_crowd, who_is_inside
 from analysis.scene.real.separate import OverlapError
 from analysis.scene.real.trajectory import Recording, TrajectoryError
 from analysis.scene.scene import FOR_RUNS, Room, Scene, SceneError, read_room
 from analysis.scene.schema import Wall
 from analysis.scene.unused import CROWD, note_unused_keys
 from analysis.scene.waiting import Doorway
-from analysis.support.reading import DAMAGED, open_file
+from analysis.support.reading import DAMAGED, note, open_file
 from nscd import Snapshot
+from nscd.arrays import Indices
 
 RADIUS_M, MASS_KG = 0.18, 75.0
 # The residual that the percussions of a run must reach.
 TOLERANCE = 1e-10
-# Frames of two files this near (s) are at one instant.
-SAME_S = 1e-6
+# Frames of two files this near (s) are at one instant; of trajectories, whose times have few digits,
+# those this near as a share of their step.
+SAME_S, SAME_SHARE = 1e-6, 0.01
+# No disks of people are faster.
+FASTEST_M_PER_S = 20.0
 NO_FORCES = "its percussions are impulses (N·s) of measured velocities, no forces. Give --room with a [drive]"
 
 
@@ -50,7 +54,8 @@ NO_FORCES = "its percussions are impulses (N·s) of measured velocities, no forc
 class Given:
     """Say of a file what it does not: which frames, its room (TOML), own contact forces and the names
     of their columns, radius (m) and mass (kg) of heads, unit of lengths, frames per second and columns of
-    heads, time step (s) of a dump."""
+    heads, unit of their times, whether they are taken whatever they look like, and of a dump its time
+    step (s), unit of masses, types of disks that do not move, and how those of one mol move."""
 
     frames: str | None = None
     room: Path | None = None
@@ -61,6 +66,8 @@ class Given:
     unit: Any = None
     frame_rate: float | None = None
     columns: str | None = None
+    time_unit: Any = None
+    take_as_is: bool | None = None
     time_step: float | None = None
     mass_unit: Any = None
     fixed_type: tuple[int, ...] = ()
@@ -103,24 +110,31 @@ class FileFrame(NamedTuple):
 class FrameFile:
     """Hold an opened file.
 
-    scene: its room, with nobody in it; ends: the first and the last frame
+    scene: its room, with nobody in it; numbers: of its frames, growing
     solve: solves frames by their numbers, one after the other
     engine: of its own contact forces: OWN, or the one that ran it; nothing where it has none
     recording: of heads; measured: whether the left velocity is theirs, else they want to go
-    lacks_walls: whether its own contact forces are those of pairs alone"""
+    lacks_walls: whether its own contact forces are those of pairs alone
+    about: how heads look, in a line"""
 
     file: Path
     scene: Scene
-    ends: tuple[int, int]
+    numbers: Sequence[int] | Indices
     solve: Callable[[Iterable[int]], Iterator[FileFrame]]
     engine: str = ""
     recording: Recording | None = None
     measured: bool = False
     lacks_walls: bool = False
+    about: str = ""
+
+    @property
+    def same_s(self) -> float:
+        """The time (s) within which a frame of another file is at the instant of one of these."""
+        return max(SAME_S, SAME_SHARE * self.recording.step_s if self.recording else 0.0)
 
     def frames(self, text: str | None) -> Iterator[FileFrame]:
         """Solve the frames of `first:last:step`, all of them where left out."""
-        return self.solve(Frames.parse(text or "::1").of(*self.ends, self.file))
+        return self.solve(Frames.parse(text or "::1").of(self.numbers, self.file))
 
 
 def open_any(file: Path, given: Given) -> FrameFile:
@@ -134,16 +148,21 @@ def open_any(file: Path, given: Given) -> FrameFile:
         except DAMAGED:
             start = b""
     if start.startswith(b"ITEM:") or is_binary(start):
-        heads = ("radius", "mass", "frame_rate", "columns")
+        heads = ("radius", "mass", "frame_rate", "columns", "time_unit", "take_as_is")
         given.refuse(f"of heads. The disks of {file} have theirs", *heads)
         return _of_disks(file, given)
     of_dump = ("time_step", "contacts", "contacts_columns", "mass_unit", "fixed_type", "mol")
     given.refuse(f"of a dump. {file} is a trajectory", *of_dump)
     if given.unit == "mm":
         raise ValueError(f"--unit mm: {file} is a trajectory. Give m or cm")
-    unit, rate = given.unit, given.frame_rate
-    recording = Recording.read(file, unit=unit, frame_rate=rate, columns=given.columns)
+    how: dict[str, Any] = {
+        "columns": given.columns,
+        "time_unit": given.time_unit or "s",
+        "take_as_is": bool(given.take_as_is),
+    }
+    recording = Recording.read(file, unit=given.unit, frame_rate=given.frame_rate, **how)
     opened = of_heads(recording, given)
+    note(file, opened.about)
     if given.room:
         kind = "dump" if opened.measured else "desired"
         note_unused_keys(given.room, f"left velocity {kind}", CROWD)
@@ -176,10 +195,10 @@ def _of_disks(file: Path, given: Given) -> FrameFile:
         raise DumpError(f"{file}: its frames have no times. Give --time-step")
 
     solve = _of_frames(trajectory, file, setting, own)
-    ends, engine = (0, int(trajectory.n_frames) - 1), "" if own is None else OWN
+    numbers, engine = range(int(trajectory.n_frames)), "" if own is None else OWN
     lacks = own is not None and own.lacks_walls
     return FrameFile(
-        file=file, scene=scene, ends=ends, solve=solve, engine=engine, lacks_walls=lacks
+        file=file, scene=scene, numbers=numbers, solve=solve, engine=engine, lacks_walls=lacks
     )
 
 
@@ -195,9 +214,9 @@ def of_run(folder: Path) -> FrameFile:
     scene, trajectory = run.scene, run.universe.trajectory
     own = OwnContacts(run.index, scene, False)
     given = trajectory, folder / "bodies.dump", Setting.of(scene), own
-    ends, engine = (0, len(run.index.frames) - 1), run.record.engine
+    numbers, engine = range(len(run.index.frames)), run.record.engine
     solve = _of_frames(*given, tolerance=TOLERANCE)
-    return FrameFile(file=folder, scene=scene, ends=ends, solve=solve, engine=engine)
+    return FrameFile(file=folder, scene=scene, numbers=numbers, solve=solve, engine=engine)
 
 
 def _of_frames(
@@ -208,9 +227,13 @@ def _of_frames(
 
     def solve(numbers: Iterable[int]) -> Iterator[FileFrame]:
         found: SnapshotPercussions | None = None
+        most = FASTEST_M_PER_S
         for number in numbers:
             ts = trajectory[number]
             snapshot = snapshot_of(ts, file, needs_velocity=setting.moves)
+            if (fast := np.hypot(*snapshot.velocity.T).max(initial=0.0)) > most:
+                note(file, f"frame {number}: disks are as fast as {fast:.3g} m/s, people are not")
+                most = np.inf
             try:
                 found = percussions_of(setting, snapshot, before=found, **how)
             except ValueError as error:
@@ -223,7 +246,9 @@ def _of_frames(
 
 def of_heads(recording: Recording, given: Given) -> FrameFile:
     """Take a trajectory. In each frame people are moved apart from where the frame before left them. A
-    frame where they cannot be, or nobody is there, has a reason instead."""
+    frame where they cannot be has a reason instead; one with nobody inside has no forces.
+
+    Raises TrajectoryError where nobody is inside in any frame."""
     file, radius, mass = recording.file, given.radius or RADIUS_M, given.mass or MASS_KG
     room, name = _bare(file), "trajectory"
     if given.room is not None:
@@ -242,12 +267,18 @@ def of_heads(recording: Recording, given: Given) -> FrameFile:
     measured = kind == "dump"
     # velocities only where they count: who is held has none, and sees where to walk
     read = recording.heads if measured else recording.still
+    occupied, about = who_is_inside(recording, scene, origin)
 
     def solve(numbers: Iterable[int]) -> Iterator[FileFrame]:
         crowd: ImportedCrowd | None = None
         found: SnapshotPercussions | None = None
         for number in numbers:
-            time = number / recording.frame_rate
+            time = recording.time_of(number)
+            if number not in occupied:
+                crowd, setting = None, Setting.in_room(scene, left_velocity=kind)
+                found = percussions_of(setting, replace(scene.snapshot, time=time))
+                yield FileFrame(number, time, found)
+                continue
             try:
                 heads = read(number)
                 heads = replace(heads, ids=heads.ids + shift)
@@ -261,7 +292,7 @@ def of_heads(recording: Recording, given: Given) -> FrameFile:
             found = percussions_of(setting, replace(crowd.scene.snapshot, time=time), before=found)
             yield FileFrame(number, time, found, crowd=crowd)
 
-    opened = FrameFile(file=file, scene=scene, ends=recording.ends, solve=solve)
+    opened = FrameFile(file=file, scene=scene, numbers=recording.numbers, solve=solve, about=about)
     return replace(opened, recording=recording, measured=measured)
 
 
@@ -307,15 +338,15 @@ def _empty(parts: Room, name: str) -> Scene:
 
 
 def paired(
-    first: Iterator[FileFrame], second: Iterator[FileFrame]
+    first: Iterator[FileFrame], second: Iterator[FileFrame], same_s: float = SAME_S
 ) -> Iterator[tuple[FileFrame, FileFrame]]:
-    """Pair the frames of two files that are at one instant."""
+    """Pair the frames of two files that are at one instant, within same_s."""
     one, other = next(first, None), next(second, None)
     while one and other:
         apart = one.time - other.time
-        if abs(apart) <= SAME_S:
+        if abs(apart) <= same_s:
             yield one, other
-        if apart <= SAME_S:
+        if apart <= same_s:
             one = next(first, None)
-        if apart >= -SAME_S:
+        if apart >= -same_s:
             other = next(second, None)

@@ -60,19 +60,26 @@ class Frames:
             raise ValueError(f"--frames: {text}. Write first to last, with a step of at least 1")
         return frames
 
-    def of(self, first: int, last: int, file: Path) -> range:
-        """List the numbers of the frames of a file that has them from first to last.
+    def of(self, numbers: Sequence[int] | Indices, file: Path) -> list[int]:
+        """List the frames to show of a file that has those of these growing numbers.
 
         Raises ValueError naming the file for frames that it has not."""
+        there = np.asarray(numbers, dtype=np.int64)
+        first, last = int(there[0]), int(there[-1])
         start = first if self.first is None else self.first
         end = last if self.last is None else self.last
-        if not first <= start <= end <= last:
-            asked = f"{start} to {max(start, end)}"
-            raise ValueError(f"--frames: {asked}, but {file} has frames {first} to {last}")
-        step = self.step or max(
-            1, round((end - start) / ((SAMPLED if self.ensemble else USUAL) - 1))
-        )
-        return range(start, end + 1, step)
+        asked = there[(there >= start) & (there <= end)]
+        if self.step:
+            asked = asked[(asked - start) % self.step == 0]
+        else:
+            usual = SAMPLED if self.ensemble else USUAL
+            asked = asked[:: max(1, round((len(asked) - 1) / (usual - 1)))]
+        if not (first <= start <= end <= last and len(asked)):
+            wanted = f"{start} to {max(start, end)}"
+            usual = int(np.median(np.diff(there))) if len(there) > 1 else 1
+            by = f", every {usual}" if usual > 1 else ""
+            raise ValueError(f"--frames: {wanted}, but {file} has frames {first} to {last}{by}")
+        return [int(one) for one in asked]
 
 
 # Of more open contacts than this only walls and pressure have bounds: each contact and each person
@@ -282,7 +289,9 @@ class Reel:
             for n, (size, frame) in enumerate(zip(largest, self.shown, strict=True))
             if frame.time >= self.since and size > 0
         ]
-        return self.shown[sorted(counted)[len(counted) // 2][1] if counted else 0]
+        if counted:
+            return self.shown[sorted(counted)[len(counted) // 2][1]]
+        return max(self.shown, key=lambda frame: len(frame.now) > 0)
 
     @property
     def unsolved(self) -> list[Frame]:

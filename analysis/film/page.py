@@ -38,6 +38,7 @@ from analysis.film.summary import (
     left_open,
     title_of,
     unit_of,
+    unsolved_kinds,
 )
 from analysis.pages import drawing
 from analysis.pages.html import render, write_pictures
@@ -427,7 +428,7 @@ def _doubts(words: Words, reels: Sequence[Reel]) -> str:
     """What limits the numbers of a filmed crowd: how far people were moved, and jumps."""
     far = {
         significant(reel.radius): float(
-            np.mean([frame.values[RIGID][MOVED_FAR][0] for frame in reel.shown])
+            np.mean([frame.values[RIGID][MOVED_FAR][0] for frame in reel.shown if len(frame.now)])
         )
         for reel in reels
     }
@@ -440,18 +441,11 @@ def _doubts(words: Words, reels: Sequence[Reel]) -> str:
 
 
 def _warnings(words: Words, reels: Sequence[Reel]) -> list[str]:
-    """Which frames are not solved."""
+    """Which frames are not solved, by kinds of reasons."""
+    of = sum(len(reel.frames) for reel in reels if RIGID in reel.models)
     return [
-        words.text(
-            "unsolved",
-            count=len(bad),
-            of=len(reel.frames),
-            title=reel.title,
-            numbers=", ".join(str(frame.number) for frame in bad),
-            reason=bad[0].reason or bad[0].status,
-        )
-        for reel in reels
-        if (bad := reel.unsolved)
+        words.text("unsolved", count=count, of=of, title=title, number=frame.number, reason=reason)
+        for count, title, frame, reason in unsolved_kinds(reels)
     ]
 
 

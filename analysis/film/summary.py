@@ -1,5 +1,6 @@
 """A film in numbers: its headlines as intervals, and a row per frame and model."""
 
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -7,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.film.frame import ENGINE, HEADLINES, MOVED_FAR, RIGID, SHOCK, Reel
+from analysis.film.frame import ENGINE, HEADLINES, MOVED_FAR, RIGID, SHOCK, Frame, Reel
 from analysis.motion.inference import LEVEL, correlation_windows
 from analysis.pages.numbers import NONE, two
 from analysis.percussions.setting import FORCE, IMPULSE
@@ -163,6 +164,19 @@ def left_open(reels: Sequence[Reel]) -> tuple[int, float, int]:
         most = max(most, float(width.max()))
         unknown += int((known & np.isnan(every).any(2)).any(0).sum())
     return opened, most, unknown
+
+
+def unsolved_kinds(reels: Sequence[Reel]) -> list[tuple[int, str, Frame, str]]:
+    """List the kinds of reasons why frames are not solved: how many frames of all reels have one, the
+    reel and the frame of the first, and its reason. Reasons are of one kind but for their numbers."""
+    kinds: dict[str, list[tuple[str, Frame, str]]] = {}
+    for reel in reels:
+        for frame in reel.unsolved:
+            reason = frame.reason or str(frame.status)
+            kinds.setdefault(re.sub(r"[\d.e+-]+", "", reason), []).append(
+                (reel.title, frame, reason)
+            )
+    return [(len(every), *every[0]) for every in kinds.values()]
 
 
 def title_of(key: str, unit: str) -> str:

@@ -207,7 +207,7 @@ def _check_alike(windows: Sequence[Window]) -> None:
     one, other = (window.now for window in windows)
     ids, mine, theirs = np.intersect1d(one.ids, other.ids, return_indices=True)
     where = f"the two are not of one crowd: at {one.time:g} s"
-    if not len(ids) and len(one.ids) + len(other.ids):
+    if not len(ids) and len(one.ids) and len(other.ids):
         raise DumpError(f"{where} they have no id in common")
     for name in ("radius", "mass"):
         have, had = getattr(other, name)[theirs], getattr(one, name)[mine]

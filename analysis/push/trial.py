@@ -12,7 +12,9 @@ from scipy.integrate import cumulative_trapezoid
 
 from analysis.compare.comparison import first_above
 from analysis.scene.anthropometry import MEN, WOMEN, Group
-from analysis.support.reading import read_text
+from analysis.scene.real.plausible import STOREYS, TAKE_AS_IS, doubt, heights, look_at
+from analysis.scene.real.times import in_seconds
+from analysis.support.reading import note, read_text
 from nscd.arrays import Floats
 
 # Who moves faster than this along the row has been reached (m/s).
@@ -166,10 +168,13 @@ class Trial:
         return np.asarray(gap)
 
 
-def read_trial(file: Path, wall_m: float | None = None) -> Trial:
+def read_trial(
+    file: Path, wall_m: float | None = None, time_unit: str = "s", take_as_is: bool = False
+) -> Trial:
     """Read a trial: CSV with id, time (s), x, y (m), one row per head and frame, in any order.
 
     wall_m: where a wall crosses the row, as its x or y in the file: of whichever the row follows
+    take_as_is: take speeds, distances, times and heights that people in a row do not have
 
     The first of the row is the first in the column of their order; without one, who of the two at
     the ends goes towards the others earlier.
@@ -177,6 +182,7 @@ def read_trial(file: Path, wall_m: float | None = None) -> Trial:
     interpolated. Raises TrialError (and UnreadableError) naming the file, the person and the time.
     """
     table = read_table(file)
+    _check_people(file, table, time_unit, take_as_is)
     # what the file says first of each person; None where it says nothing
     people = table.groupby("id").first().reindex(columns=[MASS, GENDER, NAME]).astype(object)
     people = people.where(people.notna(), None)
@@ -229,6 +235,23 @@ def read_trial(file: Path, wall_m: float | None = None) -> Trial:
         mass=mass,
         wall=None if wall_m is None else _wall(file, wall_m, axis, origin, along[begin]) - shift,
     )
+
+
+def _check_people(file: Path, table: pd.DataFrame, time_unit: str, take_as_is: bool) -> None:
+    """Put times in s, and say how the heads look. Raises TrialError for what cannot be people."""
+    try:
+        table["time"] = in_seconds(table["time"], time_unit == "ms", file)
+    except ValueError as error:
+        raise TrialError(f"{file}: {error}") from None
+    rows = table[[*NEEDED]].assign(frame=table["time"].rank(method="dense"))
+    high = pd.to_numeric(table["z"], errors="coerce") if "z" in table else np.nan
+    said = heights(rows.assign(z=high))
+    why = f"{said}. Give {TAKE_AS_IS}" if said.startswith(STOREYS) else doubt(rows, timed=True)
+    if why and not take_as_is:
+        raise TrialError(f"{file}: {why}")
+    if said:
+        note(file, f"z is not used: {said}")
+    note(file, look_at(rows).line())
 
 
 def _check_start(

@@ -136,13 +136,20 @@ def _of_wkt(texts: Sequence[str]) -> list[shapely.Geometry]:
 
 def _of_jupedsim(file: Path) -> Floor:
     """The union of the areas of a file; the first of one of version 1."""
-    found = read_foreign(file, "sqlite", ["metadata", "geometry"]).below
+    found = read_foreign(file, "sqlite", ["metadata", "geometry", "frame_data"]).below
     if not {"metadata", "geometry"} <= found.keys() or not found["geometry"].texts("wkt"):
         raise NoFloorError(f"{file}: no geometry of JuPedSim: tables metadata and geometry")
     areas = found["geometry"].texts("wkt")
     said = dict(zip(found["metadata"].texts("key"), found["metadata"].texts("value"), strict=True))
     if (version := said.get("version")) not in ("1", "2"):
         raise SceneError(f"{file}: metadata: version {version}. 1 or 2 is read")
+    numbers, of_frames = found["geometry"].below.get("hash"), found.get("frame_data")
+    if version == "2" and numbers is not None and of_frames is not None:
+        stood = np.asarray(of_frames.below["geometry_hash"].values)
+        used = np.isin(np.asarray(numbers.values), stood)
+        areas = [area for area, one in zip(areas, used, strict=True) if one] or areas
+        if used.any() and len({*areas}) > 1:
+            raise SceneError(f"{file}: frame_data: a floor that changes is not read")
     return _polygon_in(file, areas[:1] if version == "1" else areas)
 
 

@@ -23,8 +23,10 @@ import numpy as np
 TABLES = {
     "trajectory_data": {"id": "integer", "frame": "integer", "pos_x": "number", "pos_y": "number"},
     "metadata": {"key": "text", "value": "any"},
-    "geometry": {"wkt": "text"},
+    "geometry": {"wkt": "text", "hash": "integer"},
+    "frame_data": {"frame": "integer", "geometry_hash": "integer"},
 }
+OPTIONAL = ("hash",)  # of version 2
 REFUSED = 3
 # A row takes at least so many bytes of a file.
 ROW_BYTES = 4
@@ -49,7 +51,11 @@ def parts_of_sqlite(path: str, most: int, names: list[str]) -> Iterator[tuple[st
         if found[0] != "table" or "VIRTUAL" in str(found[1]).upper().split()[:2]:
             raise RefusedError(f"{name} is a {found[0]} that computes its rows. A table is needed")
         hidden = {row[1]: row[6] for row in base.execute(f"PRAGMA table_xinfo({name})")}
-        columns = TABLES[name]
+        columns = {
+            column: kind
+            for column, kind in TABLES[name].items()
+            if column in hidden or column not in OPTIONAL
+        }
         for column in columns:
             if hidden.get(column, 1):
                 raise RefusedError(f"{name} has no column {column}")

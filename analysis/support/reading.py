@@ -154,6 +154,11 @@ def whole_number(word: str, what: str, *, least: int = 1, most: int = LARGEST_WH
     raise UnreadableError(f"{what}: {word[:40]!r} where a whole number ≥ {least} is needed")
 
 
+def note(path: Path, said: str) -> None:
+    """Say a line about an input."""
+    log.log(NOTE, "%s: %s", path, said)
+
+
 def note_unused(path: Path, what: str, names: Iterable[str]) -> None:
     """Say in one line which columns, keys or features (`what`) of an input change nothing."""
     if listed := ", ".join(dict.fromkeys(names)):

@@ -124,8 +124,9 @@ def test_a_soft_crowd_is_named_before_it_runs(stiffness, said):
     assert found is None if said is None else said in found
 
 
-def test_a_run_says_it(tmp_path, caplog):
+def test_a_run_says_it(tmp_path, caplog, monkeypatch):
     scene = make("arch", disks=40).with_contact(stiffness_N_per_m=5e3)
+    monkeypatch.setattr(logging.getLogger("analysis"), "propagate", True)
     with caplog.at_level(logging.WARNING, logger="analysis"):
         simulate(scene.with_run(duration_s=0.02, frames=2), "lammps", tmp_path / "run")
     assert "the total push over stiffness times radius is 14" in caplog.text

@@ -189,7 +189,10 @@ def test_a_frame_without_people_and_files_of_one_name(percussions, row):
         (["film", "nowhere.h5"], "nowhere.h5: no geometry: attribute wkt_geometry"),
         (["film", "nowhere.h5", "--contacts", "odd.dump"], "--contacts: of a dump"),
         (["film", "holds.h5", "--room", "far.toml"], "holds.h5: door: "),
-        (["film", "holds.h5", "--frame-rate", 50], "--frame-rate 50.0: the file states"),
+        (
+            ["film", "holds.h5", "--frame-rate", 50],
+            "--frame-rate 50: the file states 10 per second",
+        ),
         (["film", "broken.h5", "--room", "far.toml"], "broken.h5: "),
         (["exposure", "late_cm.dump", *TIMED], "20 m in the middle, which is no person"),
         (["exposure", "town.txt", "--room", "far.toml"], "town.txt: states no unit"),

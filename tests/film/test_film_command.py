@@ -171,11 +171,11 @@ def test_a_frame_that_is_not_solved_is_said_everywhere(percussions, tmp_path):
     (tmp_path / "room.toml").write_text(ROOM.replace("[drive]", f"{walls}[drive]"))
     made = percussions("film", "box.txt", "--room", "room.toml", "--radius", "0.2")
     assert made.returncode == 1, made.stdout
-    assert "frame 3: failed: " in made.stderr
+    assert "failed: 1 of 6 frames. The first is frame 3 of radius 0.2 m: " in made.stderr
     status = [row["status"] for row in rows_of(tmp_path / "film" / "film.csv")]
     assert status == ["solved"] * 3 + ["failed"] + ["solved"] * 2
     page = (tmp_path / "film" / "film.html").read_text()
-    assert "1 of 6 frames of radius 0.2\xa0m have no solved percussions: 3." in page
+    assert "1 of 6 frames have no solved percussions. They count in no interval." in page
 
 
 @pytest.mark.parametrize(

@@ -175,7 +175,7 @@ def changed(**columns):
         (changed(Weight_kg=1e-9), "Weight_kg: 1e-09 where 5 to 500 kg"),
         (changed(Weight_kg=np.inf), "Weight_kg: inf where 5 to 500 kg"),
         (changed(Weight_kg="heavy"), "Weight_kg: heavy where 5 to 500 kg"),
-        (changed(y=table().y * 100), "Is x and y in m"),
+        (changed(y=table().y * 100), "a tenth of the steps are faster than 100 m/s"),
         (changed(time=table().frame.map(lambda f: f / 25 if f < 30 else 1.2 + 1e-9 * f)), "evenly"),
     ],
 )  # fmt: skip

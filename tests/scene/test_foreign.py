@@ -124,6 +124,7 @@ def unfinished(path):
         ("a.sqlite", lambda p: base_of(p, [(1, 0, "far", 0)]), "row 1: pos_x: 'far' is no number"),
         ("a.sqlite", lambda p: base_of(p, [(1, 2.5, 0, 0)]), "row 1: frame: '2.5' is no integer"),
         ("a.sqlite", lambda p: base_of(p, walkers(), fps="x"), "fps: x. A number is needed"),
+        ("a.sqlite", lambda p: base_of(p, []), "no rows: was the writer closed?"),
         ("a.sqlite", lambda p: p.write_bytes(b"SQLite format 3\0" + bytes(600)), "damaged"),
     ],
 )
@@ -145,8 +146,8 @@ def test_a_reader_changes_nothing_beside_the_file(tmp_path):
 @pytest.mark.parametrize(
     ("name", "row", "said"),
     [
-        ("crowdit.csv", "3,nan,1,0.5", "line 17: frame: nan. A whole number below"),
-        ("crowdit.csv", "4,1e17,1,0.5", r"frame: 1e\+18. A whole number below"),
+        ("crowdit.csv", "3,nan,1,0.5", r"line 17: time: nan. Up to 1e\+09 s are needed"),
+        ("crowdit.csv", "4,1e17,1,0.5", r"line 17: time: 1e\+17. Up to"),
     ],
 )
 def test_no_row_is_dropped_or_bent_in_silence(name, row, said, tmp_path):
@@ -186,6 +187,10 @@ def test_floors_of_jupedsim(tmp_path):
     assert read_floor(base_of(tmp_path / "two.sqlite", [], geometry=halves)).polygon.area == 12
     with pytest.raises(SceneError, match=r"none\.sqlite: no geometry of JuPedSim"):
         read_floor(base_of(tmp_path / "none.sqlite", []))
+    stays = base_of(tmp_path / "stays.sqlite", [], geometry=halves, floors=[1, 1])
+    assert read_floor(stays).polygon.bounds == (2, 0, 4, 3)  # of its two floors it uses one
+    with pytest.raises(SceneError, match=r"grows\.sqlite: frame_data: a floor that changes is not r"):
+        read_floor(base_of(tmp_path / "grows.sqlite", [], geometry=halves, floors=[0, 0, 1]))
     with pytest.raises(SceneError, match=r"bad\.sqlite: geometry: ParseException"):
         read_floor(base_of(tmp_path / "bad.sqlite", [], geometry=["POLYGON (("]))
 

@@ -17,7 +17,7 @@ import shapely
 from analysis.scene.anthropometry import Varied
 from analysis.scene.placement import rooms_of
 from analysis.scene.real.separate import OverlapError, reconcile
-from analysis.scene.real.trajectory import Heads, Recording, TrajectoryError
+from analysis.scene.real.trajectory import FARTHEST_M, Heads, Recording, TrajectoryError
 from analysis.scene.scene import Room, Scene, SceneError, read_room
 from analysis.scene.schema import OtherFrames, Reconciliation
 from analysis.support.files import write_text
@@ -204,11 +204,7 @@ def _moved_on(before: ImportedCrowd, ids: Indices, heads: Floats, area: shapely.
 def _inside(heads: Heads, inside: Flags, room: str) -> Heads:
     """The heads inside the walls. Raises TrajectoryError for none, or one without a velocity."""
     if not inside.any():
-        (x0, y0), (x1, y1) = heads.position.min(0), heads.position.max(0)
-        raise TrajectoryError(
-            f"{heads.origin}: nobody is inside the walls of {room}: heads between ({x0:g}, {y0:g}) "
-            f"and ({x1:g}, {y1:g}) m. Is the unit right (m, cm)?"
-        )
+        raise TrajectoryError(f"{heads.origin}: {_nobody(heads.position, room)}")
     kept = replace(
         heads,
         ids=heads.ids[inside],
@@ -231,6 +227,39 @@ def _area(stated: Room, path: str, heads: Floats) -> shapely.Polygon:
     if not isinstance(area, shapely.Polygon) or area.is_empty:
         raise SceneError(f"{path}: walls: with the door they must enclose one room")
     return area
+
+
+def who_is_inside(recording: Recording, room: Room, origin: str) -> tuple[set[int], str]:
+    """Find the frames in which somebody is inside the walls of a room, and say in a line how the
+    trajectory looks, and who is never inside.
+
+    origin: the file of the room, for messages
+
+    Raises TrajectoryError where nobody ever is."""
+    good = (recording.data[["x", "y"]].abs() <= FARTHEST_M).all(axis=1)
+    data = recording.data[good]
+    place, look = data[["x", "y"]].to_numpy(), recording.look
+    rooms = rooms_of(place, room.wall_segments(), room.door()) if room.walls else []
+    if not rooms or not good.any():
+        return set(recording.numbers.tolist()), look.line()
+    inside = shapely.contains_xy(shapely.union_all(rooms), place)
+    if not inside.any():
+        raise TrajectoryError(f"{recording.file}: {_nobody(place, origin)}")
+    out = data.id.nunique() - data.id[inside].nunique()
+    # a place that is none is refused where its frame is read
+    occupied = {*data.frame[inside].tolist(), *recording.data.frame[~good].tolist()}
+    empty = len(recording.numbers) - len(occupied)
+    said = [f"{out} people outside"] if out else []
+    said += [f"nobody inside in {empty} frames (0 N)"] if empty else []
+    return occupied, look.line(*said)
+
+
+def _nobody(heads: Floats, room: str) -> str:
+    (x0, y0), (x1, y1) = heads.min(0), heads.max(0)
+    return (
+        f"nobody is inside the walls of {room}: heads between ({x0:g}, {y0:g}) and ({x1:g}, {y1:g}) "
+        "m. Is the unit right (m, cm)?"
+    )
 
 
 def _changes(heads: Floats, after: Snapshot, walls: Walls, tolerance: float) -> dict[str, Any]:
@@ -320,7 +349,8 @@ def with_other_frames(
             crowds.append(crowd)
     if not found and not refused:
         return imported, []
-    after = [round((number - report.frame) / recording.frame_rate, 6) for number in found]
+    start = recording.time_of(report.frame)
+    after = [round(recording.time_of(number) - start, 6) for number in found]
     others = OtherFrames(
         frames=tuple(found),
         after_s=tuple(after),
@@ -334,14 +364,15 @@ def with_other_frames(
 def frames_near(frame: int, recording: Recording, count: int, apart_s: float) -> list[int]:
     """List the numbers of so many other frames, nearest first, each `apart_s` from the next; nearer
     to each other, evenly, where the film is too short, and fewer where it has not so many."""
-    first, last = recording.ends
+    numbers = recording.numbers
+    at, last = int(np.searchsorted(numbers, frame)), len(numbers) - 1
 
     def near(step: int) -> tuple[range, range]:
-        return range(frame - step, first - 1, -step), range(frame + step, last + 1, step)
+        return range(at - step, -1, -step), range(at + step, last + 1, step)
 
-    wanted = max(1, round(min(apart_s * recording.frame_rate, last - first)))
+    wanted = max(1, round(min(apart_s / recording.step_s, last)))
     # the largest step, from `wanted` down, that leaves room for so many
     steps = range(wanted, 0, -1)
     place = bisect(steps, -1, key=lambda step: sum(map(len, near(step))) - count)
-    every = (number for side in near(steps[min(place, len(steps) - 1)]) for number in side[:count])
-    return sorted(every, key=lambda number: abs(number - frame))[:count]
+    every = (place for side in near(steps[min(place, len(steps) - 1)]) for place in side[:count])
+    return [int(numbers[one]) for one in sorted(every, key=lambda one: abs(one - at))[:count]]

@@ -6,16 +6,17 @@ import json
 import re
 import warnings
 from array import array
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 from xml.etree import ElementTree
 
 import numpy as np
 import pandas as pd
-import pedpy
 from scipy.spatial import cKDTree
 
+from analysis.scene.real.plausible import STOREYS, TAKE_AS_IS, Look, doubt, heights, look_at
 from analysis.scene.real.tables import (
     LENGTHS,
     PLAIN,
@@ -26,11 +27,13 @@ from analysis.scene.real.tables import (
     seen_once,
     units_in,
 )
+from analysis.scene.real.times import framed, in_seconds
 from analysis.support import reading
 from analysis.support.foreign import Node, read_foreign
 from nscd.arrays import Floats, Indices
 
 Unit = Literal["m", "cm"]
+TimeUnit = Literal["s", "ms"]
 # A file of Pathfinder has so many bytes at most, and one of Vadere so many frames, and more where
 # it has many rows: its people are seen at steps, and the frames between them are filled.
 LARGEST_JSON = 1 << 30
@@ -47,46 +50,82 @@ IN_METRES = (
 )
 # Columns of the BIWI walking pedestrians (obsmat.txt), which has no names: z is up.
 OBSMAT = ("frame", "id", "x", "z", "y", "v_x", "v_z", "v_y")
-# Heads of one floor, stairs included, are within so much (m) in height.
-FLOOR_M = 2.5
 # Velocities are differences of places up to this share: a row may have those after it.
 VELOCITIES_AGREE = 0.2
 # Times (s) and places (m) of two steps that are the same.
 SAME_S, SAME_M = 1e-6, 0.01
-# id, frame, x (m), y (m) of all rows, and the frame rate (1/s).
+# id, frame, x (m), y (m) of all rows, time (s) where the file has times, and the frame rate (1/s).
 Loaded = tuple[pd.DataFrame, float]
+# A frame rate that is given beside times may differ by this share from theirs.
+SAME_RATE = 0.01
 
 
 class TrajectoryError(ValueError):
     """A trajectory file that cannot be used; the message names the file and what is wrong in it."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class _Given:
     """A file, and what is said of it; unit and frame rate (1/s) where it may not state them."""
 
     file: Path
     unit: Unit | None
     frame_rate: float | None
+    time_unit: TimeUnit = "s"
+    take_as_is: bool = False
 
     def refuse(self, why: str) -> TrajectoryError:
         return TrajectoryError(f"{self.file}: {why}")
 
     def loaded(self, columns: object, unit: Unit | None, frame_rate: float | None) -> Loaded:
-        """The data in metres, of columns in this unit."""
-        unit, frame_rate = self.stated(unit, frame_rate)
+        """The data in metres, of columns in this unit; frame numbers and rate from their times,
+        where there are some."""
         data = pd.DataFrame(columns)
-        places = {axis: data[axis] / (100 if unit == "cm" else 1) for axis in "xy"}
-        return data.assign(**places), frame_rate
+        timed = "time" in data
+        if timed:
+            data, frame_rate = self._on_clock(data)
+        elif self.time_unit != "s":
+            raise self.refuse(f"--time-unit {self.time_unit}: its rows have frames, no times")
+        unit, frame_rate = self.stated(unit, frame_rate, timed=timed)
+        axes = {*"xyz"} & {*data}
+        data = data.assign(**{axis: data[axis] / (100 if unit == "cm" else 1) for axis in axes})
+        if "z" in data and (said := heights(data)):
+            if said.startswith(STOREYS) and not self.take_as_is:
+                raise self.refuse(f"{said}. Give one storey, or {TAKE_AS_IS}")
+            reading.note(self.file, f"z is not used: {said}")
+        return data.drop(columns="z", errors="ignore"), frame_rate
 
-    def stated(self, unit: Unit | None, frame_rate: float | None) -> tuple[Unit, float]:
-        """Unit and frame rate that the file states, or that are given beside it."""
-        for said, given, option in (
-            (unit, self.unit, "--unit"),
-            (frame_rate, self.frame_rate, "--frame-rate"),
-        ):
-            if said is not None and given not in (None, said):
-                raise self.refuse(f"{option} {given}: the file states {said}")
+    def _on_clock(self, data: pd.DataFrame) -> tuple[pd.DataFrame, float | None]:
+        """The data with times in s and the numbers of frames, and the frame rate."""
+        try:
+            time = in_seconds(data["time"], self.time_unit == "ms", self.file)
+            data = data.assign(time=time)
+            data = data if "frame" in data else framed(data, self.file)
+        except ValueError as error:
+            raise self.refuse(str(error)) from None
+        ends = data.groupby("frame").time.agg(["min", "max"])
+        if (odd := ends["max"] > ends["min"]).any():
+            low, high = ends[odd].iloc[0]
+            raise self.refuse(f"frame {ends[odd].index[0]:g}: two times, {low:g} and {high:g} s")
+        times, numbers = ends["min"].to_numpy(), ends.index.to_numpy()
+        if (np.diff(times) <= 0).any():
+            back = int(np.argmin(np.diff(times) > 0))
+            raise self.refuse(f"time does not grow from frame {numbers[back]:g} to the next")
+        if len(times) < 2:
+            return data, None
+        return data, round(float(np.ptp(numbers) / np.ptp(times)), 6)
+
+    def stated(
+        self, unit: Unit | None, frame_rate: float | None, *, timed: bool = False
+    ) -> tuple[Unit, float]:
+        """Unit and frame rate that the file states, by its times where it is timed, or that are
+        given beside it."""
+        if unit is not None and self.unit not in (None, unit):
+            raise self.refuse(f"--unit {self.unit}: the file states {unit}")
+        own, given = frame_rate or 0.0, self.frame_rate or frame_rate or 0.0
+        if frame_rate and abs(given - own) > SAME_RATE * own * timed:
+            says = f"has times {1 / own:.4g} s apart, which is" if timed else "states"
+            raise self.refuse(f"--frame-rate {given:g}: the file {says} {own:g} per second")
         unit, frame_rate = unit or self.unit, frame_rate or self.frame_rate
         if unit and frame_rate:
             return unit, frame_rate
@@ -97,19 +136,27 @@ class _Given:
 
 
 def load(
-    file: Path, unit: Unit | None, frame_rate: float | None, columns: str | None = None
+    file: Path,
+    unit: Unit | None,
+    frame_rate: float | None,
+    columns: str | None = None,
+    time_unit: TimeUnit = "s",
+    take_as_is: bool = False,
 ) -> Loaded:
-    """Read a file of any format that is known: id, frame, x, y (m) of all rows, and the frame rate.
+    """Read a file of any format that is known: id, frame, time (s), x, y (m) of all rows, and the
+    frame rate.
 
     unit, frame_rate (1/s): needed only where the file does not state them
     columns: of a table of text: what each column is, as in "frame id x y"
+    time_unit: of its times, where it has some
+    take_as_is: take people on several storeys as if on one
 
     Raises TrajectoryError naming the file and what is wrong in it."""
     if not file.is_file():
         missing = "not a regular file" if file.exists() else "no such file"
         raise TrajectoryError(f"{file}: {missing}")
     end = file.name.lower().removesuffix(".gz").rpartition(".")[2]
-    given = _Given(file=file, unit=unit, frame_rate=frame_rate)
+    given = _Given(file, unit, frame_rate, time_unit, take_as_is)
     try:
         # numpy's complaints of numbers that are none; the error that follows says more
         with np.errstate(all="ignore"), warnings.catch_warnings():
@@ -128,7 +175,16 @@ def load(
                     f"{data.index.name or 'row'} {place}: {name}: {data[name][place]:g}. A whole "
                     f"number below {reading.LARGEST_WHOLE} is needed"
                 )
-        return data.astype({"id": np.int64, "frame": np.int64}), rate
+        data = data.astype({"id": np.int64, "frame": np.int64})
+        if not 0 < rate < np.inf:
+            raise given.refuse(f"{rate:g} frames per second. Above 0 is needed")
+        if not len(data):
+            raise given.refuse("no frame with anybody in it")
+        timed = "time" in data
+        data = data if timed else data.assign(time=data.frame / rate)
+        if not take_as_is and (why := doubt(data, timed=timed)):
+            raise given.refuse(why)
+        return data, rate
     except TrajectoryError:
         raise
     except reading.UnreadableError as error:
@@ -155,7 +211,7 @@ def _text(given: _Given, end: str, columns: list[str]) -> Loaded:
             return found
     implied = any(known <= names for known in IN_METRES) and not given.unit
     found = _people(given, table, table.length or ("m" if implied else None))
-    table.note("id", "frame", "time", "x", "y")
+    table.note("id", "frame", "time", "x", "y", "z")
     return found
 
 
@@ -164,36 +220,21 @@ def _people(given: _Given, table: Table, length: str | None) -> Loaded:
     rows, units, said = table.rows, table.columns.units, table.frame_rate(given.frame_rate)
     if length == "mm" and given.unit:
         raise given.refuse(f"--unit {given.unit}: the file states mm")
-    if "z" in rows:
-        _one_floor(given, rows.z * LENGTHS.get(units.get("z", length or given.unit or "m"), 1.0))
+    if "z" in units:  # in the unit of the others, as far as this is known
+        rows = rows.assign(z=rows.z * LENGTHS[units["z"]] / LENGTHS[length or given.unit or "m"])
     if length == "mm":
-        rows, length = rows.assign(x=rows.x / 1000, y=rows.y / 1000), "m"
+        rows = rows.assign(**{one: rows[one] / 1000 for one in {*"xyz"} & {*rows}})
     unit: Unit | None = "cm" if length == "cm" else "m" if length else None
     if "time" in rows:
         if (times := units.get("time", "s")) not in TIMES:
             raise given.refuse(f"the unit of its times is {times}. One of s and ms is read")
         rows = rows.assign(time=rows.time * TIMES[times])
-    if "frame" in rows:
-        rate = said or given.frame_rate
-        if rate is None and "time" in rows:
-            moving = rows.groupby("id")[["frame", "time"]].diff().dropna()
-            rate = float(np.round((moving.frame / moving.time).median(), 6))
-        return given.loaded(rows[[*PLAIN]], unit, rate)
-    unit, _ = replace(given, frame_rate=None).stated(unit, 1.0)
-    places = {axis: rows[axis] / (100 if unit == "cm" else 1) for axis in "xy"}
-    found = _timed(replace(given, unit=None), rows[["id", "time", "x", "y"]].assign(**places))
-    if said and not abs(found[1] - said) <= 0.05 * said:
+    known = [one for one in (*PLAIN, "time", "z") if one in rows]
+    rate = None if "time" in rows else said
+    found = given.loaded(rows[known], unit, rate)
+    if said and "time" in rows and not abs(found[1] - said) <= 0.05 * said:
         raise given.refuse(f"states {said:g} frames per second, and its times are {found[1]:g}")
     return found
-
-
-def _one_floor(given: _Given, height: Any) -> None:
-    """Refuse people of several floors, who would stand in each other: height (m) of each row."""
-    if len(height) and np.nanmax(height) - np.nanmin(height) > FLOOR_M:
-        low, high = np.nanmin(height), np.nanmax(height)
-        raise given.refuse(
-            f"z from {low:g} to {high:g} m: several floors. Cut one out, or name the columns without z"
-        )
 
 
 def _rate_of_velocities(rows: pd.DataFrame) -> float | None:
@@ -209,16 +250,6 @@ def _rate_of_velocities(rows: pd.DataFrame) -> float | None:
     return float(np.round(1 / step, 3)) if agree else None
 
 
-def _timed(given: _Given, rows: pd.DataFrame) -> Loaded:
-    """Rows of id, time (s), x, y: frames follow from the mean time between two of a person."""
-    data = rows.set_axis(["id", "time", "x", "y"], axis=1)
-    step = data.groupby("id")["time"].diff().mean()
-    if not step > 0:
-        raise given.refuse("no frame rate: nobody is seen at two times that grow")
-    rate = float(round(1 / step))
-    return given.loaded(data.assign(frame=np.round(data["time"] * rate)), "m", rate)
-
-
 def _pathfinder_json(given: _Given) -> Loaded:
     # person → time → position
     content = json.loads(reading.read_text(given.file, LARGEST_JSON), object_pairs_hook=_once)
@@ -226,13 +257,12 @@ def _pathfinder_json(given: _Given) -> Loaded:
     reading.note_unused(
         given.file, "keys", (key for seen in every for key in seen if key != "position")
     )
-    _one_floor(given, [float(seen["position"].get("z", 0)) for seen in every])
     rows = [
-        (int(who), float(when), *(float(seen["position"][axis]) for axis in "xy"))
+        (int(who), float(when), *(float(seen["position"].get(axis, "nan")) for axis in "xyz"))
         for who, person in content.items()
         for when, seen in person.items()
     ]
-    return _timed(given, pd.DataFrame(sorted(rows)))
+    return given.loaded(pd.DataFrame(sorted(rows), columns=["id", "time", *"xyz"]), "m", None)
 
 
 def _once(pairs: list[tuple[str, object]]) -> dict[str, object]:
@@ -253,9 +283,12 @@ def _jupedsim(given: _Given) -> Loaded:
     known = {("fps", said.get("fps")), ("version", "1"), ("version", "2")}
     others += [key for key, value in said.items() if (key, value) not in known]
     reading.note_unused(given.file, "columns and keys", others)
-    columns = (found["trajectory_data"].below[name].values for name in names)
-    rows = seen_once(given.file, pd.DataFrame(dict(zip(PLAIN, columns, strict=True))))
-    return given.loaded(rows, "m", _fps(given, said.get("fps")))
+    every = (found["trajectory_data"].below[name].values for name in names)
+    rows = seen_once(given.file, pd.DataFrame(dict(zip(PLAIN, every, strict=True))))
+    data, rate = given.loaded(rows, "m", _fps(given, said.get("fps")))
+    if not len(data):
+        raise given.refuse("no rows: was the writer closed?")
+    return data, rate
 
 
 def _archive(given: _Given) -> Loaded:
@@ -266,11 +299,11 @@ def _archive(given: _Given) -> Loaded:
         raise given.refuse(f"no table /trajectory with {', '.join(PLAIN)}")
     if odd := [name for name in PLAIN if values.dtype[name].kind not in "iuf"]:
         raise given.refuse(f"/trajectory: {odd[0]}: numbers are needed")
-    columns = {name: values[name].astype(np.float64 if name in "xy" else None) for name in PLAIN}
-    others = [name for name in values.dtype.names or () if name not in PLAIN]
-    reading.note_unused(given.file, "columns", others)
-    if "z" in others and values.dtype["z"].kind in "iuf":
-        _one_floor(given, values["z"])
+    here = values.dtype.names or ()
+    heights_too = "z" in here and values.dtype["z"].kind in "iuf"
+    names = [*PLAIN, *(["z"] if heights_too else [])]
+    columns = {name: values[name].astype(np.float64 if name in "xyz" else None) for name in names}
+    reading.note_unused(given.file, "columns", [name for name in here if name not in names])
     told = " ".join(str(found.attributes.get(axis)) for axis in "xy")
     said = units_in(told)
     if said - {"m", "cm"} or len(said) > 1:
@@ -288,6 +321,8 @@ def _fps(given: _Given, said: object) -> float:
 
 def _vadere(given: _Given, table: Table) -> Loaded:
     """Footsteps of Vadere: places at the frames between two steps, and to the end of the last."""
+    if given.time_unit != "s":
+        raise given.refuse(f"--time-unit {given.time_unit}: times of Vadere are in s")
     _, rate = given.stated("m", None)
     rows = table.rows.sort_values(["id", "time"], kind="stable")
     bad = ~np.isfinite(rows[["id", "time"]]).all(axis=1)
@@ -366,7 +401,7 @@ def _fcd(given: _Given) -> Loaded:
     reading.note_unused(given.file, "attributes and elements", sorted(others))
     rows = pd.DataFrame(np.frombuffer(values).reshape(len(codes), 3), columns=["time", "x", "y"])
     rows.insert(0, "id", numbered(given.file, list(ids), np.frombuffer(codes, dtype=np.int64)))
-    return _timed(given, seen_once(given.file, rows))
+    return given.loaded(seen_once(given.file, rows), "m", None)
 
 
 # Readers of files that are no rows of text, by ending.
@@ -400,13 +435,20 @@ class Heads:
         return f"{self.file}: frame {self.frame}"
 
 
+# Velocities are over this time (s), or two frames where they are farther apart; and no row farther
+# from the next than so many frames says where somebody was between.
+WINDOW_S, APART = 0.4, 2.5
+# Instants nearer than this share of a step are one.
+EXACT = 1e-3
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Recording:
     """Hold the heads of a whole file."""
 
     file: Path
-    data: pd.DataFrame  # id, frame, x (m), y (m)
-    frame_rate: float  # 1/s
+    data: pd.DataFrame  # id, frame, time (s), x (m), y (m)
+    frame_rate: float  # 1/s, of frame numbers
 
     @classmethod
     def read(
@@ -416,64 +458,90 @@ class Recording:
         unit: Unit | None = None,
         frame_rate: float | None = None,
         columns: str | None = None,
+        time_unit: TimeUnit = "s",
+        take_as_is: bool = False,
     ) -> "Recording":
         """Read a file.
 
         unit, frame_rate (1/s): needed only where the file does not state them
         columns: of a table of text: what each column is, as in "frame id x y"
+        time_unit: of its times, where it has some
+        take_as_is: take speeds, distances and times that people do not have
 
         Raises TrajectoryError naming the file, for one that PedPy cannot read or that has nobody
-        in it, a missing unit or frame rate."""
-        data, rate = load(file, unit, frame_rate, columns)
-        if not 0 < rate < np.inf:
-            raise TrajectoryError(
-                f"{file}: {rate:g} frames per second. Its times must grow with frames"
-            )
-        if not len(data):
-            raise TrajectoryError(f"{file}: no frame with anybody in it")
+        in it, a missing unit or frame rate, and one that cannot be of people (see `Look`)."""
+        data, rate = load(file, unit, frame_rate, columns, time_unit, take_as_is)
         return cls(file=file, data=data, frame_rate=rate)
 
     @property
-    def ends(self) -> tuple[int, int]:
-        """The first and the last frame."""
-        return int(self.data.frame.min()), int(self.data.frame.max())
+    def look(self) -> Look:
+        """How it looks."""
+        return look_at(self.data)
+
+    @property
+    def numbers(self) -> Indices:
+        """The numbers of the frames that are there, growing."""
+        return np.unique(self.data.frame)
+
+    @property
+    def step_s(self) -> float:
+        """The usual time (s) from one frame that is there to the next."""
+        apart = np.diff(np.unique(self.data.time))
+        return float(np.median(apart)) if len(apart) else 1.0 / self.frame_rate
+
+    def time_of(self, frame: int) -> float:
+        """The time (s) of a frame. Raises TrajectoryError naming the frames next to a missing one."""
+        there = self.data.time[self.data.frame == frame]
+        if len(there):
+            return float(there.iloc[0])
+        numbers = self.numbers
+        said = f"The frames go from {numbers[0]} to {numbers[-1]}"
+        if numbers[0] < frame < numbers[-1]:
+            after = int(np.searchsorted(numbers, frame))
+            said = f"The nearest are {numbers[after - 1]} and {numbers[after]}"
+        raise TrajectoryError(f"{self.file}: there is no frame {frame}. {said}")
 
     def still(self, frame: int) -> Heads:
         """Take the heads of a frame as `heads`, with no velocities but zeros."""
-        now = self._near(frame, 0)
+        now = self._near(frame, 0.0)
         return self._heads(now, frame, 1.0 / self.frame_rate, np.zeros((len(now), 2)))
 
-    def heads(self, frame: int, window_s: float = 0.4) -> Heads:
+    def heads(self, frame: int, window_s: float | None = None) -> Heads:
         """Take the heads of frame number `frame`.
 
         window_s: s; velocities are displacements over it, round the frame (over half of it for
-            people who appear or vanish there)
+            people who appear or vanish there), between rows by interpolation; 0.4 s, or two frames
+            if that is longer, where left out
 
         Raises TrajectoryError naming the file and the frame, for a missing frame, a position that
         is not a number, a person who occurs twice and two people at the same place."""
-        half = 0.5 * window_s * self.frame_rate
-        if not 0.5 < half < len(self.data):
+        step = self.step_s
+        window = window_s or max(WINDOW_S, 2 * step)
+        if not step * (1 - EXACT) <= window < 2 * step * max(len(self.data), 2):
             raise TrajectoryError(
-                f"{self.file}: a window of {window_s:g} s is {2 * half:.3g} frames at "
-                f"{self.frame_rate:g} frames per second. At least 2, and no more than there are, "
+                f"{self.file}: a window of {window:g} s is {window / step:.3g} frames at "
+                f"{1 / step:g} frames per second. At least 1, and no more than there are, "
                 "are needed"
             )
-        near = self._near(frame, round(half))
-        now = near[near.frame == frame]
-        found = self._heads(now, frame, window_s, np.full((len(now), 2), np.nan))
-        try:
-            moving = pedpy.compute_individual_speed(
-                traj_data=pedpy.TrajectoryData(data=near, frame_rate=self.frame_rate),
-                frame_step=round(half),
-                compute_velocity=True,
-                speed_calculation=pedpy.SpeedCalculation.BORDER_SINGLE_SIDED,
-            )
-        except (pedpy.errors.PedPyError, ValueError, KeyError) as error:
-            raise TrajectoryError(
-                f"{found.origin}: no velocities over {window_s:g} s: {first_line(error)}"
-            ) from None
-        velocity = moving[moving.frame == frame].set_index("id")[["v_x", "v_y"]]
-        return replace(found, velocity=velocity.reindex(found.ids).to_numpy(dtype=np.float64))
+        most = max(window, APART * step)
+        near, time = self._rows(frame, 0.5 * window + most), self.time_of(frame)
+        now = self._near(frame, 0.5 * window)
+        now = now[now.frame == frame]
+        found = self._heads(now, frame, window, np.full((len(now), 2), np.nan))
+        for row, (_, own) in enumerate(near[near.id.isin(now.id)].groupby("id")):
+            when, place = own.time.to_numpy() - time, own[["x", "y"]].to_numpy()
+            ends = [
+                _place_at(when, place, end, most, EXACT * step) for end in (-window / 2, window / 2)
+            ]
+            both = [end for end in ends if end is not None]
+            if both:
+                span = window * len(both) / 2
+                first, last = ends[0], ends[1]
+                here = found.position[row]
+                found.velocity[row] = (
+                    (here if last is None else last) - (here if first is None else first)
+                ) / span
+        return found
 
     def _heads(self, now: pd.DataFrame, frame: int, window_s: float, velocity: Floats) -> Heads:
         """The heads of the rows of a frame, at places where heads can be."""
@@ -488,17 +556,14 @@ class Recording:
         _check_places(found.origin, found.ids, found.position)
         return found
 
-    def _near(self, frame: int, step: int) -> pd.DataFrame:
-        """The rows up to `step` frames from the frame, by person and frame, each position a number
-        and each person once."""
-        frames = self.data.frame
-        near = self.data[(frames >= frame - step) & (frames <= frame + step)]
-        near = near[["id", "frame", "x", "y"]].sort_values(["id", "frame"])
-        if not (near.frame == frame).any():
-            first, last = self.ends
-            raise TrajectoryError(
-                f"{self.file}: there is no frame {frame}. The frames go from {first} to {last}"
-            )
+    def _rows(self, frame: int, reach_s: float) -> pd.DataFrame:
+        """The rows up to so many s from the frame, by person and time."""
+        near = (self.data.time - self.time_of(frame)).abs() <= reach_s + 1e-6
+        return self.data[near].sort_values(["id", "time"])
+
+    def _near(self, frame: int, reach_s: float) -> pd.DataFrame:
+        """As `_rows`, each position a number and each person once in a frame."""
+        near = self._rows(frame, reach_s)
         far = ~(near[["x", "y"]].abs() <= FARTHEST_M).all(axis=1)
         for bad, what in (
             (far, f"the position of person {{}} is no number of metres up to {FARTHEST_M:g}"),
@@ -518,10 +583,27 @@ def read_heads(
     *,
     unit: Unit | None = None,
     frame_rate: float | None = None,
-    window_s: float = 0.4,
+    window_s: float | None = None,
+    time_unit: TimeUnit = "s",
+    take_as_is: bool = False,
 ) -> Heads:
     """Read the heads of one frame of a file: see `Recording.read` and `Recording.heads`."""
-    return Recording.read(file, unit=unit, frame_rate=frame_rate).heads(frame, window_s)
+    read = partial(Recording.read, time_unit=time_unit, take_as_is=take_as_is)
+    return read(file, unit=unit, frame_rate=frame_rate).heads(frame, window_s)
+
+
+def _place_at(time: Floats, place: Floats, when: float, most: float, same: float) -> Floats | None:
+    """Where somebody was (2,) m, between two rows that are no more than `most` s apart; None for
+    nowhere."""
+    after = int(np.searchsorted(time, when - same))
+    if after == len(time):
+        return None
+    if time[after] <= when + same:
+        return np.asarray(place[after])
+    if not after or time[after] - time[after - 1] > most:
+        return None
+    share = (when - time[after - 1]) / (time[after] - time[after - 1])
+    return np.asarray(place[after - 1] + share * (place[after] - place[after - 1]))
 
 
 def _check_places(origin: str, ids: Indices, position: Floats) -> None:
@@ -533,11 +615,3 @@ def _check_places(origin: str, ids: Indices, position: Floats) -> None:
         row = int(np.argmin(nearest))
         twin = next(one for one in other[row] if one != row)
         raise TrajectoryError(f"{origin}: persons {ids[row]} and {ids[twin]} are at the same place")
-    # Heads of different people are never so near, and a crowd is never so far apart: it is the
-    # unit.
-    typical = float(np.median(nearest))
-    if not 0.05 < typical < 10:
-        raise TrajectoryError(
-            f"{origin}: neighbours are {typical:.3g} m apart in the median. Is the unit right "
-            "(m, cm)?"
-        )
