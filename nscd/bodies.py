@@ -9,18 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nscd import _core
-from nscd.arrays import (
-    LARGEST,
-    Floats,
-    Index32,
-    Indices,
-    dots,
-    lengths,
-    number,
-    read_only,
-    whole_numbers,
-)
-from nscd.segments import nearest_on_segment
+from nscd.arrays import LARGEST, Floats, Index32, Indices, number, read_only, whole_numbers
+from nscd.segments import dots, lengths, nearest_on_segment
 
 _LEFT_OUT: Any = np.empty(0, dtype=np.int64)
 # Disks of one body hang together that are nearer than this share of the smaller radius.

@@ -9,19 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nscd import _core
-from nscd.arrays import (
-    Flags,
-    Floats,
-    Index32,
-    Indices,
-    dots,
-    instance,
-    lengths,
-    number,
-    read_only,
-    whole_numbers,
-)
+from nscd.arrays import Flags, Floats, Index32, Indices, instance, number, read_only, whole_numbers
 from nscd.bodies import Bodies, Snapshot, Walls
+from nscd.segments import dots, lengths
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array

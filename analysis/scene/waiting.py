@@ -7,7 +7,8 @@ import numpy as np
 import shapely
 
 from analysis.scene.scene import SceneError
-from nscd.arrays import Flags, Floats, Indices, lengths
+from nscd.arrays import Flags, Floats, Indices
+from nscd.segments import lengths
 
 # Share of the floor that disks cover where they wait: dense, and still without order.
 COVER = 0.6

@@ -19,7 +19,8 @@ from scipy.spatial import cKDTree
 from analysis.scene.packing import REST
 from analysis.scene.scene import read_scene
 from nscd import Contacts, Snapshot, Walls, _core, find_contacts
-from nscd.arrays import lengths, normal
+from nscd.arrays import normal
+from nscd.segments import lengths
 
 DOOR = 0.5  # half width, m
 WIDEST, SKIN = 0.25, 0.05  # m
