@@ -24,17 +24,6 @@ NO_ARRAY = (TypeError, ValueError, OverflowError, RuntimeError)
 T = TypeVar("T")
 
 
-def dots(a: Floats, b: Floats) -> Floats:
-    """Multiply vectors (…,2) as scalars; every processor rounds them alike, as it does not with `@`."""
-    return np.asarray((a * b).sum(-1))
-
-
-def lengths(vectors: Floats) -> Floats:
-    """Compute the lengths of vectors (…,2); every processor rounds them alike, as it does not with
-    hypot."""
-    return np.sqrt(dots(vectors, vectors))
-
-
 def normal(random: np.random.Generator, shape: tuple[int, ...]) -> Floats:
     """Draw from the standard normal law. numpy makes draws beyond 3.65 with a logarithm, whose first
     twelve digits are those of every processor: they are rounded."""

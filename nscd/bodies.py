@@ -15,13 +15,11 @@ from nscd.arrays import (
     Frozen,
     Index32,
     Indices,
-    dots,
-    lengths,
     number,
     read_only,
     whole_numbers,
 )
-from nscd.segments import nearest_on_segment
+from nscd.segments import dots, lengths, nearest_on_segment
 
 _LEFT_OUT: Any = np.empty(0, dtype=np.int64)
 # Disks of one body hang together that are nearer than this share of the smaller radius.

@@ -15,15 +15,14 @@ from nscd.arrays import (
     Frozen,
     Index32,
     Indices,
-    dots,
     flags,
     instance,
-    lengths,
     number,
     read_only,
     whole_numbers,
 )
 from nscd.bodies import Bodies, Snapshot, Walls
+from nscd.segments import dots, lengths
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array

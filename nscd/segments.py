@@ -1,12 +1,22 @@
-"""Nearest points of straight segments."""
+"""Products and lengths of vectors, and nearest points of straight segments."""
 
 import numpy as np
 
-from nscd.arrays import Floats, dots
+from nscd.arrays import Floats
 
 # A nearest point that is nearer to an end than this (m) is the end: over the joint of two walls in
 # line, rounding would put it into both.
 ROUNDING_M = 1e-12
+
+
+def dots(a: Floats, b: Floats) -> Floats:
+    """Multiply vectors (…,2), for every processor alike, as products with `@` are not."""
+    return np.asarray((a * b).sum(-1))
+
+
+def lengths(vectors: Floats) -> Floats:
+    """Compute the lengths of vectors (…,2), for every processor alike, as those of hypot are not."""
+    return np.sqrt(dots(vectors, vectors))
 
 
 def nearest_on_segment(points: Floats, start: Floats, end: Floats) -> Floats:

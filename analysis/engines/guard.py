@@ -19,7 +19,8 @@ from analysis.engines.process import killed_by
 from analysis.engines.record import FAILED, STOPPED, EngineError, RunRecord
 from analysis.scene.scene import Scene
 from nscd import Snapshot, find_contacts
-from nscd.arrays import Flags, Floats, lengths
+from nscd.arrays import Flags, Floats
+from nscd.segments import lengths
 from nscd.stepping.motion import segments_of
 
 # The limits; the decks and the script hold the same numbers.

@@ -12,7 +12,7 @@ from analysis.engines.guard import speed_most
 from analysis.engines.process import Command, digest_of, python_command
 from analysis.engines.record import EngineError, Timing, divided
 from analysis.scene.scene import Scene
-from nscd.arrays import lengths
+from nscd.segments import lengths
 
 NAME = "rigid"
 # What a person goes in a step, at the desired speed, as a share of the mean radius: by default, and

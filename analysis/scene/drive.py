@@ -12,8 +12,8 @@ import pydantic
 from analysis.scene.fields import Count, Number, Point, Positive, Schema, means_of
 from analysis.scene.way import Way, way_of
 from nscd import Snapshot, Walls, _core
-from nscd.arrays import Flags, Floats, Indices, dots, lengths
-from nscd.segments import nearest_on_segment
+from nscd.arrays import Flags, Floats, Indices
+from nscd.segments import dots, lengths, nearest_on_segment
 
 # The key that may stand for desired speed or relaxation time, and the latter where only it is
 # given: pushed people lose their speed in 0.1 to 1 s.

@@ -16,7 +16,8 @@ from analysis.scene.vadere import of_vadere
 from analysis.scene.waiting import ON_WALL_M, Doorway, Ends
 from analysis.support.foreign import read_foreign
 from analysis.support.reading import UnreadableError, begins, parsed_xml, read_text
-from nscd.arrays import Floats, dots, lengths
+from nscd.arrays import Floats
+from nscd.segments import dots, lengths
 
 
 def walled(

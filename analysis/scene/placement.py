@@ -6,7 +6,8 @@ import numpy as np
 import shapely
 
 from nscd import Snapshot, Walls, find_contacts
-from nscd.arrays import Floats, lengths
+from nscd.arrays import Floats
+from nscd.segments import lengths
 
 # An overlap below this share of the smaller radius is rounding or reconciliation, not a mistake.
 OVERLAP = 1e-6

@@ -25,7 +25,8 @@ from analysis.scene.scene import (
 )
 from analysis.scene.waiting import MOST_COVER, ON_WALL_M, Doorway, Ends, counts_of, cover_of, places
 from nscd import Snapshot, Walls
-from nscd.arrays import Floats, Indices, lengths
+from nscd.arrays import Floats, Indices
+from nscd.segments import lengths
 from nscd.stepping import StepError
 
 # More people than these take minutes; more of the others is no crowd.

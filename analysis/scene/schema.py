@@ -14,7 +14,7 @@ from analysis.scene.drive import Drive
 from analysis.scene.fields import Count, FileName, Number, Period, Point, Positive, Schema, means_of
 from analysis.scene.law import AS_HERTZ, LAWS, NOMINAL, Elastic, Law, hertz_stiffness
 from nscd import Snapshot, Walls
-from nscd.arrays import lengths
+from nscd.segments import lengths
 from nscd.stepping import Arms
 
 # The keys that may stand for the stiffness of hertz.
@@ -332,7 +332,7 @@ class BodyForce(Schema):
             return self.acceleration_m_per_s2
         assert self.slope_deg is not None
         assert self.downhill is not None
-        sine = math.sin(math.radians(self.slope_deg))  # whose 12 digits are those of every processor
+        sine = math.sin(math.radians(self.slope_deg))  # 12 digits are those of every processor
         along = GRAVITY * float(f"{sine:.12g}")
         return along * self.downhill[0], along * self.downhill[1]
 

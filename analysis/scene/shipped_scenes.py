@@ -17,7 +17,8 @@ from analysis.scene.rooms import Crowd, Inside, from_geometry
 from analysis.scene.scene import Drive, Room, Scene, SceneError, Wall, read_room, read_scene
 from analysis.scene.waiting import Doorway
 from nscd import Snapshot
-from nscd.arrays import lengths, normal
+from nscd.arrays import normal
+from nscd.segments import lengths
 
 MASS_KG = 75.0
 

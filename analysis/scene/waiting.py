@@ -8,7 +8,8 @@ import shapely
 
 from analysis.scene.scene import SceneError
 from nscd import _core
-from nscd.arrays import Flags, Floats, Indices, lengths
+from nscd.arrays import Flags, Floats, Indices
+from nscd.segments import lengths
 
 # Share of the floor that disks cover where they wait: dense, and still without order.
 COVER = 0.6

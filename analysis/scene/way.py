@@ -11,7 +11,8 @@ import numpy as np
 import shapely
 
 from nscd import Walls, _core
-from nscd.arrays import Flags, Floats, Indices, dots, lengths
+from nscd.arrays import Flags, Floats, Indices
+from nscd.segments import dots, lengths
 
 # m, side of a cell where the floor has no more than MOST_CELLS of them.
 CELL_M, MOST_CELLS = 0.1, 250_000

@@ -9,7 +9,6 @@ pushed. The left velocity is 2 m/s toward the nearest point of the exit (along t
 the scene's own; in `push` of the last alone); pressed: the heap pushed together, as deeply and evenly as
 chance has it, so that it overlaps like a frame of a soft engine."""
 
-import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -19,7 +18,8 @@ from scipy.spatial import cKDTree
 from analysis.scene.packing import REST
 from analysis.scene.scene import read_scene
 from nscd import Contacts, Snapshot, Walls, _core, find_contacts
-from nscd.arrays import lengths, normal
+from nscd.arrays import normal
+from nscd.segments import lengths
 
 DOOR = 0.5  # half width, m
 WIDEST, SKIN = 0.25, 0.05  # m
@@ -192,10 +192,10 @@ def _arch(position: Any, radius: Any) -> int:
     position[0] = -radius[0], 0.75
     for count in range(1, len(radius)):
         rho, step = 0.8, radius[count - 1] + radius[count]
-        x, y = position[count - 1]
-        angle = math.atan2(y, -x) - 2 * math.asin(step / (2 * rho))
-        # picometres are those of every processor
-        position[count] = np.round([-rho * math.cos(angle), rho * math.sin(angle)], 12)
+        sine = step / (2 * rho)  # of half the angle between both, seen from the door
+        x, y = rho * position[count - 1] / lengths(position[count - 1])
+        c, s = 1 - 2 * sine * sine, 2 * sine * np.sqrt(1 - sine * sine)
+        position[count] = x * c - y * s, x * s + y * c
         if position[count, 0] > -radius[count]:
             return count
     return len(radius)

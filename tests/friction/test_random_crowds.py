@@ -114,13 +114,19 @@ def test_a_crowd_that_slides_and_rebounds_obeys_the_law():
 
 
 def test_a_search_that_finds_nothing_says_how_far_its_best_answer_is_and_gains_no_energy():
-    whole = pile(rows=5)
-    rng = np.random.default_rng(170)
-    velocity, mass = rng.normal(size=(len(whole), 2)), 10.0 ** rng.uniform(-4, 4, len(whole))
-    snapshot = replace(whole, velocity=velocity, mass=mass)
-    contacts = touching(snapshot)
-    law = ContactLaw(friction=rng.choice([0.3, 0.7, 1.5]), restitution=rng.choice([0.5, 0.9]))
-    found = solve(snapshot, contacts, law=law, tolerance=1e-12)
+    whole = pile(rows=9)
+
+    def answer(seed):
+        rng = np.random.default_rng(seed)
+        velocity, mass = rng.normal(size=(len(whole), 2)), 10.0 ** rng.uniform(-4, 4, len(whole))
+        crowd = replace(whole, velocity=velocity, mass=mass)
+        law = ContactLaw(friction=rng.choice([0.3, 0.7, 1.5]), restitution=rng.choice([0.5, 0.9]))
+        return solve(crowd, touching(crowd), law=law, tolerance=1e-12)
+
+    # of which crowd none is found hangs on the last digit of its masses
+    every = map(answer, range(169, 200))
+    found = next(one for one in every if one.friction.natural_map > 1e-12)
+    snapshot = found.snapshot
     assert found.status == "inaccurate"
     assert found.solver == "none"
     assert found.friction.natural_map > 1e-12

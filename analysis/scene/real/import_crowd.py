@@ -22,7 +22,8 @@ from analysis.scene.scene import Room, Scene, SceneError, read_room
 from analysis.scene.schema import OtherFrames, Reconciliation
 from analysis.support.files import write_text
 from nscd import Snapshot, Walls, find_contacts
-from nscd.arrays import Flags, Floats, Indices, lengths
+from nscd.arrays import Flags, Floats, Indices
+from nscd.segments import lengths
 
 # People farther than this from everyone have cells of this radius in the Voronoi densities.
 CELL_RADIUS_M = 0.8

@@ -14,7 +14,8 @@ from analysis.scene.floors import walls_between
 from analysis.scene.scene import Scene, SceneError, Wall, read_room
 from analysis.support.reading import UnreadableError, parsed_xml, read_text
 from nscd import Snapshot
-from nscd.arrays import Floats, lengths
+from nscd.arrays import Floats
+from nscd.segments import lengths
 from nscd.stepping import StepError
 
 BODIES, ROOM = "Agents.xml", "Geometry.xml"

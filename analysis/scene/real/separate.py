@@ -6,7 +6,8 @@ from itertools import pairwise
 import numpy as np
 
 from nscd import Contacts, Snapshot, Walls, _core, find_contacts
-from nscd.arrays import Floats, dots, lengths
+from nscd.arrays import Floats
+from nscd.segments import dots, lengths
 
 # Answers are whole multiples of GRID_M, so that every machine gives the same digits; gaps are at
 # least SPARE_M before rounding and so never negative after it.
