@@ -79,7 +79,9 @@ class _Disks(Schema):
     people_seed: Annotated[int, Strict(), Field(ge=0)] = 1
 
 
-class _SceneFile(Room):
+class SceneFile(Room):
+    """Hold what a scene file says: a room, which files have its disks, and where these come from."""
+
     disks: _Disks
     reconciliation: Reconciliation | None = None
     other_frames: OtherFrames | None = None
@@ -337,7 +339,7 @@ def read_scene(name_or_path: str | Path) -> Scene:
     """
     path = _path_of(name_or_path)
     content, notes = _read_toml(path)
-    stated = _validated(path, content, _SceneFile, lambda: _means(_bodies(path, content)))
+    stated = _validated(path, content, SceneFile, lambda: _means(_bodies(path, content)))
     try:
         snapshot = _bodies(path, content)
         others = stated.other_frames
@@ -381,7 +383,7 @@ def read_room(
     if not whole:
         content = FOR_RUNS | content
     if "disks" in content:
-        return _validated(path, content, _SceneFile, lambda: _means(_bodies(path, content))), notes
+        return _validated(path, content, SceneFile, lambda: _means(_bodies(path, content))), notes
     return _validated(path, content, Room, lambda: means), notes
 
 

@@ -250,7 +250,7 @@ def test_a_floor_of_wkt_with_a_door_and_a_link_to_it(page, address, tmp_path):
     pulled(page, (4, 2), (2.8, 2), tmp_path)
     page.locator("#live .again").click()
     opened(page)
-    page.get_by_text("hall, people: 60").wait_for()
+    page.get_by_text("hall: door of 1.2 m, 60 people").wait_for()
     again = read_scene(saved(page, "scene", tmp_path)[0])
     assert again.content() == scene.content()
     assert np.array_equal(again.snapshot.position, scene.snapshot.position)
@@ -289,7 +289,7 @@ def test_files_of_other_editors_and_rooms_that_are_small(page, address, tmp_path
     at(page, address, "arch")
     floor(page, tmp_path / "small.wkt", f"POLYGON ({RING})".replace(", 0 0)", ")"))
     clicked(page, (6, 1), (6, 2))
-    page.get_by_text("small, drawn: room for").wait_for()
+    page.get_by_text("Room for").wait_for()
     assert page.evaluate("explore.scene.content.walls.length") == 5
     assert 100 < page.evaluate("explore.scene.disks.id.length") < 200
 
@@ -328,8 +328,8 @@ def test_a_saved_scene_leaves_out_doors_and_stops_of_those_who_left(page, addres
     ("name", "text", "says"),
     [
         ("a.toml", "[drive\n", "line 1: [drive"),
-        ("a.toml", 'title = "t"\n', "contact: missing"),
-        ("a.toml", f"{SCENE}[contact]\nfriction = 0", "contact.restitution: missing"),
+        ("a.toml", 'title = "t"\n', "source, contact, run, analysis: Field required"),
+        ("a.toml", f"{SCENE}[contact]\nfriction = 0", "title, source, contact.stiffness_N_per_m, contact.restitution: Field required"),
         ("a.wkt", "nothing", "no TOML, and no WKT of one polygon"),
         ("a.wkt", "LINESTRING (0 0, 6 0, 6 4)", "no TOML, and no WKT of one polygon"),
         ("a.wkt", f"MULTIPOLYGON (({RING}), ({RING}))", "no TOML, and no WKT of one polygon"),
