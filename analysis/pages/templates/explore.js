@@ -110,7 +110,7 @@
     if (stamp(one) === origin && count === one.disks.id.length && !time) return one.content.title;
     const { drive, contact } = one.content, doors = exits(one.content).filter((door) => !door.ahead).map((door) => `${+gap(door.door_start_m, door.door_end_m).toFixed(2)} m`);
     const parts = [doors.length > 3 ? `${doors.length} doors` : doors.length ? `door${doors.length > 1 ? "s" : ""} of ${doors.join(" and ")}` : "", `${count} people`,
-      drive ? `push ${+push(one).toPrecision(3)} N` : "", contact.friction ? `friction ${contact.friction}` : "", contact.restitution ? `restitution ${contact.restitution}` : ""];
+      drive ? `push ${+push(one).toPrecision(3)} N` : "", contact.friction ? `friction ${contact.friction}` : ""];
     return `${nameOf(one).replace(/_/g, " ")}: ${parts.filter(Boolean).join(", ")}${time ? `, after ${time.toFixed(2)} s` : ""}`;
   }
   function heading() { $("title").textContent = titleOf(scene), run.moved = false, scenes.value = stamp(scene) === origin ? base : ""; }
@@ -203,19 +203,25 @@
     const box = [0, 1].map((k) => lines.flat().map((p) => p[k])).map((all) => [least(all), -least(all.map((v) => -v))]);
     const cell = Math.max(0.1, Math.sqrt((box[0][1] - box[0][0]) * (box[1][1] - box[1][0]) / 2e5));
     const [a, b] = [door.door_start_m, door.door_end_m], size = box.map(([low, high]) => Math.ceil((high - low) / cell) + 1);
-    const at = (i, j) => [box[0][0] + cell * i, box[1][0] + cell * j], seen = new Set(), found = [];
+    const at = (i, j) => [box[0][0] + cell * i, box[1][0] + cell * j], seen = new Uint8Array(size[0] * size[1]), found = [];
     const inner = [0, 1].map((k) => 0.5 * (a[k] + b[k]) - 1.5 * cell * door.outward[k]);
     let now = [[Math.round((inner[0] - box[0][0]) / cell), Math.round((inner[1] - box[1][0]) / cell)]];
-    const near = (p, reach) => lines.filter(([s, e]) => away(p, s, e) < reach);
+    // only lines that come near the square of 16 by 16 cells
+    const squares = new Map(), reach = radius + cell, near = (i, j) => {
+      const key = `${i >> 4} ${j >> 4}`, middle = at((i & ~15) + 7.5, (j & ~15) + 7.5);
+      if (!squares.has(key)) squares.set(key, lines.filter(([s, e]) => away(middle, s, e) < reach + 12 * cell));
+      const p = at(i, j);
+      return squares.get(key).filter(([s, e]) => away(p, s, e) < reach);
+    };
     for (let level = 0; now.length; ++level) {
       const next = [];
       for (const [i, j] of now) {
-        const p = at(i, j), around = near(p, radius + cell);
+        const p = at(i, j), around = near(i, j);
         if (!around.some(([s, e]) => away(p, s, e) < radius)) found.push([cell * level + away(p, a, b), p]);
         for (const [di, dj] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
           const [u, v] = [i + di, j + dj], key = u * size[1] + v;
-          if (u < 0 || v < 0 || u >= size[0] || v >= size[1] || seen.has(key)) continue;
-          if (!around.some(([s, e]) => crossing(p, at(u, v), s, e))) seen.add(key), next.push([u, v]);
+          if (u < 0 || v < 0 || u >= size[0] || v >= size[1] || seen[key]) continue;
+          if (!around.some(([s, e]) => crossing(p, at(u, v), s, e))) seen[key] = 1, next.push([u, v]);
         }
       }
       now = next;
@@ -229,6 +235,7 @@
     if (!doors.length || doors.some((one) => one.ahead)) throw Error("people are put before a door, and this scene has none");
     const lines = [...(content.walls || []).map((one) => [one.start_m, one.end_m]), ...doors.map((one) => [one.door_start_m, one.door_end_m])];
     const r = random(count, seed).map((one) => +(radius * (1 + 0.1 * (2 * one - 1))).toFixed(6)), x = [];
+    const side = 2.2 * most(r), there = new Map(), squareOf = ([u, v], i = 0, j = 0) => `${Math.floor(u / side) + i} ${Math.floor(v / side) + j}`;
     let first = 0;
     doors.forEach((door, number) => {
       const last = Math.round(count * (number + 1) / doors.length);
@@ -237,10 +244,13 @@
       // the nearest cells that have room for them, in any order
       const room = Math.min(cells.length, Math.ceil(r.slice(first, last).reduce((sum, one) => sum + 4.6 * one * one, 0) / (cell * cell)));
       for (const [part, wide] of [[room, 0.95], [room, 0.85], [room, 0.75], [cells.length, 0.75]]) {
+        if (x.length >= 2 * last) break;
         const order = random(part, seed + number + 1), queue = [...order.keys()].sort((p, q) => order[p] - order[q]);
         for (const k of queue) {
-          const i = x.length / 2, [px, py] = cells[k], free = (j) => Math.hypot(px - x[2 * j], py - x[2 * j + 1]) >= wide * (r[j] + r[i]);
-          if (i < last && r.slice(0, i).every((_, j) => free(j))) x.push(px, py);
+          const i = x.length / 2, p = cells[k], free = (j) => gap(p, [x[2 * j], x[2 * j + 1]]) >= wide * (r[j] + r[i]);
+          if (i === last) break;
+          if (![-1, 0, 1].every((u) => [-1, 0, 1].every((v) => (there.get(squareOf(p, u, v)) || []).every(free)))) continue;
+          x.push(...p), there.set(squareOf(p), [...(there.get(squareOf(p)) || []), i]);
         }
       }
       first = last;

@@ -29,7 +29,9 @@ const CHECKS = {
   _ahead(given) {
     const out = given.outward;
     if (hasDoor(given) || has(given, "door_end_m") || !Array.isArray(out) || out.length !== 2) return given;
-    const [x, y] = out.map(bareOf), [door_start_m, door_end_m] = [1, -1].map((s) => [RULES.ahead * (x - 0.5 * s * y), RULES.ahead * (y + 0.5 * s * x)]);
+    const [x, y] = out.map(bareOf).map((one) => (one === null || one === "" || typeof one === "object" || (typeof one !== "number" && Number.isNaN(Number(one))) ? null : Number(one)));
+    if (x === null || y === null) return given;
+    const [door_start_m, door_end_m] = [1, -1].map((s) => [RULES.ahead * (x - 0.5 * s * y), RULES.ahead * (y + 0.5 * s * x)]);
     return { ...given, door_start_m, door_end_m };
   },
   _of_push(given, means) {
@@ -58,7 +60,7 @@ const CHECKS = {
     if (missing.length === 1) wrong(`${missing[0]}: arms need both arm_reach_m and arm_force_N`);
   },
   _of_bodies(given) {
-    if (!has(RULES.laws, String(given.law))) return given;
+    if (typeof given.law !== "string" || !has(RULES.laws, given.law)) return given;
     const [rubs, own] = RULES.laws[given.law], bare = (key) => (has(given, key) ? bareOf(given[key]) : null);
     if (!rubs && bare("friction")) wrong(`friction: law = ${given.law} has none. Take law = ${RULES.rubbing_law}`);
     if (!own) return given;
@@ -116,6 +118,7 @@ function taken(given, schema, path, found, means = () => null) {
   }
   if (typeof value === "number") {
     if (!Number.isFinite(value)) return no("Input should be a finite number");
+    if (node.type === "integer" && !Number.isSafeInteger(value)) return no(`${value}. This page takes at most ${Number.MAX_SAFE_INTEGER}`);
     const [key, , words] = BOUNDS.find(([key, holds]) => has(node, key) && !holds(value, node[key])) || [];
     if (key) return no(`Input should be ${words} ${node[key]}`);
   }
@@ -326,7 +329,7 @@ function fromData(text, name) {
   const disks = { id: a.map((row) => row[0]), r, m, x: a.flatMap((row) => row.slice(4, 6)), u: v.flatMap((row) => row.slice(1, 3)), w: v.map((row) => row[6]) };
   const made = taken(disks, RULES.disks, [], found), [[key, k] = [], words] = found[0] || [];
   if (words && k !== undefined) wrong(`${name}: ${OF_DISKS[key]}: disk ${disks.id["xu".includes(key) ? k >> 1 : k]}: ${words}. This page takes no other`);
-  return words ? wrong(`${name}: ${words}`) : made;
+  return words ? wrong(`${name}: ${words}. This page takes no other`) : made;
 }
 // A scene of files, [name, text] each: {name, notes, content, disks}, and which files are not used. Without `disks` it is a room.
 function fromFiles(files, room) {
