@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Self
 
-from pydantic import Field, Strict, model_validator
+from pydantic import BaseModel, Field, Strict, model_validator
 from pydantic.json_schema import models_json_schema
 
 from analysis.scene.drive import AHEAD, USUAL_RELAXATION_S
@@ -94,6 +94,7 @@ class Link(Schema):
 def rules() -> dict[str, Any]:
     """What the page checks links and files by: JSON schemas without words, limits, and constants that
     validators have."""
+    kinds: dict[str, type[BaseModel]]
     kinds = {"scene": SceneFile, "room": Room, "link": Link, "disks": Disks}
     _, schema = models_json_schema([(kind, "validation") for kind in kinds.values()])
     return {
@@ -122,7 +123,9 @@ def _bare(node: Any) -> Any:
     if not isinstance(node, dict):
         return node
     words = {"title", "description", "default", "additionalProperties"}
-    found = {key: _bare(one) for key, one in node.items() if key not in words or isinstance(one, dict)}
+    found = {
+        key: _bare(one) for key, one in node.items() if key not in words or isinstance(one, dict)
+    }
     if isinstance(pattern := found.get("pattern"), str):
         letters = r"[\p{Alphabetic}\p{M}\p{Nd}\p{Pc}\p{Join_Control}]"
         found["pattern"] = pattern.replace(r"\w", letters)

@@ -56,7 +56,9 @@ def means_of(info: pydantic.ValidationInfo) -> Means | None:
 def _with_checks(schema: dict[str, Any], model: type[pydantic.BaseModel]) -> None:
     """Put the names of a model's validators into its JSON schema, in the order in which they run."""
     found = model.__pydantic_decorators__.model_validators
-    by = {mode: [key for key in found if found[key].info.mode == mode] for mode in ("before", "after")}
+    by = {
+        mode: [key for key in found if found[key].info.mode == mode] for mode in ("before", "after")
+    }
     schema |= {"before": by["before"][::-1], "after": by["after"]}
 
 

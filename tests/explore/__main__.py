@@ -20,12 +20,16 @@ def run():
     options.add_argument("--first", type=int, default=0)
     given, ends, faults, complaints = options.parse_args(), Counter(), 0, []
     with tempfile.TemporaryDirectory() as name, sync_playwright() as playwright:
-        page = playwright.chromium.launch(executable_path=BROWSER, args=QUIET).new_page(reduced_motion="reduce")
+        page = playwright.chromium.launch(executable_path=BROWSER, args=QUIET).new_page(
+            reduced_motion="reduce"
+        )
         page.on("console", lambda message: complaints.append(message.text))
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.goto(write_explore([read_scene("gate")], Path(name), "x").as_uri())
-        page.wait_for_function("window.explore && explore.run.frames")
-        for number, made, wrong in cases(page, Path(name), range(given.first, given.first + given.cases)):
+        page.locator("#live .now").get_by_text("beyond the door.").wait_for()
+        for number, made, wrong in cases(
+            page, Path(name), range(given.first, given.first + given.cases)
+        ):
             ends["played" if made["played"] else "refused"] += 1
             if wrong:
                 faults += 1

@@ -37,8 +37,8 @@ PLAYED = """async ([texts, hash, steps]) => { const from = performance.now();
     let made = 0;
     while (played && made < steps && explore.advance()) ++made;
     const x = [...explore.part("position")], clean = Reflect.ownKeys(Object.prototype).length === 12 && x.every(Number.isFinite);
-    const { ended, frames } = explore.run;
-    return { played, words, made, x, ended, clean: clean && frames.every(({ f }) => f.every(Number.isFinite)), ms: performance.now() - from };
+    const { ended, frames } = explore.run, forces = frames.every(({ f }) => f.every(Number.isFinite));
+    return { played, words, made, x, ended, clean: clean && forces, ms: performance.now() - from };
 }"""
 
 
@@ -67,7 +67,9 @@ def mutated(dice, tree):
         elif kind == 2 and isinstance(table, list):
             table.append(copy.deepcopy(value))
         elif kind == 3 and isinstance(table, dict):
-            table[dice.choice(("__proto__", "constructor", "toString", "speed", f"{key}_ft"))] = value
+            table[dice.choice(("__proto__", "constructor", "toString", "speed", f"{key}_ft"))] = (
+                value
+            )
         elif kind == 4:
             *other, last = dice.choice(list(places(tree)))
             found = tree
@@ -108,13 +110,22 @@ def files(dice, folder):
         text = damage(dice, text)
     else:
         data = damage(dice, data)
-    return {path.name: text.decode("utf-8", "replace"), f"{name}.data": data.decode("utf-8", "replace")}
+    return {
+        path.name: text.decode("utf-8", "replace"),
+        f"{name}.data": data.decode("utf-8", "replace"),
+    }
 
 
 def link(dice):
     """The text of a damaged link to a scene of its own."""
     found = content_of(read_scene(dice.choice(SCENES)))
-    said = {"base": "", "placed": None, "content": found["content"], "disks": found["disks"], "from": None}
+    said = {
+        "base": "",
+        "placed": None,
+        "content": found["content"],
+        "disks": found["disks"],
+        "from": None,
+    }
     return json.dumps(as_javascript(mutated(dice, json.loads(json.dumps(said)))))
 
 
@@ -145,7 +156,9 @@ def scene_of_link(text):
     crowd = made.disks
     place, velocity = (np.reshape(part, (-1, 2)) for part in (crowd.x, crowd.u))
     of = {"radius": crowd.r, "mass": crowd.m, "spin": crowd.w, "ids": crowd.id}
-    scene = Scene.of(made.content, name="linked", snapshot=Snapshot(position=place, velocity=velocity, **of))
+    scene = Scene.of(
+        made.content, name="linked", snapshot=Snapshot(position=place, velocity=velocity, **of)
+    )
     scene.check("linked")
     return scene
 
@@ -170,7 +183,11 @@ def answer(make, *given):
 
 def first_word(words):
     """The key, or file, that a refusal begins with."""
-    words = re.sub(r"^(Not opened|linked|\S+\.toml|\S+/(?=\w+\.data)|\w+(?=: (run|walls)\.))[:,]? *|^\S*/", "", words)
+    words = re.sub(
+        r"^(Not opened|linked|\S+\.toml|\S+/(?=\w+\.data)|\w+(?=: (run|walls)\.))[:,]? *|^\S*/",
+        "",
+        words,
+    )
     words = re.sub(r"^.*\(at (line|end)|^line.*", "TOML", words)
     return re.match(r"[\w.\-]*", words)[0].rstrip(".")
 
@@ -188,13 +205,19 @@ def fault(page, product):
             return f"no refusal: {words}"
         if not refusal:
             return "" if OF_THE_PAGE.search(words) else f"refused: {words}"
-        same = "coincide" in refusal or first_word(words) == first_word(refusal) or OF_THE_PAGE.search(words)
+        same = (
+            "coincide" in refusal
+            or first_word(words) == first_word(refusal)
+            or OF_THE_PAGE.search(words)
+        )
         return "" if same else f"other key: {words} | {refusal}"
     if refusal.endswith("disks: Field required"):
         return ""  # a room, in which the page puts people
     if refusal:
         return f"played: {refusal}"
-    return "" if page["x"] == places else f"other places, after {page['made']} steps: {page['ended']}"
+    return (
+        "" if page["x"] == places else f"other places, after {page['made']} steps: {page['ended']}"
+    )
 
 
 def cases(page, folder, numbers):

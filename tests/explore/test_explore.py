@@ -16,7 +16,7 @@ from analysis.engines.rigid import timing
 from analysis.explore.page import content_of, offered, write_explore
 from analysis.explore.taken import rules
 from analysis.scene.scene import SceneError, read_scene
-from tests.explore.mutants import PLAYED, cases, first_word, hash_of
+from tests.explore.mutants import PLAYED, cases, first_word
 from tests.pages.browser import BROWSER, QUIET, works_by_keyboard
 from tests.scene.test_bad_keys import PLACES, bad_values, whole
 
@@ -335,7 +335,7 @@ def test_a_saved_scene_leaves_out_doors_and_stops_of_those_who_left(page, addres
     [
         ("a.toml", "[drive\n", "line 1: [drive"),
         ("a.toml", 'title = "t"\n', "source, contact, run, analysis: Field required"),
-        ("a.toml", f"{SCENE}[contact]\nfriction = 0", "title, source, contact.stiffness_N_per_m, contact.restitution: Field required"),
+        ("a.toml", f"{SCENE}title = 't'\n", "analysis.title: unknown key"),
         ("a.wkt", "nothing", "no TOML, and no WKT of one polygon"),
         ("a.wkt", "LINESTRING (0 0, 6 0, 6 4)", "no TOML, and no WKT of one polygon"),
         ("a.wkt", f"MULTIPOLYGON (({RING}), ({RING}))", "no TOML, and no WKT of one polygon"),
@@ -374,7 +374,8 @@ def test_the_page_names_the_keys_that_the_product_names(page, address, tmp_path)
             with pytest.raises(SceneError) as refused:
                 read_scene(gate)
             said.append(first_word(str(refused.value)))
-    ours = page.evaluate("""([texts, data]) => texts.map((text) => { explore.openTexts([["gate.toml", text], ["gate.data", data]]);
+    ours = page.evaluate("""([texts, data]) => texts.map((text) => {
+        explore.openTexts([["gate.toml", text], ["gate.data", data]]);
         return document.querySelector("#live .said.quiet").textContent; })""", [texts, data])  # fmt: skip
     assert len(said) > 500
     assert [first_word(words) for words in ours] == said
@@ -395,7 +396,7 @@ MANY = "{ title: 't', source: 's', walls: Array(20000).fill({ name: 'w', start_m
     ("said", "words"),
     [
         ("{ base: 'gate', placed: { count: 1e9, radius: 0.2, seed: 1 } }", "placed.count"),
-        (f"{{ base: 'gate', content: {{ ...explore.scene.content, ...{MANY} }} }}", "content.walls: 20000. This page takes at most 1000"),
+        (f"{{ base: 'gate', content: {{ ...explore.scene.content, ...{MANY} }} }}", "content.walls: 20000."),
         ("{ base: 'gate', disks: { id: Array(6000).fill(1) } }", "disks.id: 6000. This page takes at most 5000"),
         ("' '.repeat(2e8)", "link: more than 4 MB"),
         ("JSON.parse('{ \"base\": \"gate\", \"__proto__\": { \"x\": 1 } }')", "__proto__: unknown key"),
@@ -414,7 +415,7 @@ def test_a_link_that_asks_too_much_leaves_what_is_shown(page, address, said, wor
 def test_the_core_refuses_parts_that_do_not_go_together(page, address):
     """The part is named by its number, and nothing is stepped."""
     at(page, address, "gate")
-    names = "position velocity spin radius mass goes stop walls exits law grid next corners".split()
+    names = ["position", "velocity", "spin", "radius", "mass", "goes", "stop", "walls", "exits", "law", "grid", "next", "corners"]
     found = page.evaluate("""(names) => { const { core, part } = explore, bad = [];
         names.forEach((name, k) => { const old = part(name).slice();
             for (const values of [[...old, 1], [...old.slice(0, -1), NaN], [...old.slice(0, -1), -3]]) {
@@ -422,7 +423,8 @@ def test_the_core_refuses_parts_that_do_not_go_together(page, address):
                 bad.push([name, core.begin(0), core.step(), core.separate(), core.window()]);
             }
             core.room(k, old.length), part(name).set(old); });
-        return [bad, core.room(99, 1), core.room(0, -1), core.at(-5), core.size(77), core.extreme(1e6, 1), core.begin(0), core.step()]; }""", names)  # fmt: skip
+        const others = [core.room(99, 1), core.room(0, -1), core.at(-5), core.size(77), core.extreme(1e6, 1)];
+        return [bad, ...others, core.begin(0), core.step()]; }""", names)  # fmt: skip
     bad, *others = found
     assert others == [0, 0, 0, 0, np.inf, 0, 1]
     wrong = {name: [code for one, code, *_ in bad if one == name] for name in names}
@@ -433,7 +435,7 @@ def test_the_core_refuses_parts_that_do_not_go_together(page, address):
     assert all(step == -2 and apart == -1 for _, code, step, apart, _ in bad if code)
     page.evaluate("explore.part('velocity')[0] = NaN")
     assert not page.evaluate("explore.advance()")
-    assert "at no finite place" in page.locator("#live .now").inner_text() or "at no finite place" in page.locator("#live .said.quiet").inner_text()
+    assert "at no finite place" in page.locator("#live .said.quiet").inner_text()
 
 
 def test_a_title_says_what_is_shown(page, address, tmp_path):

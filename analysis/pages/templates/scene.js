@@ -120,7 +120,7 @@ function taken(given, schema, path, found, means = () => null) {
     if (!Number.isFinite(value)) return no("Input should be a finite number");
     if (node.type === "integer" && !Number.isSafeInteger(value)) return no(`${value}. This page takes at most ${Number.MAX_SAFE_INTEGER}`);
     const [key, , words] = BOUNDS.find(([key, holds]) => has(node, key) && !holds(value, node[key])) || [];
-    if (key) return no(`Input should be ${words} ${node[key]}`);
+    if (key) return no(`${value}. Input should be ${words} ${node[key]}`);
   }
   if (node.pattern && !new RegExp(node.pattern, "u").test(value)) return no("String should match pattern: a letter, then letters, digits and _, 100 at most");
   return checked(value, node.check, before, found, no);
