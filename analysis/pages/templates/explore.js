@@ -89,7 +89,10 @@
   // Take up a scene from its start.
   function begin(next) {
     load(next), drawing = null, say(""), run.duration = 0;
-    if (core.separate() < 0) end("The people do not fit between the walls.");
+    const moved = core.separate();
+    if (moved < 0) end("The people do not fit between the walls.");
+    // so that a link to them is taken
+    if (moved > RULES.overlap * least(scene.disks.r)) scene.disks.x = [...part("position")], run.began = copy(scene);
     run.before = part("velocity").slice(), write(), fill(), fit(), draw(), heading();
   }
   // Act, or say why not and leave all as it was.
@@ -313,6 +316,7 @@
   const rings = (text) => [...text.matchAll(/\(([^()]+)\)/g)].map(([, ring]) => ring.trim().split(",").map((one) => one.trim().split(/\s+/).slice(0, 2).map(Number)).filter((p, i, all) => i < all.length - 1 || !same(p, all[0])));
   async function open(list) {
     const { bytes } = RULES, files = [...list], large = files.find((one) => one.size > bytes);
+    if (!files.length) return undefined;
     if (large) return say(`Not opened: ${large.name}: ${large.size} bytes. This page takes at most ${bytes}.`);
     try { return openTexts(await Promise.all(files.map(async (file) => [file.name, new TextDecoder("utf-8", { fatal: !/\.data$/.test(file.name) }).decode(await file.arrayBuffer())]))); }
     catch (error) { return say(`Not opened: ${error instanceof TypeError ? "not UTF-8 text" : error.message}.`); }
