@@ -211,8 +211,9 @@ def fault(page, product):
             or OF_THE_PAGE.search(words)
         )
         return "" if same else f"other key: {words} | {refusal}"
-    if refusal.endswith("disks: Field required"):
-        return ""  # a room, in which the page puts people
+    # a room, in which the page puts people, and frames that it does not use
+    if refusal.endswith(("disks: Field required", "no such file")):
+        return ""
     if refusal:
         return f"played: {refusal}"
     return (

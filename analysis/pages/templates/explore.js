@@ -102,7 +102,8 @@
     try { return act(), true; } catch (error) {
       core.back(), [scene, run, pulls, placed, base, chosen, drawing, origin] = was;
       run.shown = -1;
-      if (!drawing) fill(), fit(), heading(), draw();
+      heading();
+      if (!drawing) fill(), fit(), draw();
       return say(`${before}${error.message}.`), false;
     }
   }
@@ -262,8 +263,10 @@
     const none = Error(`${count} people of radius ${radius} m do not fit`);
     if (x.length < 2 * count) throw none;
     load(next), put("walls", lines.flat(2)), accepted(core.begin(0));
-    if (core.separate() < 0) throw none;
-    next.disks.x = [...part("position")], placed = { count, radius, seed };
+    const moved = core.separate();
+    next.disks.x = [...part("position")];
+    if (moved < 0 || outsider(next) >= 0) throw none;
+    placed = { count, radius, seed };
     begin(next);
   }
   const asked = () => ({ count: +$("people").value, radius: +$("radius").value, seed: +$("seed").value });
@@ -325,13 +328,13 @@
   function openTexts(texts) {
     const plain = (name) => name.replace(/\.\w+$/, "").replace(/\W/g, "_");
     return trying(() => {
-      let used = texts.slice(0, 1).map(([name]) => name);
+      let used = texts.slice(0, 1).map(([name]) => name), unused = [];
       if (!texts.some(([name]) => name.endsWith(".toml"))) sketch(texts[0][1].split(/\(\s*\(/).length === 2 ? rings(texts[0][1]) : [], texts[0][0]);
       else {
         const found = fromFiles(texts, [asked().radius, 75]);
-        used = found.used, take({ name: plain(found.name), notes: "", content: found.content, disks: found.disks, way: wayOf(found.content) });
+        ({ used, unused } = found), take({ name: plain(found.name), notes: "", content: found.content, disks: found.disks, way: wayOf(found.content) });
       }
-      const left = texts.map(([name]) => name).filter((name) => !used.includes(name));
+      const left = [...texts.map(([name]) => name).filter((name) => !used.includes(name)), ...unused];
       if (left.length) say(`${$("said").textContent} Not used: ${left.join(", ")}.`);
     }, "Not opened: ");
   }

@@ -183,13 +183,17 @@ function checkScene({ content, disks }, deepest) {
   if (period) checkPeriod(content, disks, gates.length);
   const slack = RULES.overlap * Math.min(...r), [one, other, isWall, depth] = deepest(slack);
   if (depth < -slack) wrong(`disk ${id[one]} and ${isWall ? `wall ${other + 1}` : `disk ${id[other]}`} overlap by ${(-depth).toPrecision(3)} m`);
-  const lines = walls.map((wall) => [wall.start_m, wall.end_m]), doors = gates.map((gate) => [gate.door_start_m, gate.door_end_m]);
+  const out = outsider({ content, disks });
+  if (out >= 0) wrong(`disk ${id[out]} at (${x[2 * out]}, ${x[2 * out + 1]}) m is outside the walls`);
+}
+// The first of the people of a scene who is outside its rooms, −1: nobody.
+function outsider({ content: { walls = [], drive = {}, period_x_m: period }, disks: { id, x } }) {
+  const lines = walls.map((wall) => [wall.start_m, wall.end_m]), doors = [drive, ...(drive.goals || [])].filter(hasDoor).map((gate) => [gate.door_start_m, gate.door_end_m]);
   for (const end of period || []) {  // a room is shut where a period ends
     const there = [...new Set(lines.flat().filter(([at]) => at === end).map(([, y]) => y))].sort((a, b) => a - b);
     there.slice(1).forEach((y, k) => lines.push([[end, there[k]], [end, y]]));
   }
-  const out = outside(id.map((_, i) => [x[2 * i], x[2 * i + 1]]), [...lines, ...doors], doors);
-  if (out >= 0) wrong(`disk ${id[out]} at (${x[2 * out]}, ${x[2 * out + 1]}) m is outside the walls`);
+  return outside(id.map((_, i) => [x[2 * i], x[2 * i + 1]]), [...lines, ...doors], doors);
 }
 function checkPeriod({ walls = [], period_x_m: [low, high], contact }, { id, x, r }, gates) {
   const reach = 2 * Math.max(...r) + (contact.arm_reach_m || 0), ends = new Set(walls.flatMap((wall) => [wall.start_m, wall.end_m].map(String)));
@@ -304,6 +308,7 @@ function fromData(text, name) {
   text.split("\n").forEach((line, k) => {
     const where = `${name}, line ${k + 1}`, words = line.replace(/#.*/, "").trim().split(/\s+/), [first] = words;
     const whole = () => (/^\d{1,19}$/.test(first) && +first >= 1 && +first <= RULES.largest_id ? +first : wrong(`${where}: ${first.slice(0, 40)} where a whole number ≥ 1 is needed`));
+    if (line.length > 65_535) wrong(`${where}: longer than 65535 characters`);
     if (!first || k === 0) return;
     if (/^\p{L}+$/u.test(first)) {
       if (!has(rows, first) || rows[first].length || words.length > 1) wrong(`${where}: ${line.trim().slice(0, 40)} where ${Object.keys(rows).join(" or ")} is expected`);
@@ -334,13 +339,13 @@ function fromData(text, name) {
 // A scene of files, [name, text] each: {name, notes, content, disks}, and which files are not used. Without `disks` it is a room.
 function fromFiles(files, room) {
   const find = (named) => files.find(([name]) => named(name)), toml = find((name) => name.endsWith(".toml")), given = fromToml(toml[1]);
-  if (!has(given, "disks")) return { name: toml[0], content: read(given, "room", () => room), disks: null, used: [toml[0]] };
+  if (!has(given, "disks")) return { name: toml[0], content: read(given, "room", () => room), disks: null, used: [toml[0]], unused: [] };
   const data = isTable(given.disks) && typeof given.disks.data === "string" ? given.disks.data : "", file = find((name) => name === data);
   let disks;
   const crowd = () => (disks ||= file ? fromData(file[1], data) : wrong(`disks.data: open it together with ${data}`)), mean = (all) => all.reduce((sum, one) => sum + one, 0) / all.length;
   const made = read(given, "scene", () => [mean(crowd().r), mean(crowd().m)]), { disks: of, other_frames: _, ...content } = made;
   for (const key of ["bodies", "people"]) if (has(of, key)) throw Error(`disks.${key}: not on this page. This page takes people as data has them. Use percussions run`);
-  return { name: toml[0], content, disks: crowd(), used: [toml[0], data] };
+  return { name: toml[0], content, disks: crowd(), used: [toml[0], data], unused: has(made, "other_frames") ? ["other_frames"] : [] };
 }
 // The text of base64url of a gzip, inflated in pieces, so that nobody waits for what is too large.
 async function fromLink(packed) {
