@@ -126,18 +126,16 @@ function taken(given, schema, path, found, means = () => null) {
   return checked(value, node.check, before, found, no);
 }
 function checked(made, names, before, found, no) {
-  try { if (found.length === before) for (const name of [names || []].flat()) CHECKS[name](made); } catch (error) {
-    if (!(error instanceof Wrong)) throw error;
-    no(error.message, ...error.path);
-  }
+  if (found.length === before) guarded(() => [names || []].flat().forEach((name) => CHECKS[name](made)), no);
   return made;
+}
+function guarded(act, no) {
+  try { act(); } catch (error) { if (error instanceof Wrong) no(error.message, ...error.path); else throw error; }
 }
 function table(given, node, path, found, means) {
   const no = (words, ...more) => { found.push([[...path, ...more], words]); }, start = found.length, made = {};
-  try { for (const name of node.before) given = CHECKS[name](given, means); } catch (error) {
-    if (!(error instanceof Wrong)) throw error;
-    return no(error.message, ...error.path);
-  }
+  guarded(() => { for (const name of node.before) given = CHECKS[name](given, means); }, no);
+  if (found.length > start) return undefined;
   for (const [key, one] of Object.entries(node.properties)) {
     if (!has(given, key)) { if ((node.required || []).includes(key)) no("Field required", key); continue; }
     const count = found.length, value = taken(given[key], one, [...path, key], found, means);
