@@ -7,6 +7,7 @@ const wrong = (words, ...path) => { throw new Wrong(words, path); };
 const has = (table, key) => Object.hasOwn(table, key), bareOf = (value) => (value instanceof Float ? value.value : value);
 const isTable = (value) => value !== null && typeof value === "object" && !Array.isArray(value) && !(value instanceof Float);
 const samePoint = ([x, y], [u, v]) => x === u && y === v, hasDoor = (one) => has(one, "door_start_m");
+const aheadOf = ([x, y]) => [1, -1].map((s) => [RULES.ahead * (x - 0.5 * s * y), RULES.ahead * (y + 0.5 * s * x)]);  // a door where there is none
 const isUnit = ([x, y]) => Math.abs(Math.hypot(x, y) - 1) <= 1e-9;
 const BOUNDS = [["maximum", (v, m) => v <= m, "less than or equal to"], ["exclusiveMaximum", (v, m) => v < m, "less than"],
   ["minimum", (v, m) => v >= m, "greater than or equal to"], ["exclusiveMinimum", (v, m) => v > m, "greater than"]];
@@ -31,7 +32,7 @@ const CHECKS = {
     if (hasDoor(given) || has(given, "door_end_m") || !Array.isArray(out) || out.length !== 2) return given;
     const [x, y] = out.map(bareOf).map((one) => (one === null || one === "" || typeof one === "object" || (typeof one !== "number" && Number.isNaN(Number(one))) ? null : Number(one)));
     if (x === null || y === null) return given;
-    const [door_start_m, door_end_m] = [1, -1].map((s) => [RULES.ahead * (x - 0.5 * s * y), RULES.ahead * (y + 0.5 * s * x)]);
+    const [door_start_m, door_end_m] = aheadOf([x, y]);
     return { ...given, door_start_m, door_end_m };
   },
   _of_push(given, means) {
@@ -46,7 +47,8 @@ const CHECKS = {
   _check_door(made) {
     if (!isUnit(made.outward)) wrong("outward must be a unit vector");
     if (samePoint(made.door_start_m, made.door_end_m)) wrong("door_start_m and door_end_m are the same point");
-    if ([...made.door_start_m, ...made.door_end_m].some((v) => Math.abs(v) >= 0.1 * RULES.ahead)) delete made.door_start_m, delete made.door_end_m;
+    const [start, end] = aheadOf(made.outward);
+    if (samePoint(made.door_start_m, start) && samePoint(made.door_end_m, end)) delete made.door_start_m, delete made.door_end_m;
   },
   _one_goal_each(made) {
     if (has(made, "clearance_m") && ![made, ...(made.goals || [])].every(hasDoor)) wrong("clearance_m: a way leads to a door. Give door_start_m and door_end_m");
