@@ -17,11 +17,16 @@ enum Part { POSITION, VELOCITY, SPIN, RADIUS, MASS, GOES, STOP, WALLS, EXITS, LA
 // LAW: the numbers of `Law` (no τ: no drive), the speed of the drive, the period's low end and length (0: none). EXITS (8): start,
 // end, outward, place. GRID: origin, cell, rows, columns.
 enum { TAU = 1, SPEED = 9, LOW, PERIOD };
-Motion crowd;
-Numbers others[PARTS];
-WindowSums sums(0);
-Report last;     // the last step
-System resting;  // its contacts that stay closed, between disks of 1 kg
+constexpr int MOST = 1 << 24;  // numbers of a part
+struct Whole {
+    Motion crowd;
+    Numbers others[PARTS];
+    WindowSums sums{0};
+    Report last;         // the last step
+    bool begun = false;  // whether the parts were found right since they were filled
+} whole, kept;
+auto& [crowd, others, sums, last, begun] = whole;
+System resting;  // contacts of the last step that stay closed, between disks of 1 kg
 Numbers pressing;
 
 Numbers& part(int number) {
@@ -29,6 +34,33 @@ Numbers& part(int number) {
     return number <= MASS ? *of_crowd[number] : others[number];
 }
 double law(int one) { return others[LAW][one]; }
+
+bool finite(In values) { return std::all_of(values.begin(), values.end(), [](double one) { return std::isfinite(one); }); }
+bool within(In values, double least, double most) { return std::all_of(values.begin(), values.end(), [=](double one) { return one >= least && one <= most; }); }
+bool whole_within(In values, double least, double most) {
+    return within(values, least, most) && std::all_of(values.begin(), values.end(), [](double one) { return one == std::floor(one); });
+}
+
+// The first part that cannot be stepped with, from 1 on; 0: none.
+int wrong() {
+    const std::size_t n = crowd.radius.size(), doors = others[EXITS].size() / 8, corners = others[CORNERS].size() / 2;
+    const std::size_t sizes[] = {2 * n, 2 * n, n, n, n, n, n}, rows_of[] = {4, 8};
+    for (int one = POSITION; one <= CORNERS; ++one) {
+        if (!finite(part(one)) || (one <= STOP && part(one).size() != sizes[one])) return one + 1;
+        if ((one == WALLS || one == EXITS) && part(one).size() % rows_of[one - WALLS]) return one + 1;
+    }
+    const Numbers &law = others[LAW], &grid = others[GRID];
+    if (!n || !within(crowd.radius, TINY, NOWHERE)) return RADIUS + 1;
+    if (!within(crowd.mass, TINY, NOWHERE)) return MASS + 1;
+    if (law.size() != PERIOD + 1 || !(law[0] > 0.0) || !within(In(law).subspan(4, 6), 0.0, NOWHERE)) return LAW + 1;
+    if (law[4] > 1.0 || !(law[6] > 0.0) || law[TAU] < 0.0 || law[PERIOD] < 0.0) return LAW + 1;
+    if (law[TAU] > 0.0 && !whole_within(others[GOES], 0.0, double(doors) - 1.0)) return GOES + 1;
+    if (others[CORNERS].size() % 2) return CORNERS + 1;
+    if (grid.empty()) return 0;
+    if (grid.size() != 5 || !(grid[2] > 0.0) || !whole_within(In(grid).subspan(3), 1.0, MOST)) return GRID + 1;
+    if (double(others[NEXT].size()) != double(doors) * grid[3] * grid[4]) return NEXT + 1;
+    return whole_within(others[NEXT], -1.0, std::max(0.0, double(corners) - 1.0)) ? 0 : NEXT + 1;
+}
 
 // The number of the corner to which somebody goes first; 0: none.
 int corner_of(const double* at, int door) {
@@ -62,31 +94,59 @@ Numbers desired(In x) {
 
 }  // namespace
 
-// Make room for the numbers of a part.
+// Make room for the numbers of a part; null where it is no part, or too large.
 EXPORT(room) double* room(int number, int size) {
+    if (number < 0 || number >= PARTS || size < 0 || size > MOST) return nullptr;
+    begun = begun && number > CORNERS;
     part(number).assign(size, 0.0);
     return part(number).data();
 }
-EXPORT(at) double* at(int number) { return part(number).data(); }
-EXPORT(size) int size(int number) { return int(part(number).size()); }
+EXPORT(at) double* at(int number) { return number < 0 || number >= PARTS ? nullptr : part(number).data(); }
+EXPORT(size) int size(int number) { return number < 0 || number >= PARTS ? 0 : int(part(number).size()); }
+// Keep all as it is, and go back to it.
+EXPORT(keep) void keep() { kept = whole; }
+EXPORT(back) void back() { whole = kept, others[RESTING].clear(), resting = {}; }
 
-EXPORT(reconnect) void reconnect() { crowd.walls = connected(others[WALLS], law(LOW), law(PERIOD)); }
-// Begin at a time (s) from what the parts say.
-EXPORT(begin) void begin(double time) {
+// Take walls and law as the parts say; the first part that is wrong, from 1 on, or 0.
+EXPORT(reconnect) int reconnect() {
+    const int bad = wrong();
+    begun = bad == 0;
+    if (begun) crowd.walls = connected(others[WALLS], law(LOW), law(PERIOD));
+    return bad;
+}
+// Begin at a time (s) from what the parts say; as `reconnect`.
+EXPORT(begin) int begin(double time) {
+    const int bad = std::isfinite(time) ? reconnect() : PARTS + 1;
+    if (bad) return bad;
     crowd.now.time = time, last = {}, sums = WindowSums(std::int64_t(crowd.radius.size()));
-    reconnect(), crowd.forget(), crowd.stay_within();
+    crowd.forget(), crowd.stay_within();
+    return 0;
 }
 // Push overlapping disks apart; how far at most (m), −1 where they do not fit.
-EXPORT(separate) double separate() { return crowd.separate(); }
+EXPORT(separate) double separate() { return begun ? crowd.separate() : -1.0; }
+// Put the deepest contact of all with gaps of at most `most` m into RESTING: first, second or wall, is_wall, gap.
+EXPORT(deepest) void deepest(double most) {
+    others[RESTING].clear();
+    if (!begun) return;
+    const Touching at = touching(crowd.now.position, crowd.radius, crowd.walls, most);
+    const auto c = std::min_element(at.gap.begin(), at.gap.end()) - at.gap.begin();
+    if (at.size()) others[RESTING] = {double(at.first[c]), double(at.second[c]), double(c >= at.pairs), at.gap[c]};
+}
 
-// Make a step; whether it is solved.
-EXPORT(step) bool step() {
+// Make a step: 1, 0 where it is not solved, −1 where somebody is no longer at a finite place, −2 where nothing has begun. But for the
+// first the state stays.
+EXPORT(step) int step() {
+    if (!begun) return -2;
     Report& done = last;
     crowd.law = {law(0), law(1), law(2), law(3), law(4), law(5), law(6), law(7), law(8)};
-    if (!crowd.advance(law(TAU) > 0.0 ? desired : Motion::Desired(), done)) return false;
+    const auto moves = [] { return finite(crowd.now.position) && finite(crowd.now.velocity) && finite(crowd.now.spin); };
+    if (!moves()) return -1;
+    const Motion::State before = crowd.now;
+    if (!crowd.advance(law(TAU) > 0.0 ? desired : Motion::Desired(), done)) return 0;
+    if (!moves() || !finite(done.reaction) || !finite(done.friction)) return crowd.now = before, -1;
     sums.add(done.near.first, done.near.second, done.near.wall, done.near.normal, done.near.gap, done.reaction, done.friction);
     sums.add(done.reached.first, done.reached.second, done.reached.wall, done.reached.normal, done.reached.gap, done.push, {});
-    return true;
+    return 1;
 }
 
 // Rows of RESTING as of CONTACTS: those that the last step leaves closed; none where it had friction.
@@ -96,7 +156,7 @@ EXPORT(closed) void closed() {
     Places one, other;
     Numbers along;
     others[RESTING].clear(), pressing.clear();
-    if (largest(last.friction) > 0.0) return;
+    if (!begun || largest(last.friction) > 0.0) return;
     for (std::size_t c = 0; c < gap.size(); ++c) {
         const Index i = first[c], j = second[c];
         const double x = normal[2 * c], y = normal[2 * c + 1], p = last.reaction[c];
@@ -112,6 +172,7 @@ EXPORT(closed) void closed() {
 // program as an impact. Infinite where a self-stress leaves no such u.
 EXPORT(extreme) double extreme(int row, double sign) {
     System& s = resting;
+    if (row < 0 || row >= s.k) return sign > 0.0 ? INFINITE : 0.0;
     const double most = largest(pressing), unit = most > 0.0 ? most / STEEP : 1.0;
     std::fill(s.left.begin(), s.left.end(), 0.0), std::fill(s.offset.begin(), s.offset.end(), 0.0);
     add_reactions(s, pressing, 1.0 / unit, s.left), s.offset[row] = -sign;
@@ -131,6 +192,7 @@ EXPORT(window) void window() {
     const auto n = std::int64_t(crowd.radius.size());
     Numbers& rows = others[CONTACTS];
     rows.clear();
+    if (!begun) return;
     for (const auto& [key, sum] : sums.close()) {
         const std::int64_t first = key >> ID_BITS, second = key & ID_MASK;
         const bool wall = second >= n;

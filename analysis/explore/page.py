@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from analysis.explore.compiled import WASM
+from analysis.explore.taken import MOST_BYTES, MOST_PEOPLE, MOST_WALLS, rules
 from analysis.exposure.limits import limits_of_bodies
 from analysis.pages.drawing import above_colours, scene_picture
 from analysis.pages.html import drawn, write_html
@@ -78,6 +79,7 @@ def write_explore(
         "scenes": [content_of(scene) for scene in scenes],
         "limits": [one.number for one in limits],
         "above": above_colours(len(limits)),
+        "rules": rules(),
     }
     shown = still or still_of(scenes[0])
     return write_html(
@@ -88,5 +90,6 @@ def write_explore(
         still=shown,
         core=packed(WASM.read_bytes()),
         data=packed(json.dumps(content, separators=(",", ":"), allow_nan=False).encode()),
+        most={"people": MOST_PEOPLE, "walls": MOST_WALLS, "bytes": MOST_BYTES},
         command=command,
     )

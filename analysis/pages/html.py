@@ -26,6 +26,8 @@ DIGITS = 4
 # a cell of more letters than these wraps
 LONG = 28
 SOLVED = "solved"
+# what a script needs besides shared.js
+BEFORE = {"explore.js": ("scene.js",)}
 # So many times as wide as a telephone, a figure is drawn again for it.
 WIDE = 1.3
 # what reads as a number stands right, as numbers do
@@ -94,8 +96,9 @@ def sentence(words: str) -> str:
 def script(name: str) -> markupsafe.Markup:
     """Write a script of templates/, after what all share."""
     folder = resources.files(__package__).joinpath("templates")
-    both = (folder.joinpath(one).read_text(encoding="utf-8") for one in ("shared.js", name))
-    return markupsafe.Markup("".join(both))
+    parts = ("shared.js", *BEFORE.get(name, ()), name)
+    texts = (folder.joinpath(one).read_text(encoding="utf-8") for one in parts)
+    return markupsafe.Markup("".join(texts))
 
 
 def source_of_script(name: str) -> markupsafe.Markup:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 import numpy as np
 import pydantic
 
-from analysis.scene.fields import Count, Number, Point, Positive, Schema, means_of
+from analysis.scene.fields import IN_ORDER, Count, Number, Point, Positive, Schema, means_of
 from analysis.scene.way import Way, way_of
 from nscd import Snapshot, Walls, _core
 from nscd.arrays import Flags, Floats, Indices
@@ -38,7 +38,7 @@ def _in_order(people: tuple[int, int]) -> tuple[int, int]:
 class Some(Schema):
     """Name some people: by their ids, the first and the last."""
 
-    people: Annotated[tuple[Count, Count], pydantic.AfterValidator(_in_order)]
+    people: Annotated[tuple[Count, Count], pydantic.AfterValidator(_in_order), IN_ORDER]
 
     def of(self, ids: Indices) -> Flags:
         """Who (n,) of these ids (n,) is named."""

@@ -28,7 +28,12 @@ def _rising(ends: Point) -> Point:
     return ends
 
 
-Period = Annotated[Point, pydantic.AfterValidator(_rising)]
+# What a JSON schema says of a field that a function checks: its name.
+RISING, FILE_NAME, IN_ORDER = (
+    pydantic.Field(json_schema_extra={"check": name})
+    for name in ("_rising", "_file_name", "_in_order")
+)
+Period = Annotated[Point, pydantic.AfterValidator(_rising), RISING]
 
 
 def _file_name(name: str) -> str:
@@ -38,7 +43,7 @@ def _file_name(name: str) -> str:
 
 
 # It becomes a part of paths, and must not lead out of their folder.
-FileName = Annotated[str, pydantic.AfterValidator(_file_name)]
+FileName = Annotated[str, pydantic.AfterValidator(_file_name), FILE_NAME]
 # Mean radius (m) and mean mass (kg) of the disks of a file.
 Means = tuple[float, float]
 
@@ -49,10 +54,21 @@ def means_of(info: pydantic.ValidationInfo) -> Means | None:
     return ask()
 
 
+def _with_checks(schema: dict[str, Any], model: type[pydantic.BaseModel]) -> None:
+    """Put the names of a model's validators into its JSON schema, in the order in which they run."""
+    found = model.__pydantic_decorators__.model_validators
+    by = {
+        mode: [key for key in found if found[key].info.mode == mode] for mode in ("before", "after")
+    }
+    schema |= {"before": by["before"][::-1], "after": by["after"]}
+
+
 class Schema(pydantic.BaseModel):
     """A table of a scene file: no key that is not known, numbers that are numbers."""
 
-    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = pydantic.ConfigDict(
+        extra="forbid", frozen=True, allow_inf_nan=False, json_schema_extra=_with_checks
+    )
 
     @pydantic.field_validator("*")
     @classmethod

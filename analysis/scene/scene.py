@@ -79,7 +79,9 @@ class _Disks(Schema):
     people_seed: Annotated[int, Strict(), Field(ge=0)] = 1
 
 
-class _SceneFile(Room):
+class SceneFile(Room):
+    """Hold what a scene file says: a room, which files have its disks, and where these come from."""
+
     disks: _Disks
     reconciliation: Reconciliation | None = None
     other_frames: OtherFrames | None = None
@@ -333,7 +335,7 @@ def read_scene(name_or_path: str | Path) -> Scene:
     """
     path = _path_of(name_or_path)
     content, notes = _read_toml(path)
-    stated = _validated(path, content, _SceneFile, lambda: means_of(_bodies(path, content)))
+    stated = _validated(path, content, SceneFile, lambda: means_of(_bodies(path, content)))
     try:
         snapshot = _bodies(path, content)
         others = stated.other_frames
@@ -389,9 +391,7 @@ def read_room(
                 content[key] = ({"restitution": 0.0} if own else FOR_RUNS[key]) | table
         content = FOR_RUNS | content
     if "disks" in content:
-        return _validated(
-            path, content, _SceneFile, lambda: means_of(_bodies(path, content))
-        ), notes
+        return _validated(path, content, SceneFile, lambda: means_of(_bodies(path, content))), notes
     return _validated(path, content, Room, means if callable(means) else lambda: means), notes
 
 

@@ -19,7 +19,7 @@ from analysis.paper.page import Erratum
 from analysis.push.hindcast import SCORES
 from analysis.push.page import CASES
 from analysis.scene.drive import Goal, Push, Stop
-from analysis.scene.scene import _SceneFile
+from analysis.scene.scene import SceneFile
 from analysis.scene.schema import Material
 from analysis.work_precision.point import POINTS, Point, columns_of
 from analysis.work_precision.whole_runs import COLUMNS as RUNS
@@ -68,7 +68,7 @@ UNITS = {
 def parts():
     """The tables of a scene file: heading on the page → model."""
     found, plain = {}, {}
-    for key, field in _SceneFile.model_fields.items():
+    for key, field in SceneFile.model_fields.items():
         text = repr(field.annotation)
         models = [
             part for part in subclasses(BaseModel) if f"{part.__module__}.{part.__name__}" in text
@@ -82,7 +82,7 @@ def parts():
     push = {"`[drive]` of a push": (Push.model_fields, Push)}
     push["`[[drive.goals]]`"] = (Goal.model_fields, Goal)
     push["`[[drive.stops]]`"] = (Stop.model_fields, Stop)
-    return {"The scene": (plain, _SceneFile), **found, **material, **push}
+    return {"The scene": (plain, SceneFile), **found, **material, **push}
 
 
 def subclasses(model):

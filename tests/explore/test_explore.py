@@ -1,9 +1,12 @@
 """The page that presses a crowd: in a browser, against the rigid engine itself, and what it saves."""
 
+import copy
+import json
 import re
 
 import numpy as np
 import pytest
+import tomli_w
 from playwright.sync_api import sync_playwright
 from scipy.optimize import linprog
 
@@ -11,8 +14,11 @@ from analysis.dumps import index_dump
 from analysis.engines.programs import rigid
 from analysis.engines.rigid import timing
 from analysis.explore.page import content_of, offered, write_explore
+from analysis.explore.taken import rules
 from analysis.scene.scene import SceneError, read_scene
+from tests.explore.mutants import PLAYED, cases, first_word
 from tests.pages.browser import BROWSER, QUIET, works_by_keyboard
+from tests.scene.test_bad_keys import PLACES, bad_values, whole
 
 pytestmark = pytest.mark.skipif(BROWSER is None, reason="no Chromium on this machine")
 SCENE = "[run]\nduration_s = 1.0\nframes = 10\n[analysis]\nkind = 'driven'\n"
@@ -250,7 +256,7 @@ def test_a_floor_of_wkt_with_a_door_and_a_link_to_it(page, address, tmp_path):
     pulled(page, (4, 2), (2.8, 2), tmp_path)
     page.locator("#live .again").click()
     opened(page)
-    page.get_by_text("hall, people: 60").wait_for()
+    page.get_by_text("hall: door of 1.2 m, 60 people").wait_for()
     again = read_scene(saved(page, "scene", tmp_path)[0])
     assert again.content() == scene.content()
     assert np.array_equal(again.snapshot.position, scene.snapshot.position)
@@ -289,7 +295,7 @@ def test_files_of_other_editors_and_rooms_that_are_small(page, address, tmp_path
     at(page, address, "arch")
     floor(page, tmp_path / "small.wkt", f"POLYGON ({RING})".replace(", 0 0)", ")"))
     clicked(page, (6, 1), (6, 2))
-    page.get_by_text("small, drawn: room for").wait_for()
+    page.get_by_text("Room for").wait_for()
     assert page.evaluate("explore.scene.content.walls.length") == 5
     assert 100 < page.evaluate("explore.scene.disks.id.length") < 200
 
@@ -328,8 +334,8 @@ def test_a_saved_scene_leaves_out_doors_and_stops_of_those_who_left(page, addres
     ("name", "text", "says"),
     [
         ("a.toml", "[drive\n", "line 1: [drive"),
-        ("a.toml", 'title = "t"\n', "contact: missing"),
-        ("a.toml", f"{SCENE}[contact]\nfriction = 0", "contact.restitution: missing"),
+        ("a.toml", 'title = "t"\n', "source, contact, run, analysis: Field required"),
+        ("a.toml", f"{SCENE}title = 't'\n", "analysis.title: unknown key"),
         ("a.wkt", "nothing", "no TOML, and no WKT of one polygon"),
         ("a.wkt", "LINESTRING (0 0, 6 0, 6 4)", "no TOML, and no WKT of one polygon"),
         ("a.wkt", f"MULTIPOLYGON (({RING}), ({RING}))", "no TOML, and no WKT of one polygon"),
@@ -341,6 +347,116 @@ def test_bad_files_are_refused_in_one_line(page, address, tmp_path, name, text, 
     (tmp_path / name).write_text(text)
     page.locator("#live .open").set_input_files(tmp_path / name)
     page.get_by_text(f"Not opened: {says}.").wait_for()
+
+
+def test_the_page_has_every_validator_of_the_schema_by_its_name(page):
+    named = re.findall(r'"(_[a-z_]+)"', json.dumps(rules()))
+    assert set(named) == set(page.evaluate("Object.keys(CHECKS)"))
+
+
+def test_the_page_names_the_keys_that_the_product_names(page, address, tmp_path):
+    """Every key of a scene, with values that cannot be meant."""
+    at(page, address, "gate")
+    gate = read_scene("gate").write(tmp_path)
+    data, texts, said = gate.with_suffix(".data").read_text(), [], []
+    for place, value in PLACES.items():
+        for bad in (*bad_values(place[-1], value).values(), None):
+            content = copy.deepcopy(whole())
+            table = content
+            for part in place[:-1]:
+                table = table[part]
+            if bad is None:
+                table[f"{place[-1]}_ft"] = table.pop(place[-1])
+            else:
+                table[place[-1]] = bad
+            texts.append(tomli_w.dumps(content))
+            gate.write_text(texts[-1])
+            with pytest.raises(SceneError) as refused:
+                read_scene(gate)
+            said.append(first_word(str(refused.value)))
+    ours = page.evaluate("""([texts, data]) => texts.map((text) => {
+        explore.openTexts([["gate.toml", text], ["gate.data", data]]);
+        return document.querySelector("#live .said.quiet").textContent; })""", [texts, data])  # fmt: skip
+    assert len(said) > 500
+    assert [first_word(words) for words in ours] == said
+    assert page.evaluate("[explore.scene.name, explore.run.step]") == ["gate", 0]
+
+
+def test_damaged_links_and_files_are_refused_or_played_as_the_rigid_engine_does(page, address, tmp_path):
+    """More of them: python -m tests.explore."""
+    at(page, address, "gate")
+    faults = [(number, fault) for number, _, fault in cases(page, tmp_path, range(240)) if fault]
+    assert not faults
+
+
+MANY = "{ title: 't', source: 's', walls: Array(20000).fill({ name: 'w', start_m: [0, 0], end_m: [1, 0] }) }"
+
+
+@pytest.mark.parametrize(
+    ("said", "words"),
+    [
+        ("{ base: 'gate', placed: { count: 1e9, radius: 0.2, seed: 1 } }", "placed.count"),
+        (f"{{ base: 'gate', content: {{ ...explore.scene.content, ...{MANY} }} }}", "content.walls: 20000."),
+        ("{ base: 'gate', disks: { id: Array(6000).fill(1) } }", "disks.id: 6000. This page takes at most 5000"),
+        ("' '.repeat(2e8)", "link: more than 4 MB"),
+        ("JSON.parse('{ \"base\": \"gate\", \"__proto__\": { \"x\": 1 } }')", "__proto__: unknown key"),
+        ("{ base: 'nowhere' }", "base: this page has no scene nowhere"),
+    ],
+)
+def test_a_link_that_asks_too_much_leaves_what_is_shown(page, address, said, words):
+    at(page, address, "gate")
+    page.evaluate(STEPPED, 3)
+    made = page.evaluate(PLAYED, [None, page.evaluate(f"hashOf({said})"), 0])
+    assert made["words"].startswith(f"Not opened: {words}")
+    assert (made["played"], made["clean"]) == (False, True)
+    assert page.evaluate("[explore.scene.name, explore.run.step, explore.advance()]") == ["gate", 3, True]
+
+
+def test_the_core_refuses_parts_that_do_not_go_together(page, address):
+    """The part is named by its number, and nothing is stepped."""
+    at(page, address, "gate")
+    names = ["position", "velocity", "spin", "radius", "mass", "goes", "stop", "walls", "exits", "law", "grid", "next", "corners"]
+    found = page.evaluate("""(names) => { const { core, part } = explore, bad = [];
+        names.forEach((name, k) => { const old = part(name).slice();
+            for (const values of [[...old, 1], [...old.slice(0, -1), NaN], [...old.slice(0, -1), -3]]) {
+                core.room(k, values.length), part(name).set(values);
+                bad.push([name, core.begin(0), core.step(), core.separate(), core.window()]);
+            }
+            core.room(k, old.length), part(name).set(old); });
+        const others = [core.room(99, 1), core.room(0, -1), core.at(-5), core.size(77), core.extreme(1e6, 1)];
+        return [bad, ...others, core.begin(0), core.step()]; }""", names)  # fmt: skip
+    bad, *others = found
+    assert others == [0, 0, 0, 0, np.inf, 0, 1]
+    wrong = {name: [code for one, code, *_ in bad if one == name] for name in names}
+    assert all(codes[1] == names.index(name) + 1 for name, codes in wrong.items())
+    for name in ("position", "spin", "radius", "mass", "goes", "stop", "walls", "exits", "law", "grid"):
+        assert wrong[name][0] > 0
+    assert all(wrong[name][2] for name in ("radius", "mass", "goes", "law"))
+    assert all(step == -2 and apart == -1 for _, code, step, apart, _ in bad if code)
+    page.evaluate("explore.part('velocity')[0] = NaN")
+    assert not page.evaluate("explore.advance()")
+    assert "at no finite place" in page.locator("#live .said.quiet").inner_text()
+
+
+def test_a_title_says_what_is_shown(page, address, tmp_path):
+    """After a door was pulled, or other people put before it, in the heading, the saved files and a link."""
+    scene = read_scene("gate").model_copy(update={"title": "A door of 1.0 m", "name": "door_10"})
+    path = scene.write(tmp_path)
+    at(page, address, "arch")
+    page.locator("#live .open").set_input_files([path, path.with_suffix(".data")])
+    heading = page.locator("#live h2.title")
+    page.get_by_text("A door of 1.0 m").wait_for()
+    assert read_scene(saved(page, "scene", tmp_path)[0]).title == "A door of 1.0 m"
+    typed(page, "door", 1.2)
+    assert heading.inner_text() == "my scene: door of 1.2 m, 55 people, push 150 N"
+    path, _ = saved(page, "scene", tmp_path)
+    assert (path.name, read_scene(path).title) == ("my_scene_now.toml", heading.inner_text())
+    typed(page, "people", 40)
+    typed(page, "friction", 0.3)
+    shown = heading.inner_text()
+    assert shown == "my scene: door of 1.2 m, 40 people, push 150 N, friction 0.3"
+    opened(page)
+    assert heading.inner_text() == shown
 
 
 def test_scenes_of_other_engines_are_refused():

@@ -7,18 +7,19 @@
     const none = new Proxy({}, { get: () => () => 0 });
     const code = await unpacked($("core").innerHTML).arrayBuffer();
     core = (await WebAssembly.instantiate(code, { wasi_snapshot_preview1: none })).instance.exports;
-    core._initialize(), known = await unpacked($("scenes").innerHTML).json();
+    core._initialize(), known = await unpacked($("scenes").innerHTML).json(), RULES = known.rules;
   } catch { return; }  // the picture and its sentence stay
   live.querySelector(".off").remove(), root.hidden = false;
 
   // ---- the core's numbers: parts and LAW as in explore/live.cpp
   const PARTS = "position velocity spin radius mass goes stop walls exits law grid next corners contacts resting".split(" ");
-  const COLUMNS = 8, NEVER = 1e300, AHEAD = 1e29, PULL = 1.0;
+  const COLUMNS = 8, NEVER = 1e300, AHEAD = RULES.ahead, PULL = 1.0, ARMS_SAFE = 0.7;
   const part = (name) => {
     const number = PARTS.indexOf(name);
     return new Float64Array(core.memory.buffer, core.at(number), core.size(number));
   };
-  const put = (name, values) => { core.room(PARTS.indexOf(name), values.length); part(name).set(values); };
+  const put = (name, values) => { if (!core.room(PARTS.indexOf(name), values.length) && values.length) throw Error(`${name}: too many`); part(name).set(values); };
+  const accepted = (bad) => { if (bad) throw Error(`${PARTS[bad - 1] || "time"}: the core refuses it`); };
   const mean = (values) => values.reduce((sum, one) => sum + one, 0) / values.length;
   const least = (values) => values.reduce((a, b) => Math.min(a, b), Infinity);
   const most = (values) => values.reduce((a, b) => Math.max(a, b), 0);
@@ -27,26 +28,30 @@
 
   // ---- a scene: {name, notes, content, disks: {id, x, u, r, m, w}, way}
   let scene, base = "", placed = null;  // `placed`: how its people were put there, where that was here
-  let run = {}, pulls = [];
+  let run = {}, pulls = [], origin = "";  // `origin`: the scene as it was opened
 
   const exits = (content) => (content.drive ? [content.drive, ...(content.drive.goals || [])] : []).map((one) => {
     if (one.door_start_m) return one;
     const [x, y] = one.outward, ends = [1, -1].map((s) => [AHEAD * (x - 0.5 * s * y), AHEAD * (y + 0.5 * s * x)]);
     return { ...one, door_start_m: ends[0], door_end_m: ends[1], ahead: true };
   });
-  const downhill = ({ slope_deg: slope, downhill: way }) => way.map((one) => 9.80665 * +Math.sin(slope * Math.PI / 180).toPrecision(12) * one);
+  const downhill = ({ slope_deg: slope, downhill: way }) => way.map((one) => RULES.gravity * +Math.sin(slope * Math.PI / 180).toPrecision(12) * one);
   const acceleration = ({ body_force: of }) => (of ? of.acceleration_m_per_s2 || downhill(of) : [0, 0]);
 
-  // The step and the steps between frames, as the rigid engine takes them.
+  // The step and the steps between frames, as the rigid engine takes them. Throws where it refuses them.
   function timing({ content, disks }) {
     const { drive, contact, run: asked } = content;
     const start = most(disks.r.map((_, i) => long(disks.u[2 * i], disks.u[2 * i + 1])));
     const falls = long(...acceleration(content)) * asked.duration_s, speed = drive ? Math.max(start, drive.speed_m_per_s) : start + falls;
     let longest = speed ? 0.06 * mean(disks.r) / speed : asked.duration_s;
-    if (contact.arm_reach_m) longest = Math.min(longest, 0.2 * Math.sqrt(least(disks.m) / (contact.arm_force_N / contact.arm_reach_m)));
-    longest = asked.rigid_step_s || longest;
-    const between = asked.duration_s / asked.frames, interval = Math.max(1, Math.ceil(between / longest * (1 - 1e-12))), step = between / interval;
-    return [Math.abs(step - longest) <= 1e-12 * longest ? longest : step, interval];
+    const arms = contact.arm_reach_m ? Math.sqrt(least(disks.m) / (contact.arm_force_N / contact.arm_reach_m)) : Infinity;
+    longest = asked.rigid_step_s || Math.min(longest, 0.2 * arms);
+    const between = asked.duration_s / asked.frames;
+    if (!(between / longest < 1e200)) throw Error(`run.duration_s: ${asked.duration_s} s are too many steps to count`);
+    const interval = Math.max(1, Math.ceil(between / longest * (1 - 1e-12))), even = between / interval, step = Math.abs(even - longest) <= 1e-12 * longest ? longest : even;
+    if (step > ARMS_SAFE * arms) throw Error(`run.rigid_step_s: arms are not stable in steps of ${step} s. Give at most ${ARMS_SAFE * arms} s`);
+    if (step * speed > least(disks.r)) throw Error(`run.rigid_step_s: in ${step} s a disk at ${speed} m/s goes farther than its radius. Give at most ${least(disks.r) / speed} s`);
+    return [step, interval];
   }
 
   function law() {
@@ -76,14 +81,44 @@
     put("next", way ? way.next.flatMap((runs) => runs.flatMap((count, i) => (i % 2 ? [] : Array(count).fill(runs[i + 1])))) : []);
   }
 
+  // Put a scene into the core. Throws where that refuses it.
+  function load(next) {
+    scene = next, run = { step: 0, frames: [], load: [], flow: [], began: copy(scene), ended: "" }, pulls = [];
+    limited(scene.content, []), people(), law(), geometry(), accepted(core.begin(0));
+  }
+  const check = () => checkScene(scene, (most) => { core.deepest(most); return [...part("resting")]; });
   // Take up a scene from its start.
   function begin(next) {
-    scene = next, drawing = null, say(scene.content.title);
-    run = { step: 0, frames: [], load: [], flow: [], began: copy(scene), ended: "" };
-    pulls = [], people(), law(), geometry(), core.begin(0), run.duration = 0;
-    if (core.separate() < 0) end("The people do not fit between the walls.");
-    run.before = part("velocity").slice(), write(), fill(), fit(), draw();
+    load(next), drawing = null, say(""), run.duration = 0;
+    const moved = core.separate();
+    if (moved < 0) end("The people do not fit between the walls.");
+    // so that a link to them is taken
+    if (moved > RULES.overlap * least(scene.disks.r)) scene.disks.x = [...part("position")], run.began = copy(scene);
+    run.before = part("velocity").slice(), write(), fill(), fit(), draw(), heading();
   }
+  // Act, or say why not and leave all as it was.
+  function trying(act, before = "") {
+    const was = [scene, run, pulls, placed, base, chosen, drawing, origin];
+    core.keep();
+    try { return act(), true; } catch (error) {
+      core.back(), [scene, run, pulls, placed, base, chosen, drawing, origin] = was;
+      run.shown = -1;
+      heading();
+      if (!drawing) fill(), fit(), draw();
+      return say(`${before}${error.message}.`), false;
+    }
+  }
+  // ---- titles: that of the scene as it was opened, or what has become of it
+  const stamp = (one) => JSON.stringify([one.content, one.disks]);
+  const nameOf = (one) => (stamp(one) !== origin && /\d/.test(one.name) ? "my_scene" : one.name);
+  function titleOf(one, count = one.disks.id.length, time = 0) {
+    if (stamp(one) === origin && count === one.disks.id.length && !time) return one.content.title;
+    const { drive, contact } = one.content, doors = exits(one.content).filter((door) => !door.ahead).map((door) => `${+gap(door.door_start_m, door.door_end_m).toFixed(2)} m`);
+    const parts = [doors.length > 3 ? `${doors.length} doors` : doors.length ? `door${doors.length > 1 ? "s" : ""} of ${doors.join(" and ")}` : "", `${count} people`,
+      drive ? `push ${+push(one).toPrecision(3)} N` : "", contact.friction ? `friction ${contact.friction}` : ""];
+    return `${nameOf(one).replace(/_/g, " ")}: ${parts.filter(Boolean).join(", ")}${time ? `, after ${time.toFixed(2)} s` : ""}`;
+  }
+  function heading() { $("title").textContent = titleOf(scene), run.moved = false, scenes.value = stamp(scene) === origin ? base : ""; }
   function end(words) { run.ended = words; pause(); say(words); }
 
   // A frame: the window ends.
@@ -96,7 +131,8 @@
     let load = 0;
     each(frame, ({ wall, normal }) => { load += wall ? normal : 0; });
     run.load.push([t, load]);
-    run.flow.push([t, scene.disks.id.filter((_, i) => beyond(i)).length]);
+    const doors = exits(scene.content);
+    run.flow.push([t, scene.disks.id.filter((_, i) => beyond(i, doors)).length]);
   }
   // Contacts of a frame: places of both, whether the second is a wall, mean force in N along and across the normal.
   function each(frame, take) {
@@ -106,14 +142,16 @@
       take({ first: c[k], second: c[k + 1], wall: c[k + 2] === 1, normal: (px * nx + py * ny) / over, across: (nx * py - ny * px) / over });
     }
   }
-  function beyond(i) {  // whether somebody has passed the line of the own door
-    const door = exits(scene.content)[part("goes")[i]], x = part("position");
+  function beyond(i, doors) {  // whether somebody has passed the line of the own door
+    const door = doors[part("goes")[i]], x = part("position");
     return !!door && !door.ahead && (x[2 * i] - door.door_start_m[0]) * door.outward[0] + (x[2 * i + 1] - door.door_start_m[1]) * door.outward[1] >= 0;
   }
   function advance() {
     if (run.ended) return false;
-    if (pulls.length) pull();
-    if (!core.step()) { end(`At ${(run.step * run.h).toFixed(2)} s the contacts are not solved. Restart, or pull more slowly.`); return false; }
+    let done = 1;
+    try { if (pulls.length) pull(); done = core.step(); } catch (error) { done = error.message; }
+    const why = { 0: "the contacts are not solved. Restart, or pull more slowly", "-1": "somebody is at no finite place. Restart" };
+    if (done !== 1) return end(`At ${(run.step * run.h).toFixed(2)} s ${why[done] || `the core stops: ${done}. Reload this page`}.`), false;
     run.step += 1;
     if (run.step % run.interval === 0) write();
     return true;
@@ -131,7 +169,7 @@
       one.left = one.left.map((value, k) => value - move[k]);
     }
     pulls = pulls.filter((one) => one.held || long(...one.left) > 1e-6);
-    geometry(), core.reconnect();
+    run.moved = true, geometry(), accepted(core.reconnect());
   }
   // What can be pulled at a point: an edge of a door along its line, or a group of walls that no door ends.
   function grip(point, reach) {
@@ -170,19 +208,25 @@
     const box = [0, 1].map((k) => lines.flat().map((p) => p[k])).map((all) => [least(all), -least(all.map((v) => -v))]);
     const cell = Math.max(0.1, Math.sqrt((box[0][1] - box[0][0]) * (box[1][1] - box[1][0]) / 2e5));
     const [a, b] = [door.door_start_m, door.door_end_m], size = box.map(([low, high]) => Math.ceil((high - low) / cell) + 1);
-    const at = (i, j) => [box[0][0] + cell * i, box[1][0] + cell * j], seen = new Set(), found = [];
+    const at = (i, j) => [box[0][0] + cell * i, box[1][0] + cell * j], seen = new Uint8Array(size[0] * size[1]), found = [];
     const inner = [0, 1].map((k) => 0.5 * (a[k] + b[k]) - 1.5 * cell * door.outward[k]);
     let now = [[Math.round((inner[0] - box[0][0]) / cell), Math.round((inner[1] - box[1][0]) / cell)]];
-    const near = (p, reach) => lines.filter(([s, e]) => away(p, s, e) < reach);
+    // only lines that come near the square of 16 by 16 cells
+    const squares = new Map(), reach = radius + cell, near = (i, j) => {
+      const key = `${i >> 4} ${j >> 4}`, middle = at((i & ~15) + 7.5, (j & ~15) + 7.5);
+      if (!squares.has(key)) squares.set(key, lines.filter(([s, e]) => away(middle, s, e) < reach + 12 * cell));
+      const p = at(i, j);
+      return squares.get(key).filter(([s, e]) => away(p, s, e) < reach);
+    };
     for (let level = 0; now.length; ++level) {
       const next = [];
       for (const [i, j] of now) {
-        const p = at(i, j), around = near(p, radius + cell);
+        const p = at(i, j), around = near(i, j);
         if (!around.some(([s, e]) => away(p, s, e) < radius)) found.push([cell * level + away(p, a, b), p]);
         for (const [di, dj] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
           const [u, v] = [i + di, j + dj], key = u * size[1] + v;
-          if (u < 0 || v < 0 || u >= size[0] || v >= size[1] || seen.has(key)) continue;
-          if (!around.some(([s, e]) => crossing(p, at(u, v), s, e))) seen.add(key), next.push([u, v]);
+          if (u < 0 || v < 0 || u >= size[0] || v >= size[1] || seen[key]) continue;
+          if (!around.some(([s, e]) => crossing(p, at(u, v), s, e))) seen[key] = 1, next.push([u, v]);
         }
       }
       now = next;
@@ -192,9 +236,11 @@
   // Put so many people of a mean radius (m) and of 10 % more or less before the doors of a scene. Throws where they do not fit.
   function place({ count, radius, seed }, of = scene) {
     const next = copy({ ...of, disks: null }), { content } = next, doors = exits(content);
+    delete content.reconciliation;
     if (!doors.length || doors.some((one) => one.ahead)) throw Error("people are put before a door, and this scene has none");
     const lines = [...(content.walls || []).map((one) => [one.start_m, one.end_m]), ...doors.map((one) => [one.door_start_m, one.door_end_m])];
     const r = random(count, seed).map((one) => +(radius * (1 + 0.1 * (2 * one - 1))).toFixed(6)), x = [];
+    const side = 2.2 * most(r), there = new Map(), squareOf = ([u, v], i = 0, j = 0) => `${Math.floor(u / side) + i} ${Math.floor(v / side) + j}`;
     let first = 0;
     doors.forEach((door, number) => {
       const last = Math.round(count * (number + 1) / doors.length);
@@ -203,54 +249,30 @@
       // the nearest cells that have room for them, in any order
       const room = Math.min(cells.length, Math.ceil(r.slice(first, last).reduce((sum, one) => sum + 4.6 * one * one, 0) / (cell * cell)));
       for (const [part, wide] of [[room, 0.95], [room, 0.85], [room, 0.75], [cells.length, 0.75]]) {
+        if (x.length >= 2 * last) break;
         const order = random(part, seed + number + 1), queue = [...order.keys()].sort((p, q) => order[p] - order[q]);
         for (const k of queue) {
-          const i = x.length / 2, [px, py] = cells[k], free = (j) => long(px - x[2 * j], py - x[2 * j + 1]) >= wide * (r[j] + r[i]);
-          if (i < last && r.slice(0, i).every((_, j) => free(j))) x.push(px, py);
+          const i = x.length / 2, p = cells[k], free = (j) => gap(p, [x[2 * j], x[2 * j + 1]]) >= wide * (r[j] + r[i]);
+          if (i === last) break;
+          if (![-1, 0, 1].every((u) => [-1, 0, 1].every((v) => (there.get(squareOf(p, u, v)) || []).every(free)))) continue;
+          x.push(...p), there.set(squareOf(p), [...(there.get(squareOf(p)) || []), i]);
         }
       }
       first = last;
     });
     next.disks = { id: r.map((_, i) => i + 1), x, u: x.map(() => 0), r, m: r.map(() => (of.disks ? mean(of.disks.m) : 75)), w: r.map(() => 0) };
-    const none = Error(`${count} people of radius ${radius} m do not fit`), old = scene;
+    const none = Error(`${count} people of radius ${radius} m do not fit`);
     if (x.length < 2 * count) throw none;
-    scene = next, people(), law(), put("walls", lines.flat(2)), core.begin(0);
-    if (core.separate() < 0) { if ((scene = old)) begin(run.began); throw none; }
-    next.disks.x = [...part("position")], placed = { count, radius, seed };
-    if (of.disks) content.title = `${next.name}, people: ${count}`;
+    load(next), put("walls", lines.flat(2)), accepted(core.begin(0));
+    const moved = core.separate();
+    next.disks.x = [...part("position")];
+    if (moved < 0 || outsider(next) >= 0) throw none;
+    placed = { count, radius, seed };
     begin(next);
   }
   const asked = () => ({ count: +$("people").value, radius: +$("radius").value, seed: +$("seed").value });
-  const trying = (act) => { try { act(); } catch (error) { fill(), say(`${error.message}.`); } };
 
   // ---- files
-  // TOML, as scene files have it: tables, arrays of tables, strings, numbers, booleans, arrays.
-  function fromToml(text) {
-    const top = {};
-    let table = top;
-    const lines = text.split(/\r?\n/);
-    const bare = (line, kept = "$1") => line.replace(/("(?:\\.|[^"\\])*"|'[^']*')|#.*$/g, kept).trim();
-    const value = (words) => {
-      if (/^'.*'$/.test(words)) return words.slice(1, -1);
-      return JSON.parse(words.replace(/("(?:\\.|[^"\\])*")|([-+]?)(\d[\d_]*)(\.[\d_]+)?/g, (all, string, sign, whole, part) => string || ((sign === "-" ? "-" : "") + whole + (part || "")).replace(/_/g, "")).replace(/,\s*\]/g, "]"));
-    };
-    for (let i = 0; i < lines.length; ++i) {
-      let line = bare(lines[i]);
-      const head = /^\[(\[?)([\w.]+)\]\]?$/.exec(line);
-      if (head) {
-        const path = head[2].split("."), last = path.pop();
-        const into = path.reduce((at, key) => { const one = (at[key] ||= {}); return Array.isArray(one) ? one.at(-1) : one; }, top);
-        if (head[1]) (into[last] ||= []).push((table = {}));
-        else table = into[last] ||= {};
-      } else if (line) {
-        const at = line.indexOf("="), from = i + 1;
-        const open = () => bare(line, "").split("[").length > bare(line, "").split("]").length;
-        while (at > 0 && open() && ++i < lines.length) line += ` ${bare(lines[i])}`;
-        try { table[line.slice(0, at).trim()] = value(line.slice(at + 1).trim()); } catch { throw Error(`line ${from}: ${lines[from - 1].slice(0, 40)}`); }
-      }
-    }
-    return top;
-  }
   const WHOLE = ["frames", "drive_interval_steps", "people", "people_seed"];
   function toToml(content, path = "") {
     const written = (key, value) => {
@@ -266,7 +288,6 @@
     }
     return [...lines, ...tables].join("\n");
   }
-  const volume = (radius) => 4 * Math.PI / 3 * (radius * radius * radius);
   function toData({ id, r, m, x, u, w }, title) {
     const [low, high] = [0, 1].map((k) => x.filter((_, i) => i % 2 === k)).reduce(([a, b], all) => [[...a, least(all) - 200], [...b, 200 - least(all.map((v) => -v))]], [[], []]);
     const half = 2 * most(r);
@@ -275,19 +296,6 @@
     const moving = id.map((one, i) => `${one} ${u[2 * i]} ${u[2 * i + 1]} 0.0 0.0 0.0 ${w[i]}`);
     return [`${title} (SI units, density is that of the sphere, as read_data takes it)`, "", `${id.length} atoms`, "1 atom types", "", ...box,
       `${-half.toFixed(3)} ${half.toFixed(3)} zlo zhi`, "", "Atoms # sphere", "", ...atoms, "", "Velocities", "", ...moving, ""].join("\n");
-  }
-  function fromData(text) {
-    const rows = { Atoms: [], Velocities: [] };
-    let section;
-    for (const words of text.split("\n").slice(1).map((line) => line.replace(/#.*/, "").trim().split(/\s+/))) {
-      if (/^[A-Z]/.test(words[0])) section = rows[words[0]];
-      else if (section && words[0]) section.push(words.map(Number));
-    }
-    for (const one of Object.values(rows)) one.sort((a, b) => a[0] - b[0]);
-    const { Atoms: a, Velocities: v } = rows;
-    if (!a.length || a.length !== v.length || ![...a, ...v].every((row) => row.length > 6 && row.every(Number.isFinite))) throw Error("not a LAMMPS data file of spheres");
-    const r = a.map((row) => 0.5 * row[2]);
-    return { id: a.map((row) => row[0]), r, m: a.map((row, i) => +(row[3] * volume(r[i])).toPrecision(13)), x: a.flatMap((row) => row.slice(4, 6)), u: v.flatMap((row) => row.slice(1, 3)), w: v.map((row) => row[6]) };
   }
   // A room from rings of points (m): the first is the outline, the others are pillars. The door stands for its ends.
   function roomOf(rings, [a, b], name) {
@@ -310,37 +318,45 @@
     };
   }
   const rings = (text) => [...text.matchAll(/\(([^()]+)\)/g)].map(([, ring]) => ring.trim().split(",").map((one) => one.trim().split(/\s+/).slice(0, 2).map(Number)).filter((p, i, all) => i < all.length - 1 || !same(p, all[0])));
-  async function open(files) {
-    try {
-      const texts = await Promise.all([...files].map((file) => file.text()));
-      const named = (kind) => [...files].findIndex((file) => kind.test(file.name)), [toml, data] = [named(/\.toml$/), named(/\.data$/)];
-      if (toml < 0) return sketch(texts[0].split(/\(\s*\(/).length === 2 ? rings(texts[0]) : [], files[0].name);
-      const content = fromToml(texts[toml]), name = files[toml].name.replace(/\.toml$/, "").replace(/\W/g, "_");
-      const { disks, drive, contact, run: asked } = content, needed = { contact, run: asked, analysis: content.analysis, "contact.restitution": (contact || {}).restitution + 1,
-        "run.duration_s": (asked || {}).duration_s, "run.frames": (asked || {}).frames, ...(drive && !drive.push_N && { "drive.speed_m_per_s": drive.speed_m_per_s, "drive.relaxation_time_s": drive.relaxation_time_s }) };
-      const missing = Object.keys(needed).find((key) => !needed[key]);
-      if (missing) throw Error(`${missing}: missing`);
-      if ((disks && (disks.bodies || disks.people)) || (content.walls || []).some((one) => one.mass_kg)) throw Error("bodies, people of a survey and walls that give need percussions run");
-      if (disks && data < 0) throw Error(`open it together with ${disks.data}`);
-      for (const key of ["disks", "reconciliation", "other_frames"]) delete content[key];
-      const next = { name, notes: "", content, disks: data < 0 ? null : fromData(texts[data]) }, mass = next.disks ? mean(next.disks.m) : 75;
-      if (drive && drive.push_N) {
-        drive.relaxation_time_s ||= drive.speed_m_per_s ? mass * drive.speed_m_per_s / drive.push_N : 0.5;
-        drive.speed_m_per_s ||= drive.push_N * drive.relaxation_time_s / mass;
-        delete drive.push_N;
+  async function open(list) {
+    const { bytes } = RULES, files = [...list], large = files.find((one) => one.size > bytes);
+    if (!files.length) return undefined;
+    if (large) return say(`Not opened: ${large.name}: ${large.size} bytes. This page takes at most ${bytes}.`);
+    try { return openTexts(await Promise.all(files.map(async (file) => [file.name, new TextDecoder("utf-8", { fatal: !/\.data$/.test(file.name) }).decode(await file.arrayBuffer())]))); }
+    catch (error) { return say(`Not opened: ${error instanceof TypeError ? "not UTF-8 text" : error.message}.`); }
+  }
+  // Of texts, [name, text] each; whether that went well.
+  function openTexts(texts) {
+    const plain = (name) => name.replace(/\.\w+$/, "").replace(/\W/g, "_");
+    return trying(() => {
+      let used = texts.slice(0, 1).map(([name]) => name), unused = [];
+      if (!texts.some(([name]) => name.endsWith(".toml"))) sketch(texts[0][1].split(/\(\s*\(/).length === 2 ? rings(texts[0][1]) : [], texts[0][0]);
+      else {
+        const found = fromFiles(texts, [asked().radius, 75]);
+        ({ used, unused } = found), take({ name: plain(found.name), notes: "", content: found.content, disks: found.disks, way: wayOf(found.content) });
       }
-      take(next);
-      if (drive && drive.clearance_m !== undefined) say("This page finds no way round walls. People walk straight to the door.");
-    } catch (error) { say(`Not opened: ${error.message}.`); }
+      const left = [...texts.map(([name]) => name).filter((name) => !used.includes(name)), ...unused];
+      if (left.length) say(`${$("said").textContent} Not used: ${left.join(", ")}.`);
+    }, "Not opened: ");
+  }
+  // The way round walls of a scene of this page that has the same walls and doors, or of the one it was made of.
+  function wayOf(content, own) {
+    if (!content.drive || !has(content.drive, "clearance_m")) return undefined;
+    const key = ({ walls, drive }) => JSON.stringify([(walls || []).map((one) => [one.start_m, one.end_m]), drive.clearance_m, exits({ drive }).map((one) => [one.door_start_m, one.door_end_m, one.outward])]);
+    const of = known.scenes.find((one) => one.way && key(one.content) === key(content)) || (own && own.way && own.way.next.length === exits(content).length && own);
+    return of ? of.way : wrong("drive.clearance_m: this page finds no way round walls. Leave it out, or use percussions run");
   }
   function take(next) {
-    if (next.disks) placed = null, begin(next);
-    else for (let { count, ...rest } = asked(), most = count; ; count = Math.floor(0.8 * count)) try {
-      place({ count, ...rest }, next);
-      if (count < most) say(`${next.content.title}: room for ${count} people.`);
-      break;
-    } catch (error) { if (count < 2) throw error; }
-    base = scenes.value = "";
+    if (next.disks) load(next), check(), placed = null, begin(next);
+    else {
+      for (let { count, ...rest } = asked(), most = count; ; count = Math.floor(0.8 * count)) try {
+        place({ count, ...rest }, next);
+        if (count < most) say(`Room for ${count} people.`);
+        break;
+      } catch (error) { if (count < 2) throw error; }
+      check();
+    }
+    base = "", origin = stamp(scene), heading();
   }
   function download(name, text) {
     const link = document.createElement("a");
@@ -355,11 +371,11 @@
   }
   const saves = {
     scene: () => {
-      const { title, source, period_x_m, reconciliation, drive, ...rest } = copy(scene.content), name = `${scene.name}_now`, now = stateNow(beyond);
+      const { title: _, source, period_x_m, reconciliation, drive, ...rest } = copy(scene.content), name = `${nameOf(scene)}_now`, doors = exits(scene.content), now = stateNow((i) => beyond(i, doors));
       const there = ({ people: [a, b] }) => now.id.some((one) => a <= one && one <= b), time = run.step * run.h;
       if (!now.id.length) throw Error("nobody is left before the door");
       if (drive) for (const key of ["goals", "stops"]) if (drive[key]) drive[key] = drive[key].filter(there).map((one) => (one.time_s ? { ...one, time_s: Math.max(1e-9, one.time_s - time) } : one));
-      const head = { title, source, ...(period_x_m ? { period_x_m } : {}), disks: { data: `${name}.data` } };
+      const title = titleOf(scene, now.id.length, time), head = { title, source, ...(period_x_m ? { period_x_m } : {}), disks: { data: `${name}.data` } };
       return [[`${name}.toml`, `${toToml({ ...head, ...(drive && { drive }), ...rest })}\n`], [`${name}.data`, toData(now, title)]];
     },
     dump: () => {
@@ -378,31 +394,44 @@
   async function share() {
     const own = known.scenes.find((one) => one.name === base), changed = JSON.stringify(run.began.content) !== JSON.stringify(own && own.content);
     const again = placed && !placed.moved, whole = own && JSON.stringify(run.began.disks) === JSON.stringify(own.disks);
-    const said = { base, placed: again ? placed : null, content: changed || !own ? run.began.content : null, disks: again || whole ? null : run.began.disks };
-    shared = await hashOf(said);
+    const content = changed || !own ? { ...run.began.content, title: titleOf(run.began) } : null;
+    shared = await hashOf({ base, placed: again ? placed : null, content, disks: again || whole ? null : run.began.disks });
     location.hash = shared, say("The address of this page now holds this scene.");
   }
   async function fromAddress() {
-    try {
-      const hash = decodeURIComponent(location.hash.slice(1));
-      if (!hash.startsWith("s=")) return byName(hash);
-      const said = await unpacked(hash.slice(2).replace(/-/g, "+").replace(/_/g, "/")).json();
-      const own = known.scenes.find((one) => one.name === said.base);
-      const next = copy({ name: "shared", notes: "", ...own, ...(said.content ? { content: said.content } : {}), ...(said.disks ? { disks: said.disks } : {}) });
-      base = own ? own.name : "", placed = null, scenes.value = base;
+    const hash = location.hash.slice(1);
+    let said;
+    try { said = hash.startsWith("s=") ? await fromLink(hash.slice(2)) : decodeURIComponent(hash); }
+    catch (error) { return refusedLink(error instanceof Wrong ? error.message : "link: it is damaged"); }
+    if (typeof said !== "string") return follow(said);
+    return said && !known.scenes.some((one) => one.name === said) ? refusedLink(`base: this page has no scene ${said.slice(0, 40)}`) : byName(said);
+  }
+  const refusedLink = (words) => { if (!scene) byName(""); say(`Not opened: ${words}.`); };
+  function follow(said) {
+    const own = known.scenes.find((one) => one.name === said.base);
+    if (!own && said.base) return refusedLink(`base: this page has no scene ${said.base.slice(0, 40)}`);
+    if (!scene) byName("");
+    return trying(() => {
+      const next = copy({ name: "linked", notes: "", ...own, ...(said.content ? { content: said.content } : {}), ...(said.disks ? { disks: said.disks } : {}) });
+      base = own ? own.name : "", placed = null, next.way = said.content ? wayOf(said.content, own) : next.way;
+      origin = own && !said.content ? stamp(own) : "";
       if (said.from) {  // of a film: people at rest where they are
         const at = new Map(said.from.id.map((one, i) => [one, said.from.x.slice(2 * i, 2 * i + 2)])), { id, r, m } = next.disks;
+        const nobody = said.from.id.find((one) => !id.includes(one));
+        if (nobody) wrong(`from.id: ${own.name} has nobody with id ${nobody}`);
         const of = (list) => list.filter((_, i) => at.has(id[i])), x = of(id).flatMap((one) => at.get(one));
         next.disks = { id: of(id), x, u: x.map(() => 0), r: of(r), m: of(m), w: of(id).map(() => 0) };
       }
-      if (!said.placed) return begin(next);
-      return place(said.placed, next);
-    } catch { byName(""); say("The address holds no scene."); }
+      if (said.placed) place(said.placed, next), check();
+      else if (said.from) begin(next), check();
+      else load(next), check(), begin(next);
+      if (said.content) origin = stamp(scene);
+      heading();
+    }, "Not opened: ");
   }
   function byName(name) {
     const own = known.scenes.find((one) => one.name === name) || known.scenes[0];
-    base = own.name, placed = null, scenes.value = base, begin(copy(own));
-    if (name && name !== base) say(`This page has no scene ${name}.`);
+    base = own.name, placed = null, origin = stamp(own), begin(copy(own));
   }
 
   // ---- pictures
@@ -416,6 +445,7 @@
   const frameIn = (box) => { view = fitted(canvas, box, [0.42, 0.62]); };
   function draw() {
     if (drawing && drawing.kind !== "pillar") return outline();
+    if (run.moved) heading();
     const pen = cleared(canvas, view), { scale, to } = view, x = part("position"), frame = run.frames.at(-1), { r, id } = scene.disks;
     canvas.classList.toggle("alarm", run.ended !== "");
     stroke(pen, "#000", 3, (scene.content.walls || []).map((one) => [to(one.start_m), to(one.end_m)]));
@@ -474,7 +504,7 @@
   function say(words) { $("said").textContent = words; }
 
   // ---- steering
-  const push = () => scene.content.drive ? mean(scene.disks.m) * scene.content.drive.speed_m_per_s / scene.content.drive.relaxation_time_s : 0;
+  const push = ({ content: { drive }, disks } = scene) => (drive ? mean(disks.m) * drive.speed_m_per_s / drive.relaxation_time_s : 0);
   const width = () => { const one = exits(scene.content)[0]; return one && !one.ahead ? gap(one.door_start_m, one.door_end_m) : 0; };
   function fill() {
     const { disks, content } = scene, is = { people: disks.id.length, radius: placed ? placed.radius : +mean(disks.r).toFixed(3), seed: placed ? placed.seed : 1, push: +push().toPrecision(4),
@@ -500,20 +530,22 @@
     if (run.ended) return undefined;
     $("play").textContent = "Pause", timer = requestAnimationFrame(loop(performance.now(), 0));
   }
-  function stepOnce() { pause(), undrawn(); const frames = run.frames.length; while (advance() && run.frames.length === frames); draw(); }
+  function stepOnce() { pause(), undrawn(); const frames = run.frames.length, until = performance.now() + 1000; while (advance() && run.frames.length === frames && performance.now() < until); draw(); }
   function again() { const held = chosen; pause(); begin(run.began); chosen = held; }
   // What changes the law begins the record anew, since the time step changes with it.
   function changed(name, value) {
-    const { drive, contact } = scene.content;
-    if (name === "push") drive.speed_m_per_s = value * drive.relaxation_time_s / mean(scene.disks.m);
+    const { drive, contact } = scene.content, speed = name === "push" && value * drive.relaxation_time_s / mean(scene.disks.m);
+    const then = { ...scene.content, ...(name === "push" ? { drive: { ...drive, speed_m_per_s: speed } } : { contact: { ...contact, [name]: value } }) };
+    limited(then, []), timing({ ...scene, content: then });
+    if (name === "push") drive.speed_m_per_s = speed;
     else contact[name] = value;
     const { content } = run.began;
     run.began.content = { ...content, drive: drive && { ...content.drive, speed_m_per_s: drive.speed_m_per_s }, contact: { ...contact } };
     const [h] = timing(scene);
     if (h !== run.h) run.step = 0, run.frames = [], run.load = [], run.flow = [], run.shown = -1;
-    law();
-    if (!run.frames.length) core.begin(0), write();
-    draw();
+    law(), accepted(core.reconnect());
+    if (!run.frames.length) accepted(core.begin(0)), write();
+    heading(), draw();
   }
   function widen(value) {
     const door = exits(scene.content)[0], half = 0.5 * (value - width());
@@ -526,7 +558,8 @@
   }
   function sketch(parts, name) {
     if (!parts.length || !parts[0] || parts[0].length < 3 || !parts.flat(2).every(Number.isFinite)) throw Error("no TOML, and no WKT of one polygon");
-    if (Math.max(...parts.flat(2).map(Math.abs)) > 1e4) throw Error("coordinates in m within ±10000 are needed");
+    if (parts.flat().length > RULES.most.walls) throw Error(`walls: ${parts.flat().length}. This page takes at most ${RULES.most.walls}`);
+    if (Math.max(...parts.flat(2).map(Math.abs)) > RULES.most.start_m) throw Error(`coordinates in m within ±${RULES.most.start_m} are needed`);
     pause();
     drawing = { parts, name, points: [], kind: "door" };
     frame(), say("Tap both ends of the door on a wall.");
@@ -560,8 +593,8 @@
     points.push(kind === "room" ? at : point);
     if (kind === "room" || points.length < 2) return draw();
     const ask = drawing, name = ask.name.replace(/\.\w+$/, "");
-    try { take({ name: name.replace(/\W/g, "_"), notes: "", content: roomOf(ask.parts, points, name), disks: null }); }
-    catch (error) { drawing = { ...ask, points: [] }, frame(), say(`${error.message}.`); }
+    const made = trying(() => take({ name: name.replace(/\W/g, "_"), notes: "", content: read(roomOf(ask.parts, points, name), "room"), disks: null }));
+    if (!made) drawing = { ...ask, points: [] }, frame();
     return undefined;
   }
 
@@ -571,8 +604,8 @@
   for (const name of ["people", "radius", "seed", "push", "friction", "restitution", "door"]) $(name).onchange = (event) => {
     const input = event.target;
     if (!input.checkValidity() || input.value === "") { say(`${name}: ${input.validationMessage || "a number is needed"}`); return; }
-    if (["people", "radius", "seed"].includes(name)) { pause(); trying(() => place(asked())); } else if (name === "door") widen(+input.value);
-    else changed(name, +input.value);
+    if (["people", "radius", "seed"].includes(name)) { pause(); trying(() => place(asked())); } else if (name === "door") trying(() => widen(+input.value));
+    else trying(() => changed(name, +input.value));
   };
   $("person").oninput = () => { chosen = +$("person").value; draw(); list(); };
   $("room").onclick = () => { pause(); drawing = { parts: [], points: [], kind: "room" }; frame(); say("Tap the corners of the room, the first one again at the end: the picture is 16 m wide."); };
@@ -615,7 +648,7 @@
   onresize = () => { if (!drawing) { fit(); run.shown = -1; draw(); } };
   onhashchange = () => { if (location.hash !== shared) { pause(); fromAddress(); } };
   $("key").innerHTML = `Largest force on a person: ${keyOf(known, "N").join(" ")}`;
-  window.explore = { advance, core, part, saves, open, place, timing: () => [run.h, run.interval], to: (point) => view.to(point), get run() { return run; }, get scene() { return scene; } };  // for tests and consoles
+  window.explore = { advance, core, part, saves, open, openTexts, follow, fromAddress, read, place, timing: () => [run.h, run.interval], to: (point) => view.to(point), get run() { return run; }, get scene() { return scene; } };  // for tests and consoles
   await fromAddress();
   if (!still.matches) play();
 })();
