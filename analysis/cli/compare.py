@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 
 # Rows of the table of windows in the terminal.
 MOST_ROWS = 12
+# The first frame of a dump says within so many bytes whether it has a time.
+HEAD_BYTES = 4096
 
 
 def compare(
@@ -112,15 +114,42 @@ def compare(
     raise typer.Exit(not well or bool(reasons))
 
 
+def _ask(file: Path, of_file: OfFile, other: str = "") -> None:
+    """Raise ValueError naming at once all that a dump lacks for times and forces, before anything is
+    imported for it; other: what is needed where it has no contacts of its own."""
+    from analysis.support.reading import DAMAGED, open_file
+
+    with open_file(file) as content:
+        try:
+            head = content.read(HEAD_BYTES)
+        except DAMAGED:
+            return
+    if not head.startswith(b"ITEM:"):
+        return
+    names = ("run.json", "scene.toml", f"{file.stem}_contacts.dump")
+    run, scene, contacts = ((file.parent / one).exists() for one in names)
+    own, lacks = bool(contacts or of_file.contacts), []
+    if b"ITEM: TIME\n" not in head and not of_file.time_step and not run:
+        lacks.append("times (--time-step)")
+    if not (of_file.room or scene or own):
+        lacks.append("what presses: walls and a [drive] (--room), or own forces (--contacts)")
+    if other and not (own or scene):
+        lacks.append(other)
+    if len(lacks) > 1:
+        raise ValueError(f"{file}: it lacks {', and '.join(lacks)}")
+
+
 def _by_files(files: list[Path], of_file: OfFile, radius: float | None, out: Path) -> None:
     """Compare files by the frames that they share: own forces with percussions, then percussions of
     the first with those of each other."""
+    if of_file.contacts and len(files) > 1:
+        raise ValueError("--contacts: of one dump. Several have theirs beside them")
+    for file in files:
+        _ask(file, of_file, "" if len(files) > 1 else "something to compare with: a second file")
     from analysis.film.files import open_any, paired
     from analysis.film.frame import ENGINE, RIGID
     from analysis.motion.pairwise import compare_frames, write_frames
 
-    if of_file.contacts and len(files) > 1:
-        raise ValueError("--contacts: of one dump. Several have theirs beside them")
     sources = [open_any(file, of_file.given(radius)) for file in files]
     made = []
     for one in sources:
@@ -444,6 +473,7 @@ def exposure(
 
 
 def _loads_of(file: Path, of_file: OfFile, radius: float | None) -> RunLoads:
+    _ask(file, of_file)
     from analysis.exposure.loads import loads_of_frames
     from analysis.film.files import open_any
     from analysis.film.frame import ENGINE, RIGID
