@@ -8,13 +8,6 @@ from nscd.percussions import ContactState, Percussions, Status
 from nscd.solve import solve
 
 __all__ = [
-    "ContactLaw",
-    "ContactState",
-    "Contacts",
-    "Percussions",
-    "Snapshot",
-    "Status",
-    "Walls",
-    "find_contacts",
-    "solve",
-]
+    "ContactLaw", "ContactState", "Contacts", "Percussions", "Snapshot", "Status", "Walls",
+    "find_contacts", "solve",
+]  # fmt: skip

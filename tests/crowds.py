@@ -88,7 +88,8 @@ def drive_to(start, end, outward=(1.0, 0.0), speed=2.0, **others):
 def scene_at(snapshot, walls=(), *, contact, run, name="made", time=None, **others):
     """A scene of disks; walls as pairs of ends (m), contact and run as their keys; an impact, or a
     driven crowd looked at at a time (s)."""
-    from analysis.scene.scene import Analysis, ContactModel, Run, Scene, Wall
+    from analysis.scene.scene import Scene
+    from analysis.scene.schema import Analysis, ContactModel, Run, Wall
 
     made = tuple(
         Wall(name=f"wall{n}", start_m=tuple(map(float, start)), end_m=tuple(map(float, end)))

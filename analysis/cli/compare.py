@@ -431,15 +431,8 @@ def exposure(
     out: Folder for the results. Default: that of the run, or exposure.
 
     Example: percussions exposure out/arch/rigid_moreau_jean --limits mine.toml"""
+    from analysis.exposure import loads
     from analysis.exposure.limits import LimitError, known_limits
-    from analysis.exposure.loads import (
-        HEAD,
-        SHORTEST_S,
-        exposure_rows,
-        read_exposure,
-        write_exposure,
-        write_stops,
-    )
     from analysis.exposure.sensors import write_sensors
 
     known = known_limits(limits or [])
@@ -447,26 +440,26 @@ def exposure(
         raise LimitError(f"--stops {stops}: unknown limit. There are: {', '.join(names)}")
     if is_run(run):
         of_file.refuse_run(radius=radius, out=out)
-        found, folder = read_exposure(run, window or SHORTEST_S), run
+        found, folder = loads.read_exposure(run, window or loads.SHORTEST_S), run
         what = f"forces are impulses over windows of {found.duration[0]:g} s. The run lasts"
     else:
         refuse(f"{run} is no run with impulses", sensors=sensors, stops=stops, window=window)
         found, folder = _loads_of(run, of_file, radius), out or Path("exposure")
         apart = float(found.duration.max())
-        if apart > (1 + 1e-9) * SHORTEST_S:
+        if apart > (1 + 1e-9) * loads.SHORTEST_S:
             warn(
-                f"{run}: frames are up to {apart:g} s apart, too far for windows of {SHORTEST_S:g} s. "
+                f"{run}: frames are up to {apart:g} s apart, too far for windows of {loads.SHORTEST_S:g} s. "
                 "Loads between frames are not seen"
             )
         what = (
             f"forces are those of {len(found.time)} single frames, not sums of impulses. It lasts"
         )
     written = [write_sensors(run, sensors)] if sensors else []
-    written += write_exposure(found, known, folder)
+    written += loads.write_exposure(found, known, folder)
     title = f"{found.scene.title}: {what} {found.time[-1]:g} s"
-    show(HEAD, exposure_rows(found, known), numbers_from=len(HEAD), title=title)
+    show(loads.HEAD, loads.exposure_rows(found, known), numbers_from=len(loads.HEAD), title=title)
     for limit in (one for one in known if one.name == stops):
-        count, path = write_stops(found, limit, run.resolve().parent)
+        count, path = loads.write_stops(found, limit, run.resolve().parent)
         print(f"{count} people stop. An assumption, no medicine")
         written.append(path)
     print(*written, sep="\n")

@@ -4,7 +4,6 @@ of a function."""
 import dataclasses
 import functools
 import inspect
-import logging
 import math
 import re
 from collections.abc import Callable
@@ -19,9 +18,8 @@ from typer.models import OptionInfo
 from analysis.cli.app import drop_none, refuse
 from analysis.support.files import or_shipped
 from analysis.support.machine import cores
-from analysis.support.reading import NOTE
+from analysis.support.reading import note
 
-log = logging.getLogger(__name__)
 # What is said of an option of this name where its command says nothing else.
 SHARED = {
     "scene": "Name of a scene, or its .toml file.",
@@ -71,7 +69,7 @@ def _count(text: str) -> int:
 def _processes(text: str) -> int:
     number = _count(text)
     if number > cores():
-        log.log(NOTE, "%s processes: %d are started, as many as cores", text, cores())
+        note(f"{text} processes", f"{cores()} are started, as many as cores")
     return min(number, cores())
 
 

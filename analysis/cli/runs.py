@@ -12,16 +12,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from analysis.cli.app import (
-    command_line,
-    drop_none,
-    progress,
-    refuse,
-    say_expected,
-    say_runs,
-    show,
-    warn,
-)
+from analysis.cli import app
 from analysis.cli.options import Count, Openness, Out, Positive, Processes, Share, Taken, one_dump
 
 if TYPE_CHECKING:
@@ -70,14 +61,14 @@ def run(
             "Leave out --law, --stiffness, --time-step"
         )
     for warning in chosen.check(scene):
-        warn(warning)
+        app.warn(warning)
     contact = {"stiffness_N_per_m": stiffness, "wall_stiffness_N_per_m": wall_stiffness}
-    chosen = chosen.with_contact(**drop_none(**contact, restitution=restitution, law=law))
+    chosen = chosen.with_contact(**app.drop_none(**contact, restitution=restitution, law=law))
     if engine == RIGID:
         springs = {"stiffness": stiffness, "wall_stiffness": wall_stiffness, "law": law}
-        refuse("only of engines with springs, lammps and yade", **springs)
+        app.refuse("only of engines with springs, lammps and yade", **springs)
     step = {"rigid_step_s" if engine == RIGID else "time_step_s": time_step}
-    timing = drop_none(**step, duration_s=duration, impulses=impulses or None)
+    timing = app.drop_none(**step, duration_s=duration, impulses=impulses or None)
     chosen = chosen.with_run(**timing)
     if error is not None:
         from analysis.advice.choice import scene_within
@@ -88,8 +79,8 @@ def run(
     note_unused_keys(scene, wanted.engine)
     if not wanted.is_finished():
         check_before(wanted.scene, wanted.engine, wanted.folder)
-        say_runs([wanted], f"{chosen.name} with {wanted.engine}")
-    with progress() as report:
+        app.say_runs([wanted], f"{chosen.name} with {wanted.engine}")
+    with app.progress() as report:
         record = wanted.record(report)
     print(
         f"{wanted.folder}: {record.steps} steps of {record.time_step_s:.3g} s, restitution "
@@ -140,7 +131,7 @@ def solve(
     if is_hdf5(file):
         own = {**options, "room": taken.room, "restitution": restitution, "scheduler": scheduler}
         own |= taken.of_dump() | {"part_frames": part_frames}
-        refuse(f"{file} has its own. This option is for dumps", **own)
+        app.refuse(f"{file} has its own. This option is for dumps", **own)
         _solve_problem(file, out, taken.tolerance, openness)
         return
     setting = setting_beside(file, taken.room, taken.of_dump(), **options)
@@ -157,11 +148,11 @@ def solve(
         raise ValueError(f"--part-frames: {out}: parts are Parquet. End --out in .parquet")
     with contextlib.ExitStack() as stack:
         executor = stack.enter_context(executor_for(job, workers, scheduler))
-        bars = stack.enter_context(progress())
+        bars = stack.enter_context(app.progress())
         if part_frames:
             found = solve_in_chunks(job, out, part_frames, executor=executor, progress=bars)
         else:
-            expected = functools.partial(say_expected, what=f"percussions of {file}")
+            expected = functools.partial(app.say_expected, what=f"percussions of {file}")
             found = solve_dump(
                 job, out, executor=executor, workers=workers, progress=bars, expected=expected
             )
@@ -191,7 +182,7 @@ def _say(solved: Path, out: Path, rows: list[list[str]], unsolved: Sequence[str]
     """Print numbers, where the table is and what is not solved, which is the exit status."""
     for line in unsolved:
         print(line, file=sys.stderr)
-    show([str(solved), ""], rows)
+    app.show([str(solved), ""], rows)
     print(out)
     if unsolved:
         raise typer.Exit(1)
@@ -231,10 +222,10 @@ def export(
         raise ValueError(f"{dump}: no such file, so {target} is no folder of a run")
     else:
         why = f"only of a run or a dump, and {target} is a scene"
-        refuse(why, frame=frame, room=taken.room, **taken.of_dump())
+        app.refuse(why, frame=frame, room=taken.room, **taken.of_dump())
         found, origin = _of_scene(target, taken)
     write_problem(
-        fclib, found, origin | {"command": command_line()}, local=local, openness=openness
+        fclib, found, origin | {"command": app.command_line()}, local=local, openness=openness
     )
     print(f"{len(found.snapshot)} people, {len(found.contacts)} contacts")
     print(fclib)
@@ -271,7 +262,7 @@ def _inelastic(target: Path, setting: Setting) -> Setting:
     """The setting without restitution, which is said where there was one."""
     if bouncing := setting.law.restitution:
         said = f"contact.restitution: {bouncing:g}"
-        warn(f"{target}: {said}. FCLIB has inelastic contacts, and those are written")
+        app.warn(f"{target}: {said}. FCLIB has inelastic contacts, and those are written")
     return replace(setting, restitution=0.0)
 
 
@@ -298,7 +289,7 @@ def doctor() -> None:
     findings = examine()
     head = ["what", "part", "state", "version", "where"]
     rows = [(one.name, one.extra, one.state, one.version, one.path) for one in findings]
-    show(head, [[str(cell or "–") for cell in row] for row in rows], numbers_from=5)
+    app.show(head, [[str(cell or "–") for cell in row] for row in rows], numbers_from=5)
     for finding in findings:
         if finding.advice:
             print(f"{finding.name}: {finding.advice}")

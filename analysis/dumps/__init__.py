@@ -13,16 +13,7 @@ from analysis.dumps.index import DumpIndex, index_dump
 from analysis.dumps.reader import open_bodies, snapshot_of
 
 __all__ = [
-    "CONTACT_COLUMNS",
-    "Bodies",
-    "DumpError",
-    "DumpIndex",
-    "EngineContacts",
-    "NoContactError",
-    "contacts_at",
-    "index_contacts",
-    "index_dump",
-    "open_bodies",
-    "read_contacts",
+    "CONTACT_COLUMNS", "Bodies", "DumpError", "DumpIndex", "EngineContacts", "NoContactError",
+    "contacts_at", "index_contacts", "index_dump", "open_bodies", "read_contacts",
     "snapshot_of",
-]
+]  # fmt: skip

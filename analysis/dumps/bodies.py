@@ -94,6 +94,13 @@ class Standing:
         off = np.abs(self.position - now.position).max(axis=1, initial=0.0)
         return bool((off <= STILL * self.radius).all())
 
+    def behind(self, snapshot: Snapshot) -> Snapshot:
+        """Make a snapshot of the disks of another one and these, of 1 kg, behind them; all at rest."""
+        parts: dict[str, Any] = {"mass": np.concatenate([snapshot.mass, np.ones(len(self))])}
+        for name in ("ids", "position", "radius"):
+            parts[name] = np.concatenate([getattr(snapshot, name), getattr(self, name)])
+        return Snapshot(**parts)
+
 
 @dataclass(frozen=True, slots=True)
 class BodyColumns:

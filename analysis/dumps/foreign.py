@@ -1,6 +1,5 @@
 """A dump that no engine here wrote: what of it is not used, and what it may mean otherwise."""
 
-import logging
 from collections import defaultdict
 from collections.abc import Mapping
 
@@ -8,7 +7,7 @@ import numpy as np
 
 from analysis.dumps.bodies import JOINED, BodyColumns
 from analysis.dumps.frames import DumpError
-from analysis.support.reading import NOTE, note_unused
+from analysis.support.reading import note, note_unused
 from nscd import Snapshot, find_contacts
 from nscd.arrays import Floats
 
@@ -17,7 +16,6 @@ PEOPLE = {"radius": (0.0, 2.0), "mass": (0.5, 1000.0)}
 # Disks of one `mol` nearer than this share of the smallest radius may be one body. One that is that of
 # all disks, and more than so many, is a label.
 NEAR, MOST_DISKS = 1e-3, 16
-log = logging.getLogger(__name__)
 
 
 def look_at(columns: BodyColumns, data: Mapping[str, Floats]) -> None:
@@ -54,7 +52,7 @@ def _say_types(columns: BodyColumns, types: set[str]) -> None:
     if still_types or len(types) > 1:
         never = f" Type {' and '.join(still_types)} never moves." if still_types else ""
         said = f"types {', '.join(sorted(types))}.{never} Fixed ones: --fixed-type"
-        log.log(NOTE, "%s: all rows are taken as people: %s", columns.index.path, said)
+        note(columns.index.path, f"all rows are taken as people: {said}")
 
 
 def _refuse_clumps(columns: BodyColumns, data: Mapping[str, Floats]) -> None:

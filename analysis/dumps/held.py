@@ -3,8 +3,7 @@ pairs leaves out is found from them."""
 
 from __future__ import annotations
 
-import logging
-import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,11 +12,12 @@ import numpy as np
 
 from analysis.dumps.bodies import PLACES, Standing
 from analysis.dumps.contacts import CONTACT_COLUMNS, EngineContacts, contacts_at, keys_of
+from analysis.dumps.digits import LEAST_PLACE, LastDigit
 from analysis.dumps.frames import DumpError
 from analysis.dumps.index import DumpIndex, index_dump
 from analysis.dumps.reader import snapshot_of
 from analysis.scene.scene import Scene
-from analysis.support.reading import NOTE, note_unused
+from analysis.support.reading import note, note_unused
 from nscd import Snapshot
 from nscd.arrays import Floats
 
@@ -30,7 +30,6 @@ ALIASES = {"patom1": "first", "patom2": "second", "natom1": "first", "natom2": "
 COARSEST_M, FINEST_M, DIRECTION = 1e-3, 1e-9, 1e-5
 # Frames in which the sign of forces is looked at, and the share of normal forces that may pull there.
 LOOKED_AT, PULLING = 20, 0.25
-log = logging.getLogger(__name__)
 
 
 def open_contacts(path: Path, mapping: str | None = None) -> DumpIndex:
@@ -92,20 +91,11 @@ def _check_known(
         )
 
 
-def resolution(data: Any, largest: float) -> float:
-    """Estimate (m) to what the places of a frame are known: one of the last of their digits."""
-    names = [name for place, _ in PLACES[1:] for name in place[:2] if name in data] or ["x", "y"]
-    digits = max((_digits(one) for name in names for one in data[name][:100].tolist()), default=17)
-    return _last_place(largest, digits)
-
-
-def _last_place(largest: float, digits: int) -> float:
-    last = 10.0 ** (math.floor(math.log10(largest or 1.0)) + 1 - digits)
+def _resolution(values: Iterable[float], largest: float) -> float:
+    """Estimate (m) to what numbers are known: one of the last digit of some of them."""
+    words = [repr(abs(one)).split("e")[0].replace(".", "").strip("0") for one in values]
+    last = LastDigit(max(map(len, words), default=17), LEAST_PLACE, largest).step(largest or 1.0)
     return min(COARSEST_M, max(FINEST_M, last))
-
-
-def _digits(value: float) -> int:
-    return len(repr(abs(value)).split("e")[0].replace(".", "").strip("0"))
 
 
 @dataclass(slots=True)
@@ -134,17 +124,8 @@ class OwnContacts:
         force between bodies that are apart."""
         if self.standing is None:
             return self._of(ts, snapshot)
-        fixed = self.standing
-        parts: dict[str, tuple[Any, Any]] = {
-            "ids": (snapshot.ids, fixed.ids),
-            "position": (snapshot.position, fixed.position),
-            "radius": (snapshot.radius, fixed.radius),
-            "mass": (snapshot.mass, np.ones(len(fixed))),
-        }
-        order = np.argsort(np.concatenate(parts["ids"]))
-        whole: dict[str, Any] = {one: np.concatenate(both)[order] for one, both in parts.items()}
-        every = Snapshot(**whole)
-        return self._of(ts, every).on_walls(fixed.ids, len(self.scene.walls))
+        every = self.standing.behind(snapshot)
+        return self._of(ts, every).on_walls(self.standing.ids, len(self.scene.walls))
 
     def _of(self, ts: Any, snapshot: Snapshot) -> EngineContacts:
         """The contacts of a frame of all its disks."""
@@ -192,8 +173,9 @@ class OwnContacts:
         """The ways (k,2) m from the first centre to the second, or to the wall, and the gaps (k,) m."""
         wall, walls = contacts.is_wall, self.scene.wall_segments()
         place = walls.within(snapshot.position)
-        first = np.searchsorted(snapshot.ids, contacts.first)
-        second = np.searchsorted(snapshot.ids, np.where(wall, contacts.first, contacts.second))
+        order, both = np.argsort(snapshot.ids), np.stack([contacts.first, contacts.second])
+        both[1, wall] = contacts.first[wall]
+        first, second = order[np.searchsorted(snapshot.ids, both, sorter=order)]
         to = walls.shortest(place[second] - place[first])
         to[wall] = walls.nearest_point(place[first[wall]], contacts.second[wall] - 1) - place[first[wall]]  # fmt: skip
         other = np.where(wall, 0.0, snapshot.radius[second])
@@ -202,7 +184,9 @@ class OwnContacts:
     def _hold(self, number: int, found: EngineContacts, snapshot: Snapshot, data: Any) -> None:
         index, here = self.index, range(number, number + 1)
         to, gap = self._geometry(found, snapshot)
-        slack = 3 * resolution(data, float(np.abs(snapshot.position).max(initial=1e-3)))
+        names = [one for place, _ in PLACES[1:] for one in place[:2] if one in data] or ["x", "y"]
+        some = np.concatenate([data[name][:100] for name in names]).tolist()
+        slack = 3 * _resolution(some, float(np.abs(snapshot.position).max(initial=1e-3)))
         length = np.maximum(np.hypot(*to.T), 1e-300)
         off = np.abs(found.normal - to / length[:, None]).max(1, initial=0.0)
         what = "nx, ny: not the direction of the bodies from the first to the second"
@@ -210,8 +194,8 @@ class OwnContacts:
         reach = self.scene.contact.arms.reach if self.scene.contact.arms else 0.0
         apart = (gap > slack + reach) & found.force.any(1)
         index.refuse(here, apart, "a force between bodies that are ", gap, " m apart")
-        own = max(map(_digits, found.overlap[:100].tolist()), default=17)
-        slack += _last_place(float(np.abs(found.overlap).max(initial=0.0)), own)
+        own = np.abs(found.overlap)
+        slack += _resolution(own[:100].tolist(), float(own.max(initial=0.0)))
         unlike = np.abs(found.overlap + gap) > slack
         index.refuse(here, unlike, "overlap: that of the bodies is ", -gap, " m")
 
@@ -233,10 +217,10 @@ class OwnContacts:
                     row = int(pull[0])
                     pulls[wall] = f"step {step}: {found.first[row]} and {kind}{found.second[row]}"
         if self.lacks_walls:
-            log.log(NOTE, "%s: no forces of walls: loads lack them", self.index.path)
+            note(self.index.path, "no forces of walls: loads lack them")
             if sums[0, 1] > sums[0, 0]:
                 self.sign, sums[0] = 1.0, sums[0, ::-1].copy()
-                log.log(NOTE, "%s: fx fy read as the force on the second", self.index.path)
+                note(self.index.path, "fx fy read as the force on the second")
         for wall, (push, pull) in enumerate(sums.tolist()):
             if pull > PULLING * (push + pull):
                 why = "fx fy is the force of the first on the second. Is it that on the first here?"

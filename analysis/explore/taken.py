@@ -100,20 +100,12 @@ def rules() -> dict[str, Any]:
     return {
         "$defs": _bare(schema["$defs"]),
         **{name: {"$ref": f"#/$defs/{kind.__name__}"} for name, kind in kinds.items()},
-        "most": MOST,
-        "people": MOST_PEOPLE,
-        "bytes": MOST_BYTES,
-        "smallest": SMALLEST,
-        "ahead": AHEAD,
-        "gravity": GRAVITY,
-        "relaxation_s": USUAL_RELAXATION_S,
-        "overlap": OVERLAP,
-        "largest_id": LARGEST_WHOLE,
-        "rubbing_law": AS_HERTZ,
         "laws": {name: [bool(law.friction), law.own_stiffness] for name, law in LAWS.items()},
-        "nominal": NOMINAL[0],
+        "most": MOST, "people": MOST_PEOPLE, "bytes": MOST_BYTES, "largest_id": LARGEST_WHOLE,
+        "smallest": SMALLEST, "ahead": AHEAD, "gravity": GRAVITY, "overlap": OVERLAP,
+        "relaxation_s": USUAL_RELAXATION_S, "rubbing_law": AS_HERTZ, "nominal": NOMINAL[0],
         "per_young_modulus": hertz_stiffness(1.0, 0.0, 1.0),
-    }
+    }  # fmt: skip
 
 
 def _bare(node: Any) -> Any:

@@ -11,12 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from analysis.compare.comparison import OpenRun, match_contacts
-from analysis.dumps import (
-    DumpError,
-    EngineContacts,
-    open_bodies,
-    snapshot_of,
-)
+from analysis.dumps import DumpError, EngineContacts, open_bodies, snapshot_of
 from analysis.dumps.frames import is_binary
 from analysis.dumps.held import OwnContacts, open_contacts
 from analysis.dumps.reader import RECORD
@@ -35,7 +30,7 @@ from analysis.scene.scene import FOR_RUNS, Room, Scene, SceneError, read_room
 from analysis.scene.schema import Wall
 from analysis.scene.unused import CROWD, note_unused_keys
 from analysis.scene.waiting import Doorway
-from analysis.support.reading import DAMAGED, note, open_file
+from analysis.support.reading import note, start_of
 from nscd import Snapshot
 from nscd.arrays import Indices
 
@@ -142,11 +137,7 @@ def open_any(file: Path, given: Given) -> FrameFile:
 
     Raises DumpError, TrajectoryError, SceneError and ValueError naming the file and the column, key or
     option."""
-    with open_file(file) as content:
-        try:
-            start = content.read(16)
-        except DAMAGED:
-            start = b""
+    start = start_of(file, 16)
     if start.startswith(b"ITEM:") or is_binary(start):
         heads = ("radius", "mass", "frame_rate", "columns", "time_unit", "take_as_is")
         given.refuse(f"of heads. The disks of {file} have theirs", *heads)
@@ -155,12 +146,9 @@ def open_any(file: Path, given: Given) -> FrameFile:
     given.refuse(f"of a dump. {file} is a trajectory", *of_dump)
     if given.unit == "mm":
         raise ValueError(f"--unit mm: {file} is a trajectory. Give m or cm")
-    how: dict[str, Any] = {
-        "columns": given.columns,
-        "time_unit": given.time_unit or "s",
-        "take_as_is": bool(given.take_as_is),
-    }
-    recording = Recording.read(file, unit=given.unit, frame_rate=given.frame_rate, **how)
+    said = ("unit", "frame_rate", "columns", "time_unit", "take_as_is")
+    kept = {name: one for name in said if (one := getattr(given, name)) is not None}
+    recording = Recording.read(file, **kept)
     opened = of_heads(recording, given)
     note(file, opened.about)
     if given.room:
@@ -194,12 +182,9 @@ def _of_disks(file: Path, given: Given) -> FrameFile:
     if np.isnan(trajectory[0].time):
         raise DumpError(f"{file}: its frames have no times. Give --time-step")
 
-    solve = _of_frames(trajectory, file, setting, own)
-    numbers, engine = range(int(trajectory.n_frames)), "" if own is None else OWN
-    lacks = own is not None and own.lacks_walls
-    return FrameFile(
-        file=file, scene=scene, numbers=numbers, solve=solve, engine=engine, lacks_walls=lacks
-    )
+    solve, numbers = _of_frames(trajectory, file, setting, own), range(int(trajectory.n_frames))
+    found = FrameFile(file=file, scene=scene, numbers=numbers, solve=solve)
+    return replace(found, engine=OWN, lacks_walls=own.lacks_walls) if own else found
 
 
 def _is_rigid(contacts: Path) -> bool:

@@ -10,13 +10,9 @@ if TYPE_CHECKING:
     from analysis.percussions.trajectory import PercussionAnalysis
 
 __all__ = [
-    "LeftVelocity",
-    "PercussionAnalysis",
-    "Setting",
-    "SnapshotPercussions",
-    "law_of",
+    "LeftVelocity", "PercussionAnalysis", "Setting", "SnapshotPercussions", "law_of",
     "percussions_of",
-]
+]  # fmt: skip
 _HOMES = {"PercussionAnalysis": "trajectory"} | dict.fromkeys(
     ("SnapshotPercussions", "percussions_of"), "snapshot"
 )

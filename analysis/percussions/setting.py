@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -18,7 +17,7 @@ from analysis.dumps.frames import has_period
 from analysis.engines.record import FILE, RunRecord
 from analysis.scene.scene import Drive, Room, Scene, SceneError, means_of, read_room
 from analysis.scene.unused import CROWD, note_unused_keys
-from analysis.support.reading import NOTE
+from analysis.support.reading import note
 from nscd import ContactLaw, Contacts, Snapshot, Walls, find_contacts
 from nscd.arrays import Floats
 from nscd.contacts import NO_WALLS
@@ -32,7 +31,6 @@ FORCE, IMPULSE = "N", "N·s"
 TOUCH, MOST_ROUNDING = 1e-6, 0.05
 # The ends of a period, in the room and in the dump, may differ by this share of it.
 SAME = 1e-4
-log = logging.getLogger(__name__)
 # Disks that overlap by more than this share of the smaller radius are no snapshot of a crowd.
 LARGEST_OVERLAP = 0.5
 # Of two bodies; a dissipation as large as an elastic contact's would leave rounding errors only.
@@ -147,12 +145,12 @@ class Setting:
         if standing is not None and self.arms:
             raise DumpError(f"{path}: fixed types (--fixed-type) are not for people with arms")
         if digits != self.digits and digits is not None and (wrong := digits.rounding()) > TOUCH:
-            said = f"{path}: positions have {digits.position.digits} digits, so gaps may be wrong by {wrong:.2g} m"
+            said = f"positions have {digits.position.digits} digits, so gaps may be wrong by {wrong:.2g} m"
             given = self.contact_tolerance
             if given is None:
-                log.log(NOTE, "%s. Such gaps are contacts (--contact-tolerance)", said)
+                note(path, f"{said}. Such gaps are contacts (--contact-tolerance)")
             elif given < wrong:
-                log.log(NOTE, "%s. The contact tolerance %g m is finer", said, given)
+                note(path, f"{said}. The contact tolerance {given:g} m is finer")
         names = self.wall_names
         if standing is not None and self.standing is None:
             names = names or tuple(map(str, range(1, 1 + len(self.walls or ()))))
@@ -227,14 +225,8 @@ class Setting:
         fixed = self.standing
         if fixed is None or not len(fixed):
             return find_contacts(snapshot, self.walls, tolerance=touch)
-        n, m = len(snapshot), len(fixed)
-        bodies = snapshot.bodies
-        every = Snapshot(
-            position=np.concatenate([snapshot.position, fixed.position]),
-            radius=np.concatenate([snapshot.radius, fixed.radius]),
-            mass=np.concatenate([snapshot.mass, np.ones(m)]),
-        )
-        found = find_contacts(every, self.walls, tolerance=touch)
+        n, bodies = len(snapshot), snapshot.bodies
+        found = find_contacts(fixed.behind(snapshot), self.walls, tolerance=touch)
         found = found.select(found.first < n)
         held = ~found.is_wall & (found.second >= n)
         second = np.where(held, found.second - n + len(self.walls or ()), found.second)

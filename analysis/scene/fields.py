@@ -14,9 +14,7 @@ SMALLEST = 1e-100
 
 # strict: neither `true` nor "1.0" is a number; beyond its ends squares and distances leave double
 # precision
-Number = Annotated[
-    float, pydantic.Strict(), pydantic.Field(allow_inf_nan=False, ge=-1e30, le=1e30)
-]
+Number = Annotated[float, pydantic.Strict(), pydantic.Field(allow_inf_nan=False, ge=-1e30, le=1e30)]
 Positive = Annotated[Number, pydantic.Field(gt=0)]
 Count = Annotated[int, pydantic.Strict(), pydantic.Field(ge=1)]
 Point = tuple[Number, Number]

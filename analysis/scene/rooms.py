@@ -13,16 +13,8 @@ from analysis.scene.drive import Goal
 from analysis.scene.floors import walled
 from analysis.scene.law import LAWS
 from analysis.scene.plans import polygon_of
-from analysis.scene.scene import (
-    Analysis,
-    ContactModel,
-    Drive,
-    Room,
-    Run,
-    Scene,
-    SceneError,
-    first_problem,
-)
+from analysis.scene.scene import Drive, Scene, SceneError, first_problem
+from analysis.scene.schema import Analysis, ContactModel, Room, Run
 from analysis.scene.waiting import MOST_COVER, ON_WALL_M, Doorway, Ends, counts_of, cover_of, places
 from nscd import Snapshot, Walls
 from nscd.arrays import Floats, Indices

@@ -23,15 +23,7 @@ from analysis.scene.lammps_data import read_data, write_data, written_mass
 from analysis.scene.law import LAWS
 from analysis.scene.placement import check_room
 from analysis.scene.rigid_bodies import people_of, read_bodies, write_bodies
-from analysis.scene.schema import (
-    Analysis,
-    ContactModel,
-    OtherFrames,
-    Reconciliation,
-    Room,
-    Run,
-    Wall,
-)
+from analysis.scene.schema import ContactModel, OtherFrames, Reconciliation, Room, Run, Wall
 from analysis.support.files import or_shipped, shipped, write_text
 from analysis.support.reading import UnreadableError, read_text
 from nscd import Snapshot
@@ -39,18 +31,9 @@ from nscd.contacts import connected
 from nscd.stepping import StepError
 
 __all__ = [
-    "Analysis",
-    "ContactModel",
-    "Drive",
-    "Room",
-    "Run",
-    "Scene",
-    "SceneError",
-    "Wall",
-    "read_room",
-    "read_scene",
-    "scene_names",
-]
+    "ContactModel", "Drive", "Room", "Run", "Scene", "SceneError", "Wall",
+    "read_room", "read_scene", "scene_names",
+]  # fmt: skip
 
 
 # m: kept from corners on a way that nobody asked for.

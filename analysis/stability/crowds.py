@@ -12,7 +12,8 @@ from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import eigsh, spsolve
 
 from analysis.engines.penalty import penalty_of
-from analysis.scene.scene import Analysis, ContactModel, Drive, Run, Scene, Wall
+from analysis.scene.scene import Drive, Scene
+from analysis.scene.schema import Analysis, ContactModel, Run, Wall
 from nscd import Contacts, Snapshot, Walls, find_contacts
 from nscd.arrays import Floats
 

@@ -85,13 +85,19 @@ PACKED: dict[bytes, Callable[[Path], Any]] = {
 }
 
 
-def begins(path: Path, start: bytes) -> bool:
-    """Tell whether a file, decompressed, begins so. Raises UnreadableError for what is no file."""
+def start_of(path: Path, size: int) -> bytes:
+    """The first bytes of a file, decompressed; none where it is damaged. Raises UnreadableError for
+    what is no file."""
     with open_file(path) as file:
         try:
-            return file.read(len(start)) == start
+            return file.read(size)
         except DAMAGED:
-            return False
+            return b""
+
+
+def begins(path: Path, start: bytes) -> bool:
+    """Tell whether a file begins so; see `start_of`."""
+    return start_of(path, len(start)) == start
 
 
 def lines_of(file: IO[bytes], path: Path) -> Iterator[bytes]:
@@ -154,7 +160,7 @@ def whole_number(word: str, what: str, *, least: int = 1, most: int = LARGEST_WH
     raise UnreadableError(f"{what}: {word[:40]!r} where a whole number ≥ {least} is needed")
 
 
-def note(path: Path, said: str) -> None:
+def note(path: Path | str, said: str) -> None:
     """Say a line about an input."""
     log.log(NOTE, "%s: %s", path, said)
 

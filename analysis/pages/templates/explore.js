@@ -299,14 +299,13 @@
   }
   // A room from rings of points (m): the first is the outline, the others are pillars. The door stands for its ends.
   function roomOf(rings, [a, b], name) {
-    const inside = ([x, y]) => rings[0].reduce((odd, [px, py], i, all) => { const [qx, qy] = all[(i + 1) % all.length]; return (py > y) !== (qy > y) && x < px + (y - py) / (qy - py) * (qx - px) ? !odd : odd; }, false);
     const sides = rings.flatMap((ring) => ring.map((p, i) => [p, ring[(i + 1) % ring.length]]));
     const at = sides.reduce((best, side) => (Math.max(away(a, ...side), away(b, ...side)) < Math.max(away(a, ...best), away(b, ...best)) ? side : best));
     const [p, q] = at, length = gap(p, q), along = [(q[0] - p[0]) / length, (q[1] - p[1]) / length];
     const [s, e] = [a, b].map((one) => Math.min(length, Math.max(0, (one[0] - p[0]) * along[0] + (one[1] - p[1]) * along[1]))).sort((m, n) => m - n);
     if (e - s < 0.1) throw Error("the door needs two places on one wall, at least 0.1 m apart");
     const on = (far) => [p[0] + far * along[0], p[1] + far * along[1]], [start, stop, middle] = [on(s), on(e), on(0.5 * (s + e))];
-    const outward = [along[1], -along[0]].map((v) => v * (inside([middle[0] + 1e-6 * along[1], middle[1] - 1e-6 * along[0]]) ? -1 : 1));
+    const outward = [along[1], -along[0]].map((v) => v * (inRing([middle[0] + 1e-6 * along[1], middle[1] - 1e-6 * along[0]], rings[0]) ? -1 : 1));
     const left = sides.flatMap((side) => (side === at ? [[p, start], [stop, q]] : [side])).filter(([m, n]) => !same(m, n));
     return {
       title: `${name}, drawn`, source: "percussions explore",

@@ -38,7 +38,7 @@ NAME = re.compile(
 )
 # Spaces round the unit of a name, where spaces stand between names.
 LOOSE = re.compile(r"\s*([\[(/])\s*|\s+in\s+(?=[cm]?m\b)")
-LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+PER_METRE = {"m": 1.0, "cm": 100.0, "mm": 1000.0}
 TIMES = {"s": 1.0, "ms": 0.001}
 WORDS = r"(?:centi|milli)?met(?:er|re)s?|[cm]?m|px|pixels?|ft|feet"
 # A unit in a comment: "x/m", "in cm", "[m]", "in metres". No "in Mannheim", no "in m/s".
@@ -80,7 +80,7 @@ class Table(NamedTuple):
         two, and for one that is no length."""
         units = self.columns.units
         said = {units[axis] for axis in "xy" if axis in units} or units_in("\n".join(self.head))
-        if len(said) > 1 or not said <= LENGTHS.keys():
+        if len(said) > 1 or not said <= PER_METRE.keys():
             raise UnreadableError(
                 f"{self.file}: states the unit {' and '.join(sorted(said))}. One of m, cm and mm is read"
             )
@@ -199,8 +199,8 @@ def _layout(
         raise UnreadableError(
             f"{file}: its rows have {len(row)} columns. Needed are {' '.join(columns or PLAIN)}"
         )
-    numbers = [f"column {place}" for place in range(1, len(row) + 1)]
-    shown = [name or number for name, number in zip(names or numbers, numbers, strict=True)]
+    given = names or [""] * len(row)
+    shown = [name or f"column {place}" for place, name in enumerate(given, start=1)]
     told = list(columns) or names or list(PLAIN)
     roles: dict[str, int] = {}
     units: dict[str, str] = {}
@@ -242,7 +242,7 @@ def _header(head: list[str], row: list[str]) -> tuple[list[str], list[str]]:
             continue
         words = [unit_of(cell) for cell in cells]
         known = sum(bool(_parsed(cell)[0]) for cell in cells)
-        if names and {*words} & (LENGTHS.keys() | TIMES.keys()):
+        if names and {*words} & (PER_METRE.keys() | TIMES.keys()):
             units = words
         elif known >= max(most, 2 if text.startswith(COMMENTS) else 0):
             names, most = cells, known
@@ -272,10 +272,8 @@ def numbered(file: Path, ids: list[str], codes: Indices) -> Floats:
     values = [number_of(one) for one in ids]
     odd = [value is None or abs(value) >= reading.LARGEST_WHOLE for value in values]
     if any(odd) and not any(value is not None and np.isnan(value) for value in values):
-        said = (
-            f"{file}: ids such as {ids[odd.index(True)]}: people are numbered from 1 as they appear"
-        )
-        reading.log.log(reading.NOTE, said)
+        odd_one = ids[odd.index(True)]
+        reading.note(file, f"ids such as {odd_one}: people are numbered from 1 as they appear")
         return np.asarray(codes + 1, dtype=np.float64)
     return np.array(values, dtype=np.float64)[codes]
 

@@ -9,24 +9,16 @@ from array import array
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 from xml.etree import ElementTree
 
 import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
+from analysis.scene.real import tables
 from analysis.scene.real.plausible import STOREYS, TAKE_AS_IS, Look, doubt, heights, look_at
-from analysis.scene.real.tables import (
-    LENGTHS,
-    PLAIN,
-    TIMES,
-    Table,
-    numbered,
-    read_table,
-    seen_once,
-    units_in,
-)
+from analysis.scene.real.tables import PER_METRE, PLAIN, Table, numbered, seen_once
 from analysis.scene.real.times import framed, in_seconds
 from analysis.support import reading
 from analysis.support.foreign import Node, read_foreign
@@ -77,7 +69,7 @@ class _Given:
     def refuse(self, why: str) -> TrajectoryError:
         return TrajectoryError(f"{self.file}: {why}")
 
-    def loaded(self, columns: object, unit: Unit | None, frame_rate: float | None) -> Loaded:
+    def loaded(self, columns: object, unit: str | None, frame_rate: float | None) -> Loaded:
         """The data in metres, of columns in this unit; frame numbers and rate from their times,
         where there are some."""
         data = pd.DataFrame(columns)
@@ -88,7 +80,7 @@ class _Given:
             raise self.refuse(f"--time-unit {self.time_unit}: its rows have frames, no times")
         unit, frame_rate = self.stated(unit, frame_rate, timed=timed)
         axes = {*"xyz"} & {*data}
-        data = data.assign(**{axis: data[axis] / (100 if unit == "cm" else 1) for axis in axes})
+        data = data.assign(**{axis: data[axis] / PER_METRE[unit] for axis in axes})
         if "z" in data and (said := heights(data)):
             if said.startswith(STOREYS) and not self.take_as_is:
                 raise self.refuse(f"{said}. Give one storey, or {TAKE_AS_IS}")
@@ -116,8 +108,8 @@ class _Given:
         return data, round(float(np.ptp(numbers) / np.ptp(times)), 6)
 
     def stated(
-        self, unit: Unit | None, frame_rate: float | None, *, timed: bool = False
-    ) -> tuple[Unit, float]:
+        self, unit: str | None, frame_rate: float | None, *, timed: bool = False
+    ) -> tuple[str, float]:
         """Unit and frame rate that the file states, by its times where it is timed, or that are
         given beside it."""
         if unit is not None and self.unit not in (None, unit):
@@ -135,28 +127,11 @@ class _Given:
         raise self.refuse(f"states no {' and no '.join(words)}. Give {' and '.join(ways)}")
 
 
-def load(
-    file: Path,
-    unit: Unit | None,
-    frame_rate: float | None,
-    columns: str | None = None,
-    time_unit: TimeUnit = "s",
-    take_as_is: bool = False,
-) -> Loaded:
-    """Read a file of any format that is known: id, frame, time (s), x, y (m) of all rows, and the
-    frame rate.
-
-    unit, frame_rate (1/s): needed only where the file does not state them
-    columns: of a table of text: what each column is, as in "frame id x y"
-    time_unit: of its times, where it has some
-    take_as_is: take people on several storeys as if on one
-
-    Raises TrajectoryError naming the file and what is wrong in it."""
-    if not file.is_file():
-        missing = "not a regular file" if file.exists() else "no such file"
-        raise TrajectoryError(f"{file}: {missing}")
-    end = file.name.lower().removesuffix(".gz").rpartition(".")[2]
-    given = _Given(file, unit, frame_rate, time_unit, take_as_is)
+def _load(given: _Given, columns: str | None) -> Loaded:
+    """Read a file of any format that is known. Raises TrajectoryError as `Recording.read` does."""
+    if not given.file.is_file():
+        raise given.refuse("not a regular file" if given.file.exists() else "no such file")
+    end = given.file.name.lower().removesuffix(".gz").rpartition(".")[2]
     try:
         # numpy's complaints of numbers that are none; the error that follows says more
         with np.errstate(all="ignore"), warnings.catch_warnings():
@@ -182,7 +157,7 @@ def load(
             raise given.refuse("no frame with anybody in it")
         timed = "time" in data
         data = data if timed else data.assign(time=data.frame / rate)
-        if not take_as_is and (why := doubt(data, timed=timed)):
+        if not given.take_as_is and (why := doubt(data, timed=timed)):
             raise given.refuse(why)
         return data, rate
     except TrajectoryError:
@@ -195,7 +170,7 @@ def load(
 
 def _text(given: _Given, end: str, columns: list[str]) -> Loaded:
     """A table of text: footsteps of Vadere, the BIWI walking pedestrians, or any other."""
-    table = read_table(given.file, named=end in NAMED, columns=columns)
+    table = tables.read_table(given.file, named=end in NAMED, columns=columns)
     if any(line.startswith("$VEHICLE") for line in table.head):
         raise given.refuse("vehicles of Vissim. A table of its pedestrians is needed")
     names = {
@@ -204,7 +179,7 @@ def _text(given: _Given, end: str, columns: list[str]) -> Loaded:
     if "startx" in names:
         return _vadere(given, table)
     if not (columns or table.columns.named) and len(names) == len(OBSMAT):
-        other = read_table(given.file, named=False, columns=OBSMAT)
+        other = tables.read_table(given.file, named=False, columns=OBSMAT)
         if rate := _rate_of_velocities(other.rows):
             found = given.loaded(other.rows[[*PLAIN]], "m", rate)
             other.note(*PLAIN, "v_x", "v_y")
@@ -218,20 +193,15 @@ def _text(given: _Given, end: str, columns: list[str]) -> Loaded:
 def _people(given: _Given, table: Table, length: str | None) -> Loaded:
     """People of a table, in this unit; the frame rate is in a comment, or follows from times (s)."""
     rows, units, said = table.rows, table.columns.units, table.frame_rate(given.frame_rate)
-    if length == "mm" and given.unit:
-        raise given.refuse(f"--unit {given.unit}: the file states mm")
     if "z" in units:  # in the unit of the others, as far as this is known
-        rows = rows.assign(z=rows.z * LENGTHS[units["z"]] / LENGTHS[length or given.unit or "m"])
-    if length == "mm":
-        rows = rows.assign(**{one: rows[one] / 1000 for one in {*"xyz"} & {*rows}})
-    unit: Unit | None = "cm" if length == "cm" else "m" if length else None
+        per = PER_METRE[length or given.unit or "m"] / PER_METRE[units["z"]]
+        rows = rows.assign(z=rows.z * per)
     if "time" in rows:
-        if (times := units.get("time", "s")) not in TIMES:
+        if (times := units.get("time", "s")) not in tables.TIMES:
             raise given.refuse(f"the unit of its times is {times}. One of s and ms is read")
-        rows = rows.assign(time=rows.time * TIMES[times])
+        rows = rows.assign(time=rows.time * tables.TIMES[times])
     known = [one for one in (*PLAIN, "time", "z") if one in rows]
-    rate = None if "time" in rows else said
-    found = given.loaded(rows[known], unit, rate)
+    found = given.loaded(rows[known], length, None if "time" in rows else said)
     if said and "time" in rows and not abs(found[1] - said) <= 0.05 * said:
         raise given.refuse(f"states {said:g} frames per second, and its times are {found[1]:g}")
     return found
@@ -305,7 +275,7 @@ def _archive(given: _Given) -> Loaded:
     columns = {name: values[name].astype(np.float64 if name in "xyz" else None) for name in names}
     reading.note_unused(given.file, "columns", [name for name in here if name not in names])
     told = " ".join(str(found.attributes.get(axis)) for axis in "xy")
-    said = units_in(told)
+    said = tables.units_in(told)
     if said - {"m", "cm"} or len(said) > 1:
         raise given.refuse(f"/trajectory: x and y: {told[:80]}. One of m and cm is read")
     rate = _fps(given, found.attributes.get("fps"))
@@ -362,20 +332,12 @@ def _vadere(given: _Given, table: Table) -> Loaded:
 
 def is_fcd(file: Path) -> bool:
     """Tell whether a file is floating car data of SUMO. Raises UnreadableError for none."""
-    return b"<fcd-export" in _start(file)
-
-
-def _start(file: Path) -> bytes:
-    with reading.open_file(file) as content:
-        try:
-            return content.read(reading.LONGEST_LINE)
-        except reading.DAMAGED:
-            return b""
+    return b"<fcd-export" in reading.start_of(file, reading.LONGEST_LINE)
 
 
 def _fcd(given: _Given) -> Loaded:
     """Persons of SUMO (--fcd-output), in metres."""
-    start = _start(given.file).partition(b"<fcd-export")
+    start = reading.start_of(given.file, reading.LONGEST_LINE).partition(b"<fcd-export")
     if not start[1] or b"<!DOCTYPE" in start[0]:
         raise given.refuse("no <fcd-export> of SUMO")
     if re.search(rb'fcd-output\.geo value="(?:t|1|y|on|x)', start[0]):
@@ -470,7 +432,7 @@ class Recording:
 
         Raises TrajectoryError naming the file, for one that PedPy cannot read or that has nobody
         in it, a missing unit or frame rate, and one that cannot be of people (see `Look`)."""
-        data, rate = load(file, unit, frame_rate, columns, time_unit, take_as_is)
+        data, rate = _load(_Given(file, unit, frame_rate, time_unit, take_as_is), columns)
         return cls(file=file, data=data, frame_rate=rate)
 
     @property
@@ -530,17 +492,13 @@ class Recording:
         found = self._heads(now, frame, window, np.full((len(now), 2), np.nan))
         for row, (_, own) in enumerate(near[near.id.isin(now.id)].groupby("id")):
             when, place = own.time.to_numpy() - time, own[["x", "y"]].to_numpy()
-            ends = [
-                _place_at(when, place, end, most, EXACT * step) for end in (-window / 2, window / 2)
-            ]
-            both = [end for end in ends if end is not None]
-            if both:
-                span = window * len(both) / 2
-                first, last = ends[0], ends[1]
+            at = partial(_place_at, when, place, most=most, same=EXACT * step)
+            first, last = at(-window / 2), at(window / 2)
+            span = window / 2 * ((first is not None) + (last is not None))
+            if span:
                 here = found.position[row]
-                found.velocity[row] = (
-                    (here if last is None else last) - (here if first is None else first)
-                ) / span
+                way = (here if last is None else last) - (here if first is None else first)
+                found.velocity[row] = way / span
         return found
 
     def _heads(self, now: pd.DataFrame, frame: int, window_s: float, velocity: Floats) -> Heads:
@@ -577,19 +535,10 @@ class Recording:
         return near
 
 
-def read_heads(
-    file: Path,
-    frame: int,
-    *,
-    unit: Unit | None = None,
-    frame_rate: float | None = None,
-    window_s: float | None = None,
-    time_unit: TimeUnit = "s",
-    take_as_is: bool = False,
-) -> Heads:
-    """Read the heads of one frame of a file: see `Recording.read` and `Recording.heads`."""
-    read = partial(Recording.read, time_unit=time_unit, take_as_is=take_as_is)
-    return read(file, unit=unit, frame_rate=frame_rate).heads(frame, window_s)
+def read_heads(file: Path, frame: int, *, window_s: float | None = None, **said: Any) -> Heads:
+    """Read the heads of one frame of a file: see `Recording.heads`, and what is `said` of the file
+    `Recording.read`."""
+    return Recording.read(file, **said).heads(frame, window_s)
 
 
 def _place_at(time: Floats, place: Floats, when: float, most: float, same: float) -> Floats | None:
@@ -610,8 +559,7 @@ def _check_places(origin: str, ids: Indices, position: Floats) -> None:
     if len(ids) < 2:
         return
     distance, other = cKDTree(position).query(position, k=2)
-    nearest = distance[:, 1]
-    if nearest.min() == 0:
-        row = int(np.argmin(nearest))
+    row = int(np.argmin(distance[:, 1]))
+    if distance[row, 1] == 0:
         twin = next(one for one in other[row] if one != row)
         raise TrajectoryError(f"{origin}: persons {ids[row]} and {ids[twin]} are at the same place")
