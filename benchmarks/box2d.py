@@ -42,9 +42,8 @@ def judged(u_free: Any, mass: Any, contacts: tuple[Any, ...], step: float) -> fl
     other = np.where(pair[:, None], velocity[second], 0.0)
     closing = (normal * (velocity[first] - other)).sum(1)
     inverse = 1 / mass[first] + np.where(pair, 1 / mass[second], 0.0)
-    missed = np.abs(np.minimum(inverse * push, np.maximum(gap, 0.0) / step - closing)).max(
-        initial=0.0
-    )
+    slack = np.maximum(gap, 0.0) / step - closing
+    missed = np.abs(np.minimum(inverse * push, slack)).max(initial=0.0)
     return float(missed / np.hypot(*u_free.T).max())
 
 
@@ -129,6 +128,5 @@ def rows(given: argparse.Namespace) -> Iterator[list[str]]:
 
 if __name__ == "__main__":
     names = "steps", "CPU s", "residual, median", "largest", "deepest overlap (mm)"
-    show(
-        [*names, "load on walls (kN)"], rows(options(__doc__, "python", scene="arch", seconds=4.0))
-    )
+    given = options(__doc__, "python", scene="arch", seconds=4.0)
+    show([*names, "load on walls (kN)"], rows(given))

@@ -40,9 +40,8 @@ def main() -> None:
         __doc__, "out", scene="scenes/arch.toml", crowds=10, duration=4.0, models=MODELS,
         read=False, store=(),
     )  # fmt: skip
-    scene = read_scene(given.scene).with_run(
-        duration_s=given.duration, frames=round(FRAMES * given.duration)
-    )
+    frames = round(FRAMES * given.duration)
+    scene = read_scene(given.scene).with_run(duration_s=given.duration, frames=frames)
     settings = [setting_of(model) for model in given.models]
     every = measured.runs_of(settings, measured.crowds_of(scene, given.crowds), given.out)
     for _, _, run in [] if given.read else every:

@@ -55,9 +55,8 @@ MOST_DENSE = 500
 
 def main() -> None:
     """Write, answer or score."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    kind = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=kind)
     tasks = parser.add_subparsers(dest="task", required=True)
     write, answers, judged = (tasks.add_parser(name) for name in ("write", "answer", "score"))
     for task in (write, answers):

@@ -78,13 +78,9 @@ def floor(seed: int) -> tuple[Walls, Drive]:
         lines.append(np.stack([place, place + np.array([0.4, 0.3])]))
     ends = np.array(lines)
     drive = Drive(
-        speed_m_per_s=1.3,
-        relaxation_time_s=0.5,
-        door_start_m=(x, 0.0),
-        door_end_m=(x, 2.0),
-        outward=(1.0, 0.0),
-        clearance_m=0.15,
-    )
+        speed_m_per_s=1.3, relaxation_time_s=0.5, door_start_m=(x, 0.0), door_end_m=(x, 2.0),
+        outward=(1.0, 0.0), clearance_m=0.15,
+    )  # fmt: skip
     return Walls(start=ends[:, 0], end=ends[:, 1]), drive
 
 
@@ -294,15 +290,9 @@ def main() -> None:
     """Print the tables."""
     parts = {one.__name__: one for one in (ways, runs, bodies, guard, factors, dumps)}
     given = options(
-        __doc__,
-        what=parts,
-        repeats=5,
-        people=594,
-        steps=100,
-        friction=0.0,
-        frames=1000,
+        __doc__, what=parts, repeats=5, people=594, steps=100, friction=0.0, frames=1000,
         folder=Path,
-    )
+    )  # fmt: skip
     print(describe())
     for name in given.what:
         print("", parts[name](given), sep="\n", flush=True)

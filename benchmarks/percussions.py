@@ -19,7 +19,7 @@ import pandas as pd
 
 from analysis.support.files import write_text
 from benchmarks.cases import case_of, write_case
-from benchmarks.contest.compete import TARGET, Asked, Outcome, entered
+from benchmarks.contest.compete import TARGET, Asked, Outcome, compete
 from benchmarks.contest.peers import CANONICAL, PEERS
 from benchmarks.contest.tables import exponents, picture, rows_of, summary
 from benchmarks.machine import describe, options
@@ -58,9 +58,8 @@ def tighter(before: Outcomes) -> dict[str, Asked]:
     for name, peer in PEERS.items():
         known = before[name].best if name in before else None
         if known and known.residual <= TARGET:
-            ladder = tuple(
-                a for a in peer.asked if a == known.asked or (a > known.asked) == peer.by_iterations
-            )
+            at = known.asked
+            ladder = tuple(a for a in peer.asked if a == at or (a > at) == peer.by_iterations)
             asked[name] = Asked(ladder=ladder, variant=known.variant)
     return asked
 
@@ -105,8 +104,8 @@ def main() -> None:
                 continue  # a family that exists in one size
             asked = tighter(outcomes) if len(case.snapshot) > ALL_VARIANTS else {}
             print(f"{family} {len(case.snapshot)}", file=sys.stderr, flush=True)
-            found = entered(case, contestants, given.limit, asked)
-            outcomes = {outcome.solver: outcome for outcome in found}
+            some = {name: asked.get(name, Asked()) for name in contestants}
+            outcomes = {one: compete(case, one, given.limit, some[one]) for one in some}
             all_outcomes[family, len(case.snapshot)] = outcomes
             rows += rows_of(case, list(outcomes.values()))
             text = save(given.out, words, rows)
@@ -116,7 +115,7 @@ def main() -> None:
             case = case_of(family, PRECISION_SIZE, given.cases)
             asked = every_tolerance(all_outcomes.get((family, PRECISION_SIZE), {}))
             print(f"work-precision {family}", file=sys.stderr, flush=True)
-            found = entered(case, ["auto", *given.peers], given.limit, asked)
+            found = [compete(case, one, given.limit, asked[one]) for one in ("auto", *given.peers)]
             columns.append((case, [outcome for outcome in found if outcome.attempts]))
         picture(columns).savefig(given.out / "work_precision.png")
     print(text)

@@ -71,9 +71,8 @@ def likeness_of(scene: Scene) -> Likeness:
     if drive is not None and scene.reconciliation is None:
         depth, links = _to_the_door(scene) / diameter, ISOSTATIC
     else:
-        contacts = find_contacts(
-            snapshot, scene.wall_segments(), tolerance=scene.analysis.contact_tolerance_m
-        )
+        touch = scene.analysis.contact_tolerance_m
+        contacts = find_contacts(snapshot, scene.wall_segments(), tolerance=touch)
         if not len(contacts):
             raise ValueError(
                 f"scene {scene.name}: nobody touches anybody at the start: nothing to compute"
@@ -161,9 +160,8 @@ class Entry:
     def hardness(self, point: Point) -> float:
         """Compute the hardness (see `Likeness`) of a point's contacts."""
         assert point.stiffness_N_per_m is not None
-        return self.likeness.hardness * float(
-            (point.stiffness_N_per_m / self.stiffness_N_per_m) ** 0.5
-        )
+        stiffer = point.stiffness_N_per_m / self.stiffness_N_per_m
+        return self.likeness.hardness * float(stiffer**0.5)
 
     def particle_steps(self, point: Point) -> float:
         """Count disks times steps of a point's run over the window, which for an impact shortens as
@@ -390,9 +388,8 @@ def _stored_price(engine: str, law: str) -> Price:
 def expected_seconds(scene: Scene, engine: str) -> float:
     """Return about how long the engine takes to run the scene (CPU s on the machine of the stored
     library)."""
-    known = {
-        (point.method, point.law) for entry in stored_library().entries for point in entry.points
-    }
+    entries = stored_library().entries
+    known = {(point.method, point.law) for entry in entries for point in entry.points}
     law = scene.contact.law if (engine, scene.contact.law) in known else "hooke"
     work = len(scene.snapshot) * engine_named(engine).timing(scene).steps
     impulses = IMPULSES[engine].of(work) if scene.run.impulses and engine in IMPULSES else 0.0

@@ -74,9 +74,8 @@ class Model:
         """Give one number per replicate; of the flow how many people passed."""
         windows = self.windows(measure)
         if measure == "flow":
-            return inference.Sample.of_counts(
-                np.concatenate(windows) * self._counted_s(), self._counted_s()
-            )
+            seconds = self._counted_s()
+            return inference.Sample.of_counts(np.concatenate(windows) * seconds, seconds)
         return inference.Sample.of_windows(windows)
 
     def interval(self, measure: str) -> Interval:

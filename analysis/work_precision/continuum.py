@@ -235,17 +235,14 @@ def _samples(disks: Snapshot, room: Room, mesh: MeshTri1) -> _Samples:
     inside = shapely.contains_xy(shapely.Polygon(room.outline, room.pillars), point)
     point = point[inside]
     corners = mesh.p.T[mesh.t.T]
-    found, cells = shapely.STRtree(shapely.polygons(corners)).query(
-        shapely.points(point), "intersects"
-    )
+    tree = shapely.STRtree(shapely.polygons(corners))
+    found, cells = tree.query(shapely.points(point), "intersects")
     cell = np.empty(len(point), dtype=np.int64)
     cell[found] = cells
     a, b, c = corners[cell].swapaxes(0, 1)
     whole = _cross(b - a, c - a)
-    shares = (
-        np.stack([_cross(c - b, point - b), _cross(a - c, point - c), _cross(b - a, point - a)])
-        / whole
-    )
+    parts = [_cross(c - b, point - b), _cross(a - c, point - c), _cross(b - a, point - a)]
+    shares = np.stack(parts) / whole
     disk = np.repeat(np.arange(len(disks)), len(PLACES))[inside]
     return _Samples(point, disk, np.tile(WEIGHTS, len(disks))[inside], cell, shares)
 
@@ -274,11 +271,8 @@ def continuum_ladder(
         return [], "it was not asked for"
     radius = float(window.scene.snapshot.radius.mean())
     try:
-        answers = [
-            solve_continuum(window, model, side * radius)
-            for model in ContinuumModel
-            for side in sides
-        ]
+        pairs = [(model, side * radius) for model in ContinuumModel for side in sides]
+        answers = [solve_continuum(window, *pair) for pair in pairs]
         coarse, fine = (_kept(window, share * sides[-1] * radius, path) for share in FINER)
     except ValueError as error:
         return [], str(error)

@@ -223,9 +223,8 @@ def _step(scene: Scene, reach: float) -> windows.Motion:
 def _integrate(scene: Scene, tolerance: float, reach: float) -> windows.Motion:
     snapshot, model = scene.snapshot, SoftModel(scene, reach)
     n = len(snapshot)
-    period = float(
-        np.sqrt(snapshot.mass.max() / max(scene.contact.stiffness_N_per_m, scene.contact.at_walls))
-    )
+    stiffest = max(scene.contact.stiffness_N_per_m, scene.contact.at_walls)
+    period = float(np.sqrt(snapshot.mass.max() / stiffest))
     least = tolerance * _speed(scene)
 
     # displacements in lengths of a period, so that one tolerance (a speed) serves both halves
@@ -448,9 +447,8 @@ def _pressed(scene: Scene, folder: Path, progress: Progress | None) -> Floats:
     start = pressing(scene)
     assert start is not None
     record = run_engine(start, present, folder / "start", progress)
-    end = snapshot_of(
-        open_bodies(folder / "start" / "bodies.dump", record.time_step_s).trajectory[-1]
-    )
+    bodies = open_bodies(folder / "start" / "bodies.dump", record.time_step_s)
+    end = snapshot_of(bodies.trajectory[-1])
     position = reconcile(end.position, end.radius, scene.wall_segments()).position
     keep(file, key, {"position": position})
     return position

@@ -359,9 +359,8 @@ def bias_of(
         return None, None, None
     share, error = _mean([(mine[crowd] - theirs[crowd]) / mean for crowd in shared])
     if error is None:
-        alone = len(shared) < min(
-            len(mine), len(theirs), 2
-        )  # nothing says that others differ alike
+        # nothing says that others differ alike
+        alone = len(shared) < min(len(mine), len(theirs), 2)
         return None if alone else share, None, None
     reach = error * float(student.ppf(0.5 + LEVEL / 2, len(shared) - 1))
     return share, share - reach, share + reach
@@ -397,9 +396,8 @@ def _of_driven(series: RunLoads) -> dict[str, float]:
     begins, values = series.time - series.duration + 1e-9, series.values
     late = begins >= 0.5 * series.time[-1]
     arrest = (begins >= ARREST_S[0]) & (series.time <= ARREST_S[1] + 1e-9)
-    found = {
-        name: float(values[name][late].mean()) for name in ("contact_mean", "contact_95", "flow")
-    }
+    names = "contact_mean", "contact_95", "flow"
+    found = {name: float(values[name][late].mean()) for name in names}
     found["walls_95"] = 1e-3 * float(np.quantile(values["walls"][late], 0.95))
     if not np.array_equal(late, arrest):  # in a run of 1 s both are the same
         found["walls"] = 1e-3 * float(values["walls"][late].mean())

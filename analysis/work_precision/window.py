@@ -75,9 +75,8 @@ class Window:
         """Give its length (s) for soft contacts of that stiffness (N/m)."""
         if self.scene.drive is not None:
             return DRIVEN_SHARE * self.scene.drive.relaxation_time_s
-        return self.scene.run.duration_s * float(
-            np.sqrt(self.scene.contact.stiffness_N_per_m / stiffness)
-        )
+        softer = self.scene.contact.stiffness_N_per_m / stiffness
+        return self.scene.run.duration_s * float(np.sqrt(softer))
 
     def variant(self, law: str, stiffness: float) -> Scene:
         """Make the scene of the window with that contact law and stiffness (N/m), written halfway
@@ -137,10 +136,8 @@ class Window:
             both = np.stack([right_velocity, right_velocity])
             return Motion(np.zeros_like(both), both)
         tau = self.scene.drive.relaxation_time_s
-        time = (
-            self.duration(self.scene.contact.stiffness_N_per_m)
-            * np.array([0.5, 1.0])[:, None, None]
-        )
+        lasts = self.duration(self.scene.contact.stiffness_N_per_m)
+        time = lasts * np.array([0.5, 1.0])[:, None, None]
         velocity = -right_velocity * np.expm1(-time / tau)
         return Motion(right_velocity * time - tau * velocity, velocity)
 
@@ -172,9 +169,8 @@ class Window:
             )
             moved = motion.displacement[1] - motion.displacement[0]
             gained = motion.velocity[1] - motion.velocity[0]
-            received = mass * (
-                gained / half - (0.5 * wish - moved / half) / drive.relaxation_time_s
-            )
+            driven = (0.5 * wish - moved / half) / drive.relaxation_time_s
+            received = mass * (gained / half - driven)
         found = {}
         if self._inverse is not None:
             found[CONTACT_FORCE if drive else CONTACT_IMPULSE] = -self._inverse @ received.ravel()
@@ -236,12 +232,10 @@ def driven_window(scene: Scene, position: Floats) -> Window:
     assert scene.drive is not None
     people = scene.snapshot
     inside = ~scene.drive.gone(position, people.ids)
-    start = Snapshot(
-        position=position[inside], radius=people.radius[inside], mass=people.mass[inside]
-    )
-    return Window(
-        scene=scene.model_copy(update={"snapshot": start, "name": f"{scene.name}_window"})
-    )
+    radius, mass = people.radius[inside], people.mass[inside]
+    start = Snapshot(position=position[inside], radius=radius, mass=mass)
+    changes = {"snapshot": start, "name": f"{scene.name}_window"}
+    return Window(scene=scene.model_copy(update=changes))
 
 
 # Rounding, as a share of the kinetic norm.

@@ -7,7 +7,7 @@ import os
 import resource
 import signal
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -153,10 +153,3 @@ def _contestant(there: Any, case: Case, solver: str, asked: Asked) -> None:
 def _peak(who: int) -> int:
     """The largest memory so far (kB)."""
     return resource.getrusage(who).ru_maxrss
-
-
-def entered(
-    case: Case, solvers: Sequence[str], limit: float, asked: dict[str, Asked]
-) -> Iterator[Outcome]:
-    """The outcome of every solver on a case."""
-    return (compete(case, solver, limit, asked.get(solver, Asked())) for solver in solvers)

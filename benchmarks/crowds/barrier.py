@@ -89,17 +89,14 @@ class Case:
     def _scene(self, seed: int) -> Scene:
         disks, end = self.crowd(seed), CLOSE_UP_S + STEADY_S
         slope = BodyForce(slope_deg=float(self.slope), downhill=(1.0, 0.0)) if self.slope else None
+        speed = self.walk * TAU_S / float(disks.mass.mean())
+        door = {"door_start_m": (0, 0), "door_end_m": (0, WIDTH), "outward": (1, 0)}
+        drive = Drive(speed_m_per_s=speed, relaxation_time_s=TAU_S, **door)
         room = Room(
             title="A crowd before a barrier",
             source="Green Guide, Table 11.2",
             walls=lane(self.depth),
-            drive=Drive(
-                speed_m_per_s=self.walk * TAU_S / float(disks.mass.mean()),
-                relaxation_time_s=TAU_S,
-                door_start_m=(0, 0),
-                door_end_m=(0, WIDTH),
-                outward=(1, 0),
-            ),
+            drive=drive,
             body_force=slope,
             contact=ContactModel(stiffness_N_per_m=1e6, restitution=0.1),
             run=Run(duration_s=end, frames=round(10 * end), impulses=True),
@@ -205,21 +202,14 @@ def picture(points: Sequence[tuple[int, Floats]]) -> Figure:
     rank = [slopes[:n].count(slope) for n, slope in enumerate(slopes)]
     names = ("pressed, mean of 4 s", "arrival, worst 0.1 s")
     for column, name, colour in zip((2, 5), names, ("#0072b2", "#d55e00"), strict=True):
-        middle, low, high = np.array(
-            [
-                (np.median(rows[:, column]), rows[:, column].min(), rows[:, column].max())
-                for _, rows in points
-            ]
-        ).T
+        shown = [np.quantile(rows[:, column], [0.5, 0.0, 1.0]) for _, rows in points]
+        middle, low, high = np.array(shown).T
         x = np.array(slopes) + 0.6 * np.array(rank) + (0.25 if column == 5 else 0.0)
         errors = [middle - low, high - middle]
         axes.errorbar(x, middle, errors, fmt="o", ms=4, color=colour, label=name)
     axes.axhline(1.0, color="0.5", lw=1)
-    axes.set(
-        xlabel="slope (°); loads of the table from 5.0 to 2.0 kN/m",
-        ylabel="load / design load",
-        ylim=0,
-    )
+    axes.set(xlabel="slope (°); loads of the table from 5.0 to 2.0 kN/m")
+    axes.set(ylabel="load / design load", ylim=0)
     axes.set_xticks(list(DEPTHS_M))
     axes.legend(frameon=False, loc="lower right")
     return figure

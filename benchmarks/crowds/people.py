@@ -64,12 +64,9 @@ def quantities(scene: Scene, folder: Path, last_s: float) -> list[float]:
 def arms(out: Path) -> str:
     """Measure arms of every reach, and draw forces as shares of those without."""
     made = [make("arms", seed=1 + seed).with_run(frames=60) for seed in range(SEEDS)]
-    found = np.array(
-        [
-            [quantities(with_reach(one, r), out / f"{r:g}_{n}", 4.0) for n, one in enumerate(made)]
-            for r in REACHES_M
-        ]
-    )
+    every = list(enumerate(made))
+    found = np.array([[quantities(with_reach(one, r), out / f"{r:g}_{n}", 4.0) for n, one in every]
+                      for r in REACHES_M])  # fmt: skip
     figure, (axes,) = panels(8.0, 4.5)
     share = found / np.median(found[0], axis=0)
     for place, name in enumerate(SHOWN.values()):

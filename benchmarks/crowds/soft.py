@@ -85,9 +85,8 @@ class Case(NamedTuple):
         else:
             total = self.people * self.push / self.radius
             k = total / float(self.softness)
-            scene = scene.with_contact(
-                stiffness_N_per_m=k, wall_stiffness_N_per_m=max(k, total / WALLS)
-            )
+            stiff = max(k, total / WALLS)
+            scene = scene.with_contact(stiffness_N_per_m=k, wall_stiffness_N_per_m=stiff)
         return EngineRun(scene=scene, engine=engine, folder=out / "_".join(map(str, self)))
 
 
@@ -97,9 +96,8 @@ def _crowd(people: int, seed: int, radius: float) -> Scene:
     if radius == HARD_M:
         return scene
     disks = crowd_before_a_door(people, seed, radius)
-    walls, _ = room_with_a_door(
-        float(np.hypot(*disks.position.T).max()) + float(disks.radius.max())
-    )
+    farthest = np.hypot(*disks.position.T).max() + disks.radius.max()
+    walls, _ = room_with_a_door(float(farthest))
     return scene.model_copy(update={"snapshot": disks, "walls": walls})
 
 

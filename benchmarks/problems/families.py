@@ -153,24 +153,17 @@ def _case(name: str, position: Any, radius: Any, mass: Any, tolerance: float, cl
     shut = [[[0.0, -reach], [0.0, reach]]]
     ajar = [[[0.0, -reach], [0.0, -DOOR]], [[0.0, DOOR], [0.0, reach]]]
     ends = shut if closed else ajar
-    return _before(name, ends, position, velocity, radius, mass, tolerance)
+    return _before(name, ends, position, velocity, radius, mass, tolerance=tolerance)
 
 
-def _before(
-    name: str,
-    ends: Any,
-    position: Any,
-    velocity: Any,
-    radius: Any,
-    mass: Any,
-    tolerance: float = 1e-9,
-) -> Case:
-    """The case of disks before walls with these ends (m)."""
+def _before(name: str, ends: Any, *disks: Any, tolerance: float = 1e-9) -> Case:
+    """The case of disks, their places, velocities, radii and masses, before walls with these ends (m)."""
     start, end = np.array(ends).swapaxes(0, 1)
     walls = Walls(start=start, end=end)
-    snapshot = Snapshot(position=position, velocity=velocity, radius=radius, mass=mass)
+    names = "position", "velocity", "radius", "mass"
+    snapshot = Snapshot(**dict(zip(names, disks, strict=True)))
     contacts = find_contacts(snapshot, walls, tolerance=tolerance)
-    return Case(name, snapshot, walls, contacts, velocity)
+    return Case(name, snapshot, walls, contacts, disks[1])
 
 
 def _heap(n: int, seed: int) -> tuple[Any, Any]:

@@ -60,9 +60,8 @@ class Problem:
         given = case.snapshot, case.contacts
         answer = solve(*given, left_velocity=left, law=law, tolerance=TOLERANCE)
         names = tuple(str(number + 1) for number in range(len(case.walls)))
-        setting = Setting(
-            walls=case.walls, wall_names=names, friction=self.friction, left_velocity="dump"
-        )
+        given = {"friction": self.friction, "left_velocity": "dump"}
+        setting = Setting(walls=case.walls, wall_names=names, **given)
         found = {"snapshot": case.snapshot, "contacts": case.contacts, "left_velocity": left}
         return SnapshotPercussions(setting=setting, **found, window=None, answer=answer)
 
@@ -125,9 +124,8 @@ def write_library(
     Each answer is judged from its file alone, as anybody's. Raises ValueError naming the problem
     whose kept answer is not right, MissingExtraError without h5py or what reads real crowds."""
     load("h5py")
-    tasks = [
-        Task(call=write_one, arguments=(folder, one), work=float(one.size)) for one in problems
-    ]
+    sizes = [(one, float(one.size)) for one in problems]
+    tasks = [Task(call=write_one, arguments=(folder, one), work=work) for one, work in sizes]
     entries = do_all(tasks, executor, "problems", progress)
     manifest = folder / MANIFEST
     content = {
@@ -145,9 +143,8 @@ def write_one(folder: Path, problem: Problem) -> dict[str, Any]:
     found = problem.solve()
     path, solved = folder / f"{problem.name}.hdf5", found.answer.status == Status.SOLVED
     openness = problem.openness(len(found.snapshot))
-    write_problem(
-        path, found, {"library": problem.name, "made_by": repr(problem)}, openness=openness
-    )
+    about = {"library": problem.name, "made_by": repr(problem)}
+    write_problem(path, found, about, openness=openness)
     unique = not problem.friction
     entry: dict[str, Any] = {
         "name": problem.name,

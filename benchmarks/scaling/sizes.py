@@ -103,11 +103,8 @@ def scene_of(case: Case) -> Scene:
     # the heap begins with two disks that overlap by 5 mm: one is made smaller
     np.add.at(radius, case.contacts.first, np.minimum(case.contacts.gap, 0.0))
     snapshot = dataclasses.replace(case.snapshot, velocity=still, radius=radius)
-    ends = zip(case.walls.start.tolist(), case.walls.end.tolist(), strict=True)
-    walls = tuple(
-        Wall(name=f"wall{number}", start_m=tuple(start), end_m=tuple(end))
-        for number, (start, end) in enumerate(ends)
-    )
+    ends = enumerate(zip(case.walls.start.tolist(), case.walls.end.tolist(), strict=True))
+    walls = tuple(Wall(name=f"wall{n}", start_m=tuple(a), end_m=tuple(b)) for n, (a, b) in ends)
     scene = arch.model_copy(update={"name": "heap", "walls": walls, "snapshot": snapshot})
     return scene.with_run(rigid_step_s=RIGID_STEP_S, duration_s=1.0, frames=1)
 

@@ -117,9 +117,8 @@ def _sides(room: Room, size: float, grading: float, reach: float) -> Floats | No
 def _named(mesh: MeshTri1, facets: Any, kind: Any) -> MeshTri1:
     """The mesh with its boundary named: facets (2,b) by their vertices, kind (b,) their places in
     KINDS."""
-    code, wanted = (
-        low * mesh.nvertices + high for low, high in (np.sort(mesh.facets, 0), np.sort(facets, 0))
-    )
+    ends = np.sort(mesh.facets, 0), np.sort(facets, 0)
+    code, wanted = (low * mesh.nvertices + high for low, high in ends)
     order = np.argsort(code)
     index = order[np.searchsorted(code[order], wanted)]
     return mesh.with_boundaries({name: index[kind == i] for i, name in enumerate(KINDS)})

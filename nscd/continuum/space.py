@@ -68,9 +68,8 @@ class Space:
     def basis(self) -> Any:
         """skfem basis of w; its quadrature is exact for products of two fields with a linear
         density, and more for P1."""
-        return skfem.Basis(
-            self.mesh, skfem.ElementVector(self._scalar), intorder=2 * self.order + 2
-        )
+        element = skfem.ElementVector(self._scalar)
+        return skfem.Basis(self.mesh, element, intorder=2 * self.order + 2)
 
     @cached_property
     def scalar(self) -> Any:
@@ -132,9 +131,8 @@ class Space:
         node, normals = node[order], normals[order]
         # a node of a simple border has at most two wall facets
         straight = np.zeros(len(node), dtype=bool)
-        straight[1:] = (node[1:] == node[:-1]) & (
-            (normals[1:] * normals[:-1]).sum(1) > np.sqrt(1 - STRAIGHT)
-        )
+        along = (normals[1:] * normals[:-1]).sum(1) > np.sqrt(1 - STRAIGHT)
+        straight[1:] = (node[1:] == node[:-1]) & along
         rows = np.empty(len(node), dtype=np.int64)
         rows[order] = np.cumsum(~straight) - 1
         rows = rows.reshape(ends.shape)
@@ -172,9 +170,8 @@ class Space:
         if d == 2:
             frame[:, 0, 1], frame[:, 1, 1] = -wall.normal[:, 1], wall.normal[:, 0]
             twice = np.flatnonzero(wall.node[1:] == wall.node[:-1])
-            frame[twice] = np.linalg.inv(
-                np.stack([wall.normal[twice], wall.normal[twice + 1]], axis=1)
-            )
+            both = np.stack([wall.normal[twice], wall.normal[twice + 1]], axis=1)
+            frame[twice] = np.linalg.inv(both)
             place[twice + 1] = columns[1, twice + 1]
             keep = np.setdiff1d(np.arange(len(wall.node)), twice + 1)
             frame, columns = frame[keep], columns[:, keep]
@@ -190,9 +187,8 @@ class Space:
 def _nodal(space: Space, basis: Any, values: Floats) -> Floats:
     """Values at vertices (n,), linear in between, at the quadrature points (elements, q) of a
     basis."""
-    linear = basis.with_element(
-        skfem.ElementLineP1() if space.dimension == 1 else skfem.ElementTriP1()
-    )
+    kind = skfem.ElementLineP1 if space.dimension == 1 else skfem.ElementTriP1
+    linear = basis.with_element(kind())
     vector = np.empty(linear.N)
     vector[linear.nodal_dofs[0, : len(values)]] = values
     return np.asarray(linear.interpolate(vector))

@@ -15,10 +15,6 @@ from tests.crowds import disks_at, drive_to, scene_at
 TAU = 0.5
 
 
-def at_rest(position, radius, mass):
-    return disks_at(position, radius=radius, mass=mass)
-
-
 def driven(name, snapshot, walls, drive, stiffness, duration):
     contact = {"stiffness_N_per_m": stiffness, "restitution": 0.05}
     run = {"duration_s": duration, "frames": 2}
@@ -28,25 +24,18 @@ def driven(name, snapshot, walls, drive, stiffness, duration):
 
 def end_of(simulation, scene):
     """The disks of the last frame."""
-    last = {name: column[-1] for name, column in simulation.columns.items()}
-    return disks_at(
-        np.column_stack([last["x"], last["y"]]),
-        np.column_stack([last["vx"], last["vy"]]),
-        last["radius"],
-        scene.snapshot.mass,
-    )
+    names = ("x", "y"), ("vx", "vy")
+    place, velocity = (np.column_stack([simulation[k][-1] for k in two]) for two in names)
+    return disks_at(place, velocity, simulation["radius"][-1], scene.snapshot.mass)
 
 
 def percussions_of(simulation, contacts):
     """τ f of LAMMPS' last normal forces f at the given contacts (N·s)."""
     last = simulation.contacts[-1]
-    keys = zip(
-        last.first, last.second, last.is_wall, (last.force * last.normal).sum(1), strict=True
-    )
-    force = {(int(i) - 1, int(j) - 1, bool(w)): f for i, j, w, f in keys}
-    wanted = zip(
-        contacts.first.tolist(), contacts.second.tolist(), contacts.is_wall.tolist(), strict=True
-    )
+    along = (last.force * last.normal).sum(1)
+    keys = zip(last.first - 1, last.second - 1, last.is_wall, strict=True)
+    force = dict(zip(keys, along, strict=True))
+    wanted = zip(contacts.first, contacts.second, contacts.is_wall, strict=True)
     found = TAU * np.array([force.pop(key, 0.0) for key in wanted])
     assert not force
     return found
@@ -70,7 +59,8 @@ def channel(stiffness):
     drive = drive_to((0.0, -half), (0.0, half))
     # 400 periods √(m/k) are enough for its slowest motion to die out
     duration = 400 * np.sqrt(75.0 / stiffness)
-    return driven("channel", at_rest(position, r, mass), walls, drive, stiffness, duration)
+    people = disks_at(position, radius=r, mass=mass)
+    return driven("channel", people, walls, drive, stiffness, duration)
 
 
 def test_stiff_forces_of_a_packing_loaded_from_rest_tend_to_the_least_energy(simulate):

@@ -4,6 +4,7 @@ left."""
 import json
 import re
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,7 +17,6 @@ from analysis.engines.run import run_engine
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from analysis.work_precision.soft import ReferenceError, leapfrog
-from nscd import Snapshot
 from tests.engines.at_hand import ROOT, lammps, require, yade
 
 ENGINES = ["lammps", "yade"]
@@ -25,9 +25,7 @@ SAID = re.compile(r"^GUARD (\w+) at t = (\S+) s \(step (\d+)\): (.+)$", re.MULTI
 
 def disks(scene, **changes):
     """The scene with other disks."""
-    old = scene.snapshot
-    arrays = {name: getattr(old, name) for name in ("position", "velocity", "radius", "mass")}
-    return scene.model_copy(update={"snapshot": Snapshot(**(arrays | changes))})
+    return scene.model_copy(update={"snapshot": replace(scene.snapshot, **changes)})
 
 
 def timing(scene, time_step, duration, frames=10):
@@ -54,18 +52,20 @@ def through_the_wall():
 
 def tunnelling():
     """A disk that passes the wall between two steps, of 2 m each."""
+    return timing(chain_with(-1, 20000.0), 1e-4, 1e-3)
+
+
+def chain_with(one, speed):
+    """The chain before a wall, at rest but for one of its disks (m/s)."""
     scene = read_scene("chain_wall")
     velocity = np.zeros((len(scene.snapshot), 2))
-    velocity[-1] = 20000.0, 0.0
-    return timing(disks(scene, velocity=velocity), 1e-4, 1e-3)
+    velocity[one] = speed, 0.0
+    return disks(scene, velocity=velocity)
 
 
 def away():
     """A disk that leaves the box of 200 m about the crowd."""
-    scene = read_scene("chain_wall")
-    velocity = np.zeros((len(scene.snapshot), 2))
-    velocity[0] = -200.0, 0.0
-    return timing(disks(scene, velocity=velocity), 1e-4, 1.2)
+    return timing(chain_with(0, -200.0), 1e-4, 1.2)
 
 
 def boiling():
@@ -83,9 +83,8 @@ def of_commands(name, scene, folder, command, decks="lammps_inputs", scripts="ya
         words[6] = f"{scripts}/crowd.py"
         return command(words, ROOT, PYTHONPATH=str(scripts), PYTHONDONTWRITEBYTECODE="1")
     (folder / "scene.in").write_text(scene_deck(scene))
-    words = lammps(
-        decks=decks, deck=folder / "scene.in", data=path.with_suffix(".data"), out=folder
-    )
+    files = {"deck": folder / "scene.in", "data": path.with_suffix(".data"), "out": folder}
+    words = lammps(decks=decks, **files)
     words[2] = f"{decks}/crowd.in"
     return command(words, ROOT)
 
@@ -101,12 +100,9 @@ FAILURES = [
 
 
 @pytest.mark.parametrize("name", ENGINES)
-@pytest.mark.parametrize(
-    ("provoked", "kind", "first", "last"), FAILURES, ids=[f[0].__name__ for f in FAILURES]
-)
-def test_the_plain_command_stops_with_the_reason_and_the_time(
-    tmp_path, command, name, provoked, kind, first, last
-):
+@pytest.mark.parametrize("failure", FAILURES, ids=[f[0].__name__ for f in FAILURES])
+def test_the_plain_command_stops_with_the_reason_and_the_time(tmp_path, command, name, failure):
+    provoked, kind, first, last = failure
     scene = provoked()
     done = of_commands(name, scene, tmp_path, command)
     assert done.returncode == 3, done.stdout[-2000:] + done.stderr[-2000:]
@@ -137,9 +133,8 @@ def test_a_driven_crowd_with_too_long_a_step_is_stopped(tmp_path, name):
     require(name)
     scene = boiling()
     folder = tmp_path / "run"
-    with pytest.raises(
-        EngineError, match=f"{name}, jam, t = .* stopped by its guard: (energy|speed|overlap)"
-    ):
+    says = f"{name}, jam, t = .* stopped by its guard: (energy|speed|overlap)"
+    with pytest.raises(EngineError, match=says):
         run_engine(scene, name, folder)
     record = RunRecord.read(folder, even_stopped=True)
     assert record.exit_state == "stopped"
@@ -148,15 +143,20 @@ def test_a_driven_crowd_with_too_long_a_step_is_stopped(tmp_path, name):
     assert json.loads((folder / "run.json").read_text())["reason"] == record.reason
 
 
+def changed(file, old, new):
+    """Other words in a file, which had the old ones."""
+    text = file.read_text()
+    assert old in text
+    file.write_text(text.replace(old, new))
+
+
 def test_a_force_that_the_scene_does_not_state_changes_the_momentum(tmp_path, command):
     """The deck and the script with one more force; the energy must not show it first."""
     scene = timing(read_scene("four_disks"), 1e-5, 0.01)
     decks = tmp_path / "decks"
     shutil.copytree(ROOT / "lammps_inputs", decks)
-    deck = (decks / "crowd.in").read_text()
-    (decks / "crowd.in").write_text(
-        deck.replace("fix flat all", "fix wind all addforce 0.0 1e-2 0.0\nfix flat all")
-    )
+    wind = "fix wind all addforce 0.0 1e-2 0.0\nfix flat all"
+    changed(decks / "crowd.in", "fix flat all", wind)
     done = of_commands("lammps", scene, tmp_path, command, decks=decks)
     assert done.returncode == 3, done.stdout[-2000:]
     assert SAID.findall(done.stdout)[0][0] == "momentum"
@@ -166,11 +166,7 @@ def test_numerical_damping_in_yade_changes_the_momentum(tmp_path, command):
     scene = timing(read_scene("four_disks"), 1e-5, 0.01)
     scripts = tmp_path / "scripts"
     shutil.copytree(ROOT / "yade_scripts", scripts, ignore=shutil.ignore_patterns("__pycache__"))
-    script = (scripts / "crowd.py").read_text()
-    assert "NewtonIntegrator(damping=0.0)" in script
-    (scripts / "crowd.py").write_text(
-        script.replace("NewtonIntegrator(damping=0.0)", "NewtonIntegrator(damping=0.2)")
-    )
+    changed(scripts / "crowd.py", "Integrator(damping=0.0)", "Integrator(damping=0.2)")
     done = of_commands("yade", scene, tmp_path, command, scripts=scripts)
     assert done.returncode == 3, done.stdout[-2000:] + done.stderr[-2000:]
     assert SAID.findall(done.stdout)[0][0] == "momentum"
@@ -192,21 +188,15 @@ def test_what_is_not_a_number_stops_lammps(tmp_path, monkeypatch):
     (decks / "law.in").write_text(broken)
     monkeypatch.setattr(LAMMPS, "DECKS", str(decks))
     folder = tmp_path / "run"
-    with pytest.raises(
-        EngineError, match="stopped by its guard: finite: the kinetic energy is not a finite"
-    ):
-        run_engine(timing(read_scene("pair"), 1e-5, 0.01), "lammps", folder)
+    pair = timing(read_scene("pair"), 1e-5, 0.01)
+    says = "stopped by its guard: finite: the kinetic energy is not a finite"
+    with pytest.raises(EngineError, match=says):
+        run_engine(pair, "lammps", folder)
     # and the check of the dumps finds it, if the guard does not look
-    deck = (
-        (decks / "crowd.in")
-        .read_text()
-        .replace("variable guard index yes", "variable guard index no")
-    )
-    (decks / "crowd.in").write_text(deck)
-    with pytest.raises(
-        EngineError, match="its dumps cannot be right: not a finite number in column"
-    ):
-        run_engine(timing(read_scene("pair"), 1e-5, 0.01), "lammps", folder)
+    changed(decks / "crowd.in", "variable guard index yes", "variable guard index no")
+    says = "its dumps cannot be right: not a finite number in column"
+    with pytest.raises(EngineError, match=says):
+        run_engine(pair, "lammps", folder)
     assert RunRecord.read(folder, even_stopped=True).exit_state == "failed"
 
 
@@ -258,9 +248,8 @@ def test_a_stopped_run_is_shown_refused_replaced_and_replaces_nothing(tmp_path):
     record = RunRecord.read(folder, even_stopped=True)
     assert record.reason.startswith("energy: kinetic energy")
     assert index_dump(folder / "bodies.dump").counts[0] == 2
-    with pytest.raises(
-        EngineError, match=r"run: the run stopped at t = \S+ s: energy: kinetic energy"
-    ):
+    says = r"run: the run stopped at t = \S+ s: energy: kinetic energy"
+    with pytest.raises(EngineError, match=says):
         RunRecord.read(folder)
     sound = timing(read_scene("pair"), 1e-5, 0.01)
     assert run_engine(sound, "lammps", folder).exit_state == "finished"

@@ -13,13 +13,9 @@ from analysis.compare.study import remarks
 from analysis.dumps import read_contacts
 from analysis.engines.penalty import friction_at_joints
 from analysis.engines.run import simulate
-from analysis.engines.softness import (
-    known_bodies,
-    rigid_over_soft,
-    softness,
-    softness_of,
-    softness_warning,
-)
+from analysis.engines.softness import known_bodies, rigid_over_soft, softness, softness_of
+
+from analysis.engines.softness import softness_warning  # isort: skip
 from analysis.scene.law import LAWS
 from analysis.scene.scene import read_scene
 from analysis.scene.schema import Analysis
@@ -94,31 +90,24 @@ def test_what_rigid_disks_overstate_is_the_table_of_the_page():
         found = rigid_over_soft(float(s), float(s))
         assert [one.words for one in found.values()] == head[1:-1]
         for one, cell in zip(found.values(), cells[:-1], strict=True):
-            soft = [
-                float(word) / 100
-                for word in re.findall(r"[-+−]?[\d.]+(?= %)", cell.replace("−", "-"))
-            ]
-            assert (one.mean, one.high, one.low) == pytest.approx([1 / (1 + x) - 1 for x in soft])
+            soft = re.findall(r"[-+−]?[\d.]+(?= %)", cell.replace("−", "-"))
+            hard = [1 / (1 + float(word) / 100) - 1 for word in soft]
+            assert (one.mean, one.high, one.low) == pytest.approx(hard)
     between = rigid_over_soft(9.0, 3.0)["contact_95"]
     assert between.low == rigid_over_soft(3.0, 3.0)["contact_95"].low
     assert between.high == rigid_over_soft(9.0, 9.0)["contact_95"].high
     assert rigid_over_soft(18.0, 1.0) is None
     assert rigid_over_soft(1e-9, 1e-12) == rigid_over_soft(0.35, 0.35)
     arch = read_scene("arch")
-    assert softness_of(arch, known_bodies()["social_force"])[0] == pytest.approx(
-        594 * 300 / (1.2e5 * arch.snapshot.radius.mean())
-    )
+    wanted = 594 * 300 / (1.2e5 * arch.snapshot.radius.mean())
+    assert softness_of(arch, known_bodies()["social_force"])[0] == pytest.approx(wanted)
 
 
 @pytest.mark.parametrize(
     ("stiffness", "said"),
-    [
-        (1e6, None),
-        (1.2e5, "use with care"),
-        (4e4, "not valid for forces: people will be deep"),
-        (1e4, "not a crowd"),
-    ],
-)
+    [(1e6, None), (1.2e5, "use with care"), (4e4, "not valid for forces: people will be deep"),
+     (1e4, "not a crowd")],
+)  # fmt: skip
 def test_a_soft_crowd_is_named_before_it_runs(stiffness, said):
     found = softness_warning(read_scene("arch").with_contact(stiffness_N_per_m=stiffness))
     assert found is None if said is None else said in found

@@ -29,9 +29,8 @@ def test_contacts_are_those_of_all_images():
     expected = sorted(zip(first.tolist(), second.tolist(), strict=True))
     assert sorted(zip(found.first[pairs], found.second[pairs], strict=True)) == expected
     # who has gone round is where they were
-    there = find_contacts(
-        disks_at(position + np.array([30.0, 0.0]), radius=radius), walls, tolerance=0.05
-    )
+    round_ = disks_at(position + np.array([30.0, 0.0]), radius=radius)
+    there = find_contacts(round_, walls, tolerance=0.05)
     for name in ("first", "second", "is_wall", "gap", "normal"):
         np.testing.assert_allclose(getattr(there, name), getattr(found, name), atol=1e-12)
 
@@ -120,9 +119,8 @@ def test_who_cannot_take_a_period_says_so(tmp_path):
     scene = read_scene("two_way")
     path = scene.write(tmp_path)
     path.write_text(path.read_text().replace("period_x_m = [0.0, 8.0]", "period_x_m = [8.0, 0.0]"))
-    with pytest.raises(
-        SceneError, match=r"two_way\.toml: period_x_m: from 8 to 0 m. The first must"
-    ):
+    says = r"two_way\.toml: period_x_m: from 8 to 0 m. The first must"
+    with pytest.raises(SceneError, match=says):
         read_scene(path)
     with pytest.raises(EngineError, match="period_x_m: YADE has none here: use lammps or rigid"):
         engine("yade").check(scene)

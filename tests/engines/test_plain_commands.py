@@ -44,16 +44,15 @@ def expected(scene):
     law = penalty_of(scene)
     found = [law.damping_ratio, law.damping, law.wall_damping, law.restitution_least]
     found += [law.restitution_most, law.time_step, law.safe_time_step, law.steps]
-    return [*found, law.frame_interval]
+    return pytest.approx([*found, law.frame_interval], rel=1e-12)
 
 
 def test_the_committed_decks_are_those_of_the_scenes():
     folder = ROOT / "lammps_inputs" / "scenes"
     assert sorted(path.stem for path in folder.glob("*.in")) == scene_names()
     for name in scene_names():
-        assert (folder / f"{name}.in").read_text(encoding="utf-8") == scene_deck(
-            read_scene(name)
-        ), name
+        text = (folder / f"{name}.in").read_text(encoding="utf-8")
+        assert text == scene_deck(read_scene(name)), name
 
 
 @pytest.mark.parametrize("name", [*PAPER, "shoulders"])
@@ -69,9 +68,7 @@ def test_plain_lammps_runs_each_scene(checkout, command, name):
     columns += " drive_x drive_y" if read_scene(name).drive else ""
     assert bodies.columns == tuple(columns.split())
     assert len(index_dump(out / "pairs.dump", "ENTRIES").steps) == 3
-    assert numbers(done.stdout) == pytest.approx(
-        expected(read_scene(name).with_run(duration_s=0.002, frames=2)), rel=1e-12
-    )
+    assert numbers(done.stdout) == expected(read_scene(name).with_run(duration_s=0.002, frames=2))
     assert not list(checkout.glob("lammps_inputs/**/*.dump"))
 
 
@@ -95,26 +92,20 @@ def test_plain_yade_runs_each_scene(checkout, command, name):
     out = checkout / "out" / name / "yade"
     assert index_dump(out / "bodies.dump").counts == (len(read_scene(name).snapshot),) * 3
     assert len(index_contacts(out / "contacts.dump").steps) == 3
-    assert numbers(done.stdout) == pytest.approx(
-        expected(read_scene(name).with_run(duration_s=0.002, frames=2)), rel=1e-12
-    )
+    assert numbers(done.stdout) == expected(read_scene(name).with_run(duration_s=0.002, frames=2))
 
 
 @pytest.mark.parametrize("law", ["hooke", "hertz"])
 @pytest.mark.parametrize("restitution", [0.0, 0.05, 0.3, 0.95, 1.0])
-def test_the_deck_finds_the_damping_of_any_restitution(
-    checkout, command, tmp_path, restitution, law
-):
+def test_the_deck_finds_the_damping_of_restitutions(checkout, command, tmp_path, restitution, law):
     require("lammps")
-    given = {"restitution": restitution, "law": law, "stiffness": 3e7, "friction": 0.4, "dt": 0}
-    words = lammps(scene="chain_masses", **given, duration=0.001, frames=3, out=tmp_path)
-    done = command(words, checkout)
-    scene = read_scene("chain_masses").with_contact(
-        restitution=restitution, law=law, stiffness_N_per_m=3e7, friction=0.4
-    )
+    given = {"restitution": restitution, "law": law, "friction": 0.4}
+    more = {"stiffness": 3e7, "dt": 0, "duration": 0.001, "frames": 3, "out": tmp_path}
+    done = command(lammps(scene="chain_masses", **given, **more), checkout)
+    scene = read_scene("chain_masses").with_contact(stiffness_N_per_m=3e7, **given)
     scene = scene.with_run(duration_s=0.001, frames=3, time_step_s=None)
     assert done.returncode == 0, done.stdout[-2000:]
-    assert numbers(done.stdout) == pytest.approx(expected(scene), rel=1e-12)
+    assert numbers(done.stdout) == expected(scene)
 
 
 def test_a_deck_with_an_unknown_law_says_so(checkout, command):
@@ -149,16 +140,10 @@ def listening(pid):
             sockets.add(os.readlink(link))
         except OSError:
             continue
-    rows = [
-        line.split()
-        for table in ("tcp", "tcp6")
-        for line in Path(f"/proc/net/{table}").read_text().splitlines()[1:]
-    ]
-    return {
-        int(row[1].split(":")[1], 16)
-        for row in rows
-        if row[3] == "0A" and f"socket:[{row[9]}]" in sockets
-    }
+    texts = (Path(f"/proc/net/{table}").read_text() for table in ("tcp", "tcp6"))
+    rows = (line.split() for text in texts for line in text.splitlines()[1:])
+    mine = (row for row in rows if row[3] == "0A" and f"socket:[{row[9]}]" in sockets)
+    return {int(row[1].split(":")[1], 16) for row in mine}
 
 
 @pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="needs Linux' /proc/net/tcp")
@@ -168,18 +153,12 @@ def test_no_port_is_open_while_yade_runs(checkout, tmp_path, started):
     starts to work."""
     require("yade")
     words = yade() if started == "as documented" else ["yade", "-n", "-x", "yade_scripts/crowd.py"]
-    environment = os.environ | (
-        {"PYTHONPATH": "yade_scripts"} if started == "as documented" else {}
-    )
+    added = {"PYTHONPATH": "yade_scripts"} if started == "as documented" else {}
+    words += ["arch", "duration=3", "frames=6", f"out={tmp_path}"]
     log = tmp_path / "log"
     with log.open("w") as said:
-        process = subprocess.Popen(
-            [*words, "arch", "duration=3", "frames=6", f"out={tmp_path}"],
-            cwd=checkout,
-            env=environment,
-            stdout=said,
-            stderr=said,
-        )
+        where = {"cwd": checkout, "env": os.environ | added, "stdout": said, "stderr": said}
+        process = subprocess.Popen(words, **where)
         try:
             looked = 0
             while process.poll() is None and looked <= 5:

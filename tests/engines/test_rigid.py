@@ -77,16 +77,14 @@ def test_an_impact_gives_the_percussion_of_its_restitution(tmp_path):
 def test_a_jam_at_rest_stays_at_rest(tmp_path):
     """A chain between two walls, everybody pushing to the right."""
     chain = make("chain_wall", disks=6)
-    drive = make("arch", disks=2).drive.model_copy(
-        update={"door_start_m": (50.0, -1.0), "door_end_m": (50.0, 1.0), "outward": (1.0, 0.0)}
-    )
+    door = {"door_start_m": (50.0, -1.0), "door_end_m": (50.0, 1.0), "outward": (1.0, 0.0)}
+    drive = make("arch", disks=2).drive.model_copy(update=door)
     content = {name: getattr(chain, name) for name in Scene.model_fields}
     still = dataclasses.replace(chain.snapshot, velocity=np.zeros((6, 2)))
     wall = chain.wall_segments()
     towards = np.sign(wall.start[0, 0] - still.position[:, 0].mean())
-    scene = Scene(**content | {"snapshot": still, "drive": drive}).with_run(
-        duration_s=1.0, frames=10, time_step_s=None
-    )
+    scene = Scene(**content | {"snapshot": still, "drive": drive})
+    scene = scene.with_run(duration_s=1.0, frames=10, time_step_s=None)
     assert towards > 0
     simulate(scene, "rigid", tmp_path / "run")
     first, *_, last = frames_of(tmp_path / "run")
@@ -155,6 +153,5 @@ def test_a_step_without_an_answer_stops_the_run(tmp_path, monkeypatch):
 def test_each_setting_has_a_folder_of_its_own():
     scene = crowd()
     named = [scene, scene.with_run(rigid_step_s=0.001), scene.with_run(rigid_tolerance=1e-4)]
-    assert [RIGID.setting(one) for one in named] == [
-        "moreau_jean", "h0.001", "moreau_jean_tol0.0001"
-    ]  # fmt: skip
+    settings = [RIGID.setting(one) for one in named]
+    assert settings == ["moreau_jean", "h0.001", "moreau_jean_tol0.0001"]

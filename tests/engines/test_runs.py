@@ -51,17 +51,10 @@ def test_the_drive_is_held_between_refreshes_and_is_that_of_the_scene(simulate, 
 def test_the_drive_points_as_the_scene_says(simulate, aim):
     """Also beyond the door, and with a door that is not along an axis."""
     base = make("arch", 60)
-    drive = base.drive.model_copy(
-        update={
-            "aim": aim,
-            "door_start_m": (-2.0, -1.1),
-            "door_end_m": (-1.7, -0.7),
-            "outward": (0.8, -0.6),
-        }
-    )
-    scene = base.model_copy(update={"drive": drive, "walls": ()}).with_run(
-        duration_s=4e-4, frames=1, time_step_s=4e-4
-    )
+    door = {"door_start_m": (-2.0, -1.1), "door_end_m": (-1.7, -0.7), "outward": (0.8, -0.6)}
+    drive = base.drive.model_copy(update={"aim": aim} | door)
+    scene = base.model_copy(update={"drive": drive, "walls": ()})
+    scene = scene.with_run(duration_s=4e-4, frames=1, time_step_s=4e-4)
     wanted = 75.0 / 0.5 * drive.desired_velocity(scene.snapshot.position)
     for name in ENGINES:
         simulation = simulate(name, scene)
@@ -75,16 +68,12 @@ def quick():
     return make("arch", 20).with_run(duration_s=0.02, frames=4)
 
 
-def run(name, scene, folder, **options):
-    return simulate(scene, name, folder, **options)
-
-
 @pytest.mark.parametrize("name", ENGINES)
 def test_a_run_leaves_its_record_and_its_inputs(tmp_path, quick, name):
     require(name)
     shares = []
     folder = tmp_path / "deep er" / "run"
-    record = run(name, quick, folder, progress=lambda label, share: shares.append(share))
+    record = simulate(quick, name, folder, progress=lambda label, share: shares.append(share))
     assert shares == sorted(shares)
     assert len(shares) == 5
     assert shares[-1] == 1.0
@@ -96,22 +85,19 @@ def test_a_run_leaves_its_record_and_its_inputs(tmp_path, quick, name):
     assert json.loads((folder / "run.json").read_text())["particle_steps"] == 20 * record.steps
     again = read_scene(folder / "scene.toml").model_copy(update={"name": "arch"})
     assert again.digest() == quick.digest()
-    assert {"bodies.dump", "contacts.dump", "scene.data", "screen.log"} <= {
-        path.name for path in folder.iterdir()
-    }
-    heads = [
-        (folder / dump).read_text().splitlines()[4:8] for dump in ("bodies.dump", "contacts.dump")
-    ]
+    dumps = [folder / "bodies.dump", folder / "contacts.dump"]
+    assert {*dumps, folder / "scene.data", folder / "screen.log"} <= {*folder.iterdir()}
+    heads = [dump.read_text().splitlines()[4:8] for dump in dumps]
     assert name != "lammps" or heads[0] == heads[1]  # OVITO shows their box
     assert [path.name for path in folder.parent.iterdir()] == ["run"]
-    run(name, quick, folder)
+    simulate(quick, name, folder)
     assert [path.name for path in folder.parent.iterdir()] == ["run"]
 
 
 @pytest.mark.parametrize("name", ENGINES)
 def test_a_run_made_with_other_decks_is_rerun(tmp_path, quick, name):
     require(name)
-    record = run(name, quick, tmp_path / "run")
+    record = simulate(quick, name, tmp_path / "run")
     assert finished_run(quick, name, tmp_path / "run") == record
     dataclasses.replace(record, deck_digest="0").write(tmp_path / "run")
     assert finished_run(quick, name, tmp_path / "run") is None
@@ -121,7 +107,7 @@ def test_a_run_made_with_other_decks_is_rerun(tmp_path, quick, name):
 def test_a_run_is_the_same_bit_by_bit(tmp_path, quick, name):
     require(name)
     for folder in ("one", "other"):
-        run(name, quick, tmp_path / folder)
+        simulate(quick, name, tmp_path / folder)
     for dump in ("bodies.dump", "contacts.dump"):
         assert (tmp_path / "one" / dump).read_bytes() == (tmp_path / "other" / dump).read_bytes()
 
@@ -150,7 +136,7 @@ def test_a_missing_engine_says_how_to_install_it(tmp_path, monkeypatch, quick, n
     assert engine(name).find() is None
     assert engine(name).version() is None
     with pytest.raises(EngineError, match=install):
-        run(name, quick, tmp_path / "run")
+        simulate(quick, name, tmp_path / "run")
 
 
 RECORD = RunRecord(
@@ -164,12 +150,11 @@ def test_a_broken_record_is_named(tmp_path):
         RunRecord.read(tmp_path)
     RECORD.write(tmp_path)
     assert RunRecord.read(tmp_path) == dataclasses.replace(RECORD)
-    (tmp_path / "run.json").write_text("{}")
-    with pytest.raises(EngineError, match=r"run\.json: .*engine, .*: Field required"):
-        RunRecord.read(tmp_path)
-    (tmp_path / "run.json").write_text("half a rec")
-    with pytest.raises(EngineError, match=r"run\.json: not the record of a run"):
-        RunRecord.read(tmp_path)
+    broken = {"{}": ".*engine, .*: Field required", "half a rec": "not the record of a run"}
+    for text, says in broken.items():
+        (tmp_path / "run.json").write_text(text)
+        with pytest.raises(EngineError, match=rf"run\.json: {says}"):
+            RunRecord.read(tmp_path)
 
 
 IMPACTS = ["pair_oblique", "chain_wall", "chain_masses", "corridor"]
@@ -228,9 +213,8 @@ def test_friction_differs_by_the_overlap_and_less_in_stiffer_contacts(simulate, 
         overlap = max(contacts.overlap.max(initial=0) for contacts in lammps.contacts) / 0.25
         assert_close(lammps, yade, ["omegaz"], overlap)
         assert_close(lammps, yade, ["x", "y"], 1e-7)
-        spins.append(
-            np.abs(lammps["omegaz"] - yade["omegaz"]).max() / np.abs(lammps["omegaz"]).max()
-        )
+        mine, theirs = lammps["omegaz"], yade["omegaz"]
+        spins.append(np.abs(mine - theirs).max() / np.abs(mine).max())
     assert spins[0] < 2e-5
     assert spins[1] < 0.2 * spins[0]
 

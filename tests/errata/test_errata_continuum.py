@@ -45,9 +45,8 @@ def test_desired_direction_points_to_the_exit():
     assert wall.max() < 0
 
     exit_point = np.array([1.0, -0.3])
-    disks = np.array(
-        [(0.5 * i + 0.25 * (j % 2), 0.25 * np.sqrt(3) * j) for j in range(4) for i in range(5)]
-    )
+    j, i = (k.ravel() for k in np.indices((4, 5)))
+    disks = np.column_stack([0.5 * i + 0.25 * (j % 2), 0.25 * np.sqrt(3) * j])
     printed = (disks - exit_point) / np.linalg.norm(disks - exit_point, axis=1)[:, None]
     total = {}
     for name, direction in (("corrected", -printed), ("printed", printed)):

@@ -13,16 +13,14 @@ from tests.errata.dimension import FORCE, KG, SPEED, M, S
 
 def triangle(velocity):
     """Three disks that touch each other: as many contacts as disks."""
-    return disks_at(
-        [[0, 0], [0.5, 0], [0.25, 0.25 * np.sqrt(3)]], velocity, mass=[50.0, 75.0, 100.0]
-    )
+    place = [[0, 0], [0.5, 0], [0.25, 0.25 * np.sqrt(3)]]
+    return disks_at(place, velocity, mass=[50.0, 75.0, 100.0])
 
 
 def block_on_floor():
     """Twelve touching disks of unequal masses, in hexagonal rows, that fall askew on a floor."""
-    rows = [
-        (0.5 * i + 0.25 * (j % 2), 0.25 + 0.25 * np.sqrt(3) * j) for j in range(3) for i in range(4)
-    ]
+    j, i = (k.ravel() for k in np.indices((3, 4)))
+    rows = np.column_stack([0.5 * i + 0.25 * (j % 2), 0.25 + 0.25 * np.sqrt(3) * j])
     masses = np.array([50.0, 93, 61, 75, 88, 52, 99, 70, 64, 81, 58, 77])
     return disks_at(rows, [0.6, -2.0], mass=masses), Walls(start=[[-2, 0]], end=[[4, 0]])
 
@@ -30,12 +28,10 @@ def block_on_floor():
 def dense_normal_matrix(contacts, n):
     """C of v = C u, written out row by row: the oracle for the sparse maps of the product."""
     C = np.zeros((len(contacts), n, 2))
-    for row, (i, j, wall, normal) in enumerate(
-        zip(contacts.first, contacts.second, contacts.is_wall, contacts.normal, strict=True)
-    ):
-        C[row, i] += normal
-        if not wall:
-            C[row, j] -= normal
+    for row, normal in enumerate(contacts.normal):
+        C[row, contacts.first[row]] += normal
+        if not contacts.is_wall[row]:
+            C[row, contacts.second[row]] -= normal
     return C.reshape(len(contacts), 2 * n)
 
 

@@ -2,8 +2,8 @@
 and bad input. Laws of redundant contacts, on random lattices and against dense linear algebra,
 vertices and least distance."""
 
-import dataclasses
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -29,7 +29,10 @@ from nscd.indeterminacy.orthogonal import factorise
 from tests.crowds import disks_at
 
 MASS, SPEED, RADIUS = 75.0, 2.0, 0.25
-LOAD = MASS * SPEED
+LOAD, UNEQUAL = MASS * SPEED, np.array([75.0, 60, 90, 50, 100])
+ANGLE = np.pi / 3 * np.arange(6)
+RIM = 2 * RADIUS * np.column_stack([np.cos(ANGLE), np.sin(ANGLE)])
+FLOWER = np.concatenate([[[0, 0]], RIM])
 
 
 def crowd(position, velocity, walls=None, mass=MASS):
@@ -57,21 +60,22 @@ def vertices(matrix, impulse):
     return np.array(found)
 
 
+def assert_ends(found, values):
+    """An interval ends at the least and the largest of values."""
+    ends = values.min(), values.max()
+    assert (found.lower, found.upper) == pytest.approx(ends, abs=1e-9 * LOAD)
+
+
 @pytest.mark.parametrize("speed", [0.0, SPEED])
 def test_three_disks_wedged_between_two_walls(speed):
     """Nobody can say how hard they are squeezed: λ = s + Σ m u of those behind, for any squeeze s ≥
     0."""
     walls = Walls(start=[[0, -1], [1.5, -1]], end=[[0, 1], [1.5, 1]])
     contacts, answer = crowd([[0.25, 0], [0.75, 0], [1.25, 0]], [speed, 0.0], walls)
-    behind = {
-        (0, 0): 0,
-        (0, 1): 1,
-        (1, 2): 2,
-        (2, 1): 3,
-    }  # first, second: disks ahead of the left wall
-    least = [
-        behind[pair] * MASS * speed for pair in zip(contacts.first, contacts.second, strict=True)
-    ]
+    # first, second: disks ahead of the left wall
+    behind = {(0, 0): 0, (0, 1): 1, (1, 2): 2, (2, 1): 3}
+    pairs = zip(contacts.first, contacts.second, strict=True)
+    least = [behind[pair] * MASS * speed for pair in pairs]
     known = determinacy(contacts, 3)
     assert (known.rank, known.redundant, known.determined.sum()) == (3, 1, 0)
     for contact in range(4):
@@ -91,11 +95,9 @@ def row_and_pair():
     high = np.sqrt(3) * RADIUS
     position = [[-RADIUS, 2 * RADIUS * (i - 1)] for i in range(3)]
     position += [[-RADIUS - high, RADIUS * (2 * i - 1)] for i in range(2)]
-    half = 3 * RADIUS
-    walls = Walls(
-        start=[[0, -half], [0, half], [-5, -half]], end=[[0, half], [-5, half], [0, -half]]
-    )
-    return crowd(position, [SPEED, 0.3 * SPEED], walls, mass=np.array([75.0, 60, 90, 50, 100]))
+    left, right = [0, -3 * RADIUS], [0, 3 * RADIUS]
+    walls = Walls(start=[left, right, [-5, left[1]]], end=[right, [-5, right[1]], left])
+    return crowd(position, [SPEED, 0.3 * SPEED], walls, mass=UNEQUAL)
 
 
 def test_beside_a_wedge_intervals_are_finite_and_those_of_all_vertices():
@@ -108,31 +110,24 @@ def test_beside_a_wedge_intervals_are_finite_and_those_of_all_vertices():
     assert across.sum() == 4
     for contact in range(len(contacts)):
         found = intervals.of(weights_of_contacts(contacts, contact))
-        assert found.lower == pytest.approx(corners[:, contact].min(), abs=1e-9 * LOAD)
         if across[contact]:
             assert (found.status, found.upper) == (IntervalStatus.UNBOUNDED, np.inf)
+            assert found.lower == pytest.approx(corners[:, contact].min(), abs=1e-9 * LOAD)
         else:
             assert found.status is IntervalStatus.PROVEN
-            assert found.upper == pytest.approx(corners[:, contact].max(), abs=1e-9 * LOAD)
+            assert_ends(found, corners[:, contact])
     # the squeeze is the same all the way
     ends = np.flatnonzero(across & contacts.is_wall)
     sides = np.zeros(len(contacts))
     sides[ends] = 1.0, -1.0
-    found = intervals.of(sides)
-    values = corners @ sides
-    assert (found.lower, found.upper) == pytest.approx(
-        (values.min(), values.max()), abs=1e-9 * LOAD
-    )
+    assert_ends(intervals.of(sides), corners @ sides)
 
 
 @pytest.mark.parametrize("rim_stiffness", [1.0, 3.0])
 def test_a_flower_of_seven_disks(rim_stiffness):
     """Six disks pressed to a seventh: each needs spoke + rim = m U; the flower has one self-stress,
     spokes − rim."""
-    angle = np.pi / 3 * np.arange(6)
-    rim = 2 * RADIUS * np.column_stack([np.cos(angle), np.sin(angle)])
-    velocity = np.concatenate([[[0, 0]], -SPEED * rim / (2 * RADIUS)])
-    contacts, answer = crowd(np.concatenate([[[0, 0]], rim]), velocity)
+    contacts, answer = crowd(FLOWER, -SPEED * FLOWER / (2 * RADIUS))
     spoke = contacts.first == 0
     known = determinacy(contacts, 7)
     assert (known.rank, known.redundant, known.determined.any()) == (11, 1, False)
@@ -147,11 +142,9 @@ def test_a_flower_of_seven_disks(rim_stiffness):
     petal = intervals.of(weights_of_disk(contacts, 3))  # one spoke and two of the rim
     assert (petal.lower, petal.upper) == pytest.approx((LOAD, 2 * LOAD), abs=1e-8)
     # least s²/1 + t²/κ with s + t = m U
-    chosen = least_energy(contacts, answer, np.where(spoke, 1.0, rim_stiffness))
-    np.testing.assert_allclose(chosen[spoke], LOAD / (1 + rim_stiffness), rtol=1e-12)
-    np.testing.assert_allclose(
-        chosen[~spoke], LOAD * rim_stiffness / (1 + rim_stiffness), rtol=1e-12
-    )
+    share = np.where(spoke, 1.0, rim_stiffness)
+    chosen = least_energy(contacts, answer, share)
+    np.testing.assert_allclose(chosen, LOAD * share / (1 + rim_stiffness), rtol=1e-12)
 
 
 def corner():
@@ -161,7 +154,7 @@ def corner():
     position = [[-RADIUS, RADIUS + 2 * RADIUS * i] for i in range(3)]
     position += [[-RADIUS - high, 2 * RADIUS * (i + 1)] for i in range(2)]
     walls = Walls(start=[[0, 0], [0, 0]], end=[[0, 5], [-5, 0]])
-    return crowd(position, [SPEED, -0.5 * SPEED], walls, mass=np.array([75.0, 60, 90, 50, 100]))
+    return crowd(position, [SPEED, -0.5 * SPEED], walls, mass=UNEQUAL)
 
 
 def test_intervals_in_a_corner_are_those_of_all_vertices():
@@ -177,11 +170,8 @@ def test_intervals_in_a_corner_are_those_of_all_vertices():
     rows = [*np.eye(len(contacts)), *rng.normal(size=(10, len(contacts)))]
     for weights in rows:
         found = intervals.of(weights)
-        values = corners @ weights[closed]
         assert found.status is IntervalStatus.PROVEN
-        assert (found.lower, found.upper) == pytest.approx(
-            (values.min(), values.max()), abs=1e-9 * LOAD
-        )
+        assert_ends(found, corners @ weights[closed])
         for reaction in (answer.reaction, least_energy(contacts, answer)):
             assert found.lower - 1e-6 <= weights @ reaction <= found.upper + 1e-6
 
@@ -204,11 +194,7 @@ def test_a_contact_that_opens_carries_nothing():
 
 def test_positivity_determines_more_than_balance():
     """The flower hit from one side only: the self-stress would pull where nothing pushes."""
-    angle = np.pi / 3 * np.arange(6)
-    rim = 2 * RADIUS * np.column_stack([np.cos(angle), np.sin(angle)])
-    velocity = np.zeros((7, 2))
-    velocity[1] = [-SPEED, 0]
-    contacts, answer = crowd(np.concatenate([[[0, 0]], rim]), velocity)
+    contacts, answer = crowd(FLOWER, [[0, 0], [-SPEED, 0], *[[0, 0]] * 5])
     assert not determinacy(contacts, 7).determined.any()
     sharper = admissible_determinacy(contacts, answer)
     assert sharper.determined.all()
@@ -221,26 +207,13 @@ def test_positivity_determines_more_than_balance():
         (lambda c, a: interval(c, a, [1.0]), r"weights: shape \(1,\) where \(11\) is needed"),
         (lambda c, a: interval(c, a, np.full(11, np.nan)), "weights: not a finite number in row 0"),
         (lambda c, a: weights_of_contacts(c, 11), "contact 11 where there are 11"),
-        (
-            lambda c, a: interval(c.select([0, 1]), a, [1, 1]),
-            "11 reactions where there are 2 contacts",
-        ),
+        (lambda c, a: interval(c.select([0, 1]), a, [1, 1]), "11 reactions where there are 2 contacts"),
         (lambda c, a: least_energy(c, a, np.zeros(11)), "stiffness: 0 N/m at contact 0"),
         (lambda c, a: determinacy(c, 2), "disk index 4 where there are 2 disks"),
-        (
-            lambda c, a: interval(
-                c, dataclasses.replace(a, status="failed", reason="no"), np.ones(11)
-            ),
-            r"failed \(no\)",
-        ),
-        (
-            lambda c, a: interval(
-                c, dataclasses.replace(a, reaction=a.reaction - 1e3), np.ones(11)
-            ),
-            "pulls",
-        ),
+        (lambda c, a: interval(c, replace(a, status="failed", reason="no"), np.ones(11)), r"failed \(no\)"),
+        (lambda c, a: interval(c, replace(a, reaction=a.reaction - 1e3), np.ones(11)), "pulls"),
     ],
-)
+)  # fmt: skip
 def test_bad_input_has_a_clear_message(wrong, message):
     contacts, answer = corner()
     with pytest.raises(ValueError, match=message):
@@ -249,10 +222,7 @@ def test_bad_input_has_a_clear_message(wrong, message):
 
 def test_dissipation_leaves_the_same_contacts_open():
     """u⁺ is unique with dissipation too, so Cᵀλ is."""
-    angle = np.pi / 3 * np.arange(6)
-    rim = 2 * RADIUS * np.column_stack([np.cos(angle), np.sin(angle)])
-    position = np.concatenate([[[0, 0]], rim])
-    snapshot = disks_at(position, -SPEED * position, RADIUS, MASS)
+    snapshot = disks_at(FLOWER, -SPEED * FLOWER, RADIUS, MASS)
     contacts = find_contacts(snapshot, tolerance=1e-9)
     answer = solve(snapshot, contacts, law=ContactLaw(dissipation=10.0), tolerance=1e-10)
     assert admissible_determinacy(contacts, answer).redundant == 1
@@ -270,13 +240,10 @@ def packing(seed, n=25, side=6, walls=WALLS):
     """A touching triangular lattice with vacancies, pressed into a corner, more or less; its
     percussions."""
     rng = np.random.default_rng(seed)
-    sites = [
-        (0.5 * i + 0.25 * (j % 2), -0.35 + 0.5 * np.sqrt(0.75) * j)
-        for j in range(side)
-        for i in range(side)
-    ]
+    j, i = (k.ravel() for k in np.indices((side, side)))
+    sites = np.column_stack([0.5 * i + 0.25 * (j % 2), -0.35 + 0.5 * np.sqrt(0.75) * j])
     velocity = rng.normal(size=(n, 2)) * rng.choice([0.1, 1.0]) + [1.5, -1.0]
-    place = np.array(sites)[rng.permutation(len(sites))[:n]]
+    place = sites[rng.permutation(len(sites))[:n]]
     return crowd(place, velocity, walls, 10.0 ** rng.uniform(-1, 1, n))
 
 
@@ -334,13 +301,11 @@ def test_intervals_contain_every_admissible_percussion_and_are_attained(seed):
         for reaction in (answer.reaction, chosen, 0.3 * chosen + 0.7 * answer.reaction):
             assert found.lower - 1e-6 * size <= reaction[contact] <= found.upper + 1e-6 * size
         for end, sign in ((found.lower, 1.0), (found.upper, -1.0)) if basis.shape[1] else ():
-            other = linprog(
-                sign * (weights[closed] @ basis), A_ub=-basis, b_ub=start, bounds=(None, None)
-            )
+            aim = sign * (weights[closed] @ basis)
+            other = linprog(aim, A_ub=-basis, b_ub=start, bounds=(None, None))
             if other.status == 0:
-                assert end == pytest.approx(
-                    size * (sign * other.fun + weights[closed] @ start), abs=1e-6 * size
-                )
+                wanted = size * (sign * other.fun + weights[closed] @ start)
+                assert end == pytest.approx(wanted, abs=1e-6 * size)
             else:
                 assert other.status == 3
                 assert end == np.inf
@@ -374,12 +339,12 @@ def test_least_energy_is_the_least_distance_of_lawson_and_hanson(seed, soft):
     rng = np.random.default_rng(seed)
     stiffness = 10.0 ** rng.uniform(-1, 1, len(contacts)) if soft else None
     chosen = least_energy(contacts, answer, stiffness)
-    closed = Equilibrium.of(contacts, answer).closed
+    admissible = Equilibrium.of(contacts, answer)
+    closed = admissible.closed
     root = np.ones(closed.sum()) if stiffness is None else np.sqrt(stiffness[closed])
     matrix = contacts.select(closed).normal_matrix(20).toarray().T * root
-    start = np.linalg.lstsq(
-        matrix, matrix @ (Equilibrium.of(contacts, answer).reaction[closed] / root), rcond=None
-    )[0]
+    given_to = matrix @ (admissible.reaction[closed] / root)
+    start = np.linalg.lstsq(matrix, given_to, rcond=None)[0]
     basis = null_space(matrix)
     # min ‖α‖ subject to N α ≥ −start, by the non-negative least squares of its dual
     size = np.abs(start).max(initial=0.0)

@@ -1,35 +1,20 @@
 """Measured forces: files and what is wrong with them, closed forms, and a twin with known forces."""
 
 import csv
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from analysis.measured import models
 from analysis.measured.models import EDGE, INNER, distance, equilibrium, open_by
-from analysis.measured.packing import (
-    BETA_N,
-    ErrorBar,
-    Packing,
-    disks_at,
-    read_packing,
-    steps_of,
-    touching,
-)
+from analysis.measured.packing import BETA_N, ErrorBar, Packing, disks_at, read_packing
+
+from analysis.measured.packing import steps_of, touching  # isort: skip
 from analysis.measured.scores import bands, score
 from nscd.indeterminacy.ensemble import ensemble
-from tests.measured.twin import (
-    ALPHA,
-    MU,
-    PREFIX,
-    SCALE_N,
-    bare,
-    disks,
-    truth,
-    write_disks,
-    write_forces,
-    write_twin,
-)
+from tests.measured import twin as twins
+from tests.measured.twin import ALPHA, MU, PREFIX, SCALE_N, bare, disks, write_twin
 
 SQUARE = np.array([[0.0, 0.0], [40.0, 0.0], [40.0, 40.0], [0.0, 40.0]])
 RING = np.array([0, 1, 2, 0]), np.array([1, 2, 3, 3])
@@ -79,9 +64,9 @@ def test_the_error_bar_comes_from_both_sides(tmp_path):
 
 
 def write(folder, packing, sides, step="1"):
-    write_disks(folder, step, packing.snapshot.position, packing.snapshot.radius)
+    twins.write_disks(folder, step, packing.snapshot.position, packing.snapshot.radius)
     among = packing.contacts
-    write_forces(folder, step, len(packing.snapshot), among.first, among.second, sides)
+    twins.write_forces(folder, step, len(packing.snapshot), among.first, among.second, sides)
 
 
 def only(folder, **given):
@@ -106,13 +91,12 @@ def test_one_side_is_read_from_a_list_of_bonds(tmp_path):
 
 
 def edited(change):
-    def edit(folder, disks_file, matrix):
-        del folder
-        rows = [line.split(",") for line in matrix.read_text().splitlines()]
-        places = [line.split(",") for line in disks_file.read_text().splitlines()]
-        change(rows, places)
-        matrix.write_text("\n".join(",".join(row) for row in rows) + "\n")
-        disks_file.write_text("\n".join(",".join(row) for row in places) + "\n")
+    def edit(_, disks_file, matrix):
+        tables = {file: [line.split(",") for line in file.read_text().splitlines()]
+                  for file in (matrix, disks_file)}  # fmt: skip
+        change(*tables.values())
+        for file, rows in tables.items():
+            file.write_text("\n".join(",".join(row) for row in rows) + "\n")
 
     return edit
 
@@ -177,9 +161,8 @@ def test_scores_of_the_truth_and_of_nothing(twin):
     packing = read_packing("a", *next(iter(steps_of(folder).values())))
     best, sigma = score(packing, packing.force), packing.sigma[packing.carries]
     assert best[:5] == pytest.approx((1, 1, 0, 1, 1))
-    assert best.log_likelihood == pytest.approx(
-        -np.log(np.sqrt(2 * np.pi) * sigma).mean(), abs=0.01
-    )
+    wanted = -np.log(np.sqrt(2 * np.pi) * sigma).mean()
+    assert best.log_likelihood == pytest.approx(wanted, abs=0.01)
     flat = score(packing, np.ones(len(packing.force)))
     assert (flat.correlation, flat.auc) == (0.0, 0.5)
 
@@ -202,7 +185,7 @@ def test_bands_of_the_right_law_hold_what_they_promise_and_those_of_another_do_n
     alike: dict[float, list[float]] = {MU: [], 0.0: []}
     for seed in range(12):
         packing = bare(*disks(40, seed))
-        force, load = truth(packing, seed=seed)
+        force, load = twins.truth(packing, seed=seed)
         edge, inner = packing.boundary, packing.inner
         load[edge] += EDGE * SCALE_N * np.random.default_rng(seed).normal(size=(edge.sum(), 2))
         packing.__dict__["loads"] = load
@@ -293,9 +276,8 @@ def test_distance_is_that_of_contacts_with_a_force():
     packing.__dict__["boundary"] = np.array([True, False, True, True])
     expected = (0.6 - models.TOLERANCE * packing.scale) / 2 / 0.1
     assert len(contacts) == 3
-    assert [distance(packing, 0.0, seed).rms for seed in (None, 1, 2)] == pytest.approx(
-        [expected] * 3
-    )
+    for seed in (None, 1, 2):
+        assert distance(packing, 0.0, seed).rms == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("between", [",", ";", "\t"])

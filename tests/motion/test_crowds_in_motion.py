@@ -8,13 +8,9 @@ from analysis.dumps import DumpError
 from analysis.dumps.windows import RunWindows, Window
 from analysis.engines.run import simulate
 from analysis.exposure.loads import MEASURES, RunLoads, arch_in, arches_of, read_exposure, share_of
-from analysis.motion.study import (
-    Model,
-    difference_words,
-    differences_of,
-    interval_cell,
-    least_words,
-)
+from analysis.motion.study import Model, difference_words, differences_of, interval_cell
+
+from analysis.motion.study import least_words  # isort: skip
 from analysis.pages.numbers import whole
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make, variant
@@ -27,13 +23,8 @@ def ensemble(samples):
     every = []
     for row in np.asarray(samples, dtype=float):
         values = {key: row for key in (*MEASURES, "wall_line_load")}
-        time = 0.1 * np.arange(1, len(row) + 1)
-        every.append(
-            RunLoads(
-                scene=None, ids=[], time=time, duration=np.full(len(row), 0.1), loads={},
-                values=values,
-            )
-        )
+        when = {"time": 0.1 * np.arange(1, len(row) + 1), "duration": np.full(len(row), 0.1)}
+        every.append(RunLoads(scene=None, ids=[], loads={}, values=values, **when))
     return Model(title="model", series=every, last_s=100.0)
 
 

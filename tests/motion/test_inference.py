@@ -13,13 +13,9 @@ from analysis.dumps import DumpError
 from analysis.dumps.windows import RunWindows
 from analysis.engines.record import RunRecord
 from analysis.engines.run import simulate
-from analysis.motion.inference import (
-    Sample,
-    differences,
-    next_to_zero,
-    range_of_counts,
-    range_of_windows,
-)
+from analysis.motion.inference import Sample, differences, next_to_zero, range_of_counts
+
+from analysis.motion.inference import range_of_windows  # isort: skip
 from analysis.motion.pairwise import _paired, check_same_crowd, compare_windows
 from analysis.scene.shipped_scenes import make
 
@@ -35,13 +31,9 @@ def alone(mine, theirs, **kinds):
 
 def by_scipy(mine, theirs):
     """Two-sided p of the difference of means, over all ways to share out the labels."""
-    return permutation_test(
-        (mine, theirs),
-        lambda x, y, axis: np.abs(x.mean(axis) - y.mean(axis)),
-        n_resamples=np.inf,
-        alternative="greater",
-        vectorized=True,
-    ).pvalue
+    how = {"n_resamples": np.inf, "alternative": "greater", "vectorized": True}
+    apart = lambda x, y, axis: np.abs(x.mean(axis) - y.mean(axis))  # noqa: E731
+    return permutation_test((mine, theirs), apart, **how).pvalue
 
 
 def test_the_interval_is_of_the_shifts_that_an_exact_permutation_test_does_not_exclude():
@@ -131,9 +123,8 @@ def test_a_model_differs_from_itself_in_any_quantity_in_one_case_of_ten(count):
         }
 
     draws = 150
-    told = sum(
-        any(one.significant for one in differences(model(), model()).values()) for _ in range(draws)
-    )
+    found = (differences(model(), model()).values() for _ in range(draws))
+    told = sum(any(one.significant for one in every) for every in found)
     assert told <= binom.ppf(0.999, draws, 0.1)
     assert told >= binom.ppf(0.001, draws, 0.03)  # it is a test, and tells models apart
 
@@ -144,12 +135,9 @@ def test_a_range_of_counts_by_enumeration(counts):
     counts = np.array(counts, dtype=float)
     assert counts.var(ddof=1) == pytest.approx(counts.mean())
     total, share = int(counts.sum()), 1 / (len(counts) + 1)
-    kept = [
-        y
-        for y in range(60)
-        if binom.sf(y - 1, total + y, share) > 0.05
-        and (not total or binom.cdf(y, total + y, share) > 0.05)
-    ]
+    y = np.arange(60)
+    few = (binom.cdf(y, total + y, share) <= 0.05) & (total > 0)
+    kept = y[(binom.sf(y - 1, total + y, share) > 0.05) & ~few]
     assert range_of_counts(counts) == (kept[0], kept[-1])
 
 
@@ -248,9 +236,7 @@ def test_one_pair_of_runs_has_numbers_and_their_autocorrelation():
     first, apart = random.uniform(5, 6, 50), np.cumsum(random.normal(size=50))
     found = _paired(first, first + apart)
     about = apart - apart.mean()
-    assert found.autocorrelation == pytest.approx(
-        sum(about[n] * about[n + 1] for n in range(49)) / sum(about**2)
-    )
+    assert found.autocorrelation == pytest.approx(about[:-1] @ about[1:] / (about @ about))
     assert found.independent < 10
     assert found.more == pytest.approx(apart.mean() / first.mean())
     assert not hasattr(found, "verdict")
@@ -280,11 +266,9 @@ def test_an_engine_with_springs_and_the_rigid_one_pass_on_the_same_impulse(scene
         short = scene.with_run(duration_s=0.5, frames=5, impulses=True)
         simulate(short.with_contact(stiffness_N_per_m=stiffness), "lammps", folder)
         found = compare_windows(rigid, folder).contacts
-        parts = (
-            (found[f"{run}_run_x_Ns"], found[f"{run}_run_y_Ns"]) for run in ("first", "second")
-        )
-        sums = [np.hypot(*one).sum() for one in parts]
-        differences.append(abs(sums[1] / sums[0] - 1))
+        one, other = (np.hypot(found[f"{run}_run_x_Ns"], found[f"{run}_run_y_Ns"]).sum()
+                      for run in ("first", "second"))  # fmt: skip
+        differences.append(abs(other / one - 1))
     assert differences[1] < 0.1
     assert differences[1] < 0.5 * differences[0]
 
@@ -292,17 +276,14 @@ def test_an_engine_with_springs_and_the_rigid_one_pass_on_the_same_impulse(scene
 def test_what_is_not_alike_is_not_compared(scene, rigid, tmp_path):
     heavier = scene.snapshot.mass.copy()
     heavier[6] = 80.0
-    for other, said in (
-        (dataclasses.replace(scene.snapshot, mass=heavier), r"mass \(kg\) of disk 7: 80.0, not 75.0"),
-        (make("arch", disks=20).snapshot, "20 people, not 30"),
-    ):  # fmt: skip
+    snapshot = dataclasses.replace(scene.snapshot, mass=heavier)
+    for change, said in (
+        ({"snapshot": snapshot}, r"mass \(kg\) of disk 7: 80.0, not 75.0"),
+        ({"snapshot": make("arch", disks=20).snapshot}, "20 people, not 30"),
+        ({"walls": scene.walls[:-1]}, "other walls"),
+    ):
         with pytest.raises(DumpError, match=said):
-            check_same_crowd(
-                (rigid, scene), (tmp_path, scene.model_copy(update={"snapshot": other}))
-            )
-    walls = scene.model_copy(update={"walls": scene.walls[:-1]})
-    with pytest.raises(DumpError, match="other walls"):
-        check_same_crowd((rigid, scene), (tmp_path, walls))
+            check_same_crowd((rigid, scene), (tmp_path, scene.model_copy(update=change)))
     check_same_crowd((rigid, scene), (tmp_path, scene.with_contact(stiffness_N_per_m=1e7)))
     with pytest.raises(DumpError, match=r"window: 0\.05 s. Below 0\.1 s"):
         compare_windows(rigid, rigid, 0.05)

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from nscd import ContactLaw, Contacts, Snapshot, Walls, find_contacts, solve
 from tests.crowds import disks_at
+from tests.refusals import refusals
 
 
 @given(st.integers(0, 10**6))
@@ -37,29 +38,30 @@ def test_wall_gap_is_the_distance_to_the_segment(x, y):
         return
     contacts = find_contacts(snapshot, Walls(start=[[0, 0]], end=[[2, 0]]), tolerance=10.0)
     assert contacts.gap[0] == pytest.approx(distance - 0.1, abs=1e-5)
-    np.testing.assert_allclose(
-        np.array([x, y]) + distance * contacts.normal[0], [np.clip(x, 0, 2), 0], atol=2e-4
-    )
+    nearest = np.array([x, y]) + distance * contacts.normal[0]
+    np.testing.assert_allclose(nearest, [np.clip(x, 0, 2), 0], atol=2e-4)
 
 
-def test_what_is_refused():
-    two, one = disks_at([[0, 0], [0, 0]], radius=1), disks_at([[0, 0]], radius=1)
-    apart = disks_at([[0, 0], [2, 0]], radius=1)
-    line = Walls(start=[[5, 5], [-1, 0]], end=[[6, 5], [1, 0]])
-    contacts = find_contacts(apart, tolerance=1e-9)
-    for call, says in (
-        (lambda: find_contacts(two, tolerance=0), "disk 1 and disk 2 coincide"),
-        (lambda: find_contacts(one, line, tolerance=0), "disk 1 and wall 2 coincide"),
-        (lambda: find_contacts(two, tolerance=np.nan), "tolerance"),
-        (lambda: disks_at([[0, 0], [3, 0]], radius=[1, 0]), "radius: 0 in row 1"),
-        (lambda: disks_at([[0, 0]], [np.nan, 0]), "velocity: not a finite number in row 0"),
-        (lambda: solve(apart, contacts, left_velocity=np.full((2, 2), np.inf)), "left_velocity"),
-        (lambda: solve(apart, contacts, tolerance=1e-20), "tolerance"),
-        (lambda: solve(apart, contacts, solver="magic"), "unknown 'magic'"),
-        (lambda: solve(one, contacts), "disk index 1 where there are 1 disks"),
-    ):
-        with pytest.raises(ValueError, match=says):
-            call()
+SAME, ONE = disks_at([[0, 0], [0, 0]], radius=1), disks_at([[0, 0]], radius=1)
+APART = disks_at([[0, 0], [2, 0]], radius=1)
+NEAR = find_contacts(APART, tolerance=1e-9)
+LINE = Walls(start=[[5, 5], [-1, 0]], end=[[6, 5], [1, 0]])
+FAR = Walls(start=[[0, -1]], end=[[0, 1e12]])
+test_what_is_refused = refusals(
+    (lambda: find_contacts(SAME, tolerance=0), "disk 1 and disk 2 coincide"),
+    (lambda: find_contacts(ONE, LINE, tolerance=0), "disk 1 and wall 2 coincide"),
+    (lambda: find_contacts(SAME, tolerance=np.nan), "tolerance"),
+    (lambda: disks_at([[0, 0], [3, 0]], radius=[1, 0]), "radius: 0 in row 1"),
+    (lambda: disks_at([[0, 0]], [np.nan, 0]), "velocity: not a finite number in row 0"),
+    (lambda: solve(APART, NEAR, left_velocity=np.full((2, 2), np.inf)), "left_velocity"),
+    (lambda: solve(APART, NEAR, tolerance=1e-20), "tolerance"),
+    (lambda: solve(APART, NEAR, solver="magic"), "unknown 'magic'"),
+    (lambda: solve(ONE, NEAR), "disk index 1 where there are 1 disks"),
+    # coordinates in whose rounding gaps are lost
+    (lambda: Walls(start=[[0, -1]], end=[[0, 1e200]]), r"^end: 1e.200 in row 0"),
+    (lambda: find_contacts(ONE, FAR, tolerance=0), r"^walls: end: coordinates up to 1e.12 m"),
+    (lambda: find_contacts(disks_at([[1e12, 0]]), tolerance=0), r"^position: .* up to 1e.12 m"),
+)
 
 
 @given(st.integers(0, 10**6), st.floats(0, 2 * np.pi), st.floats(-1e5, 1e5))
@@ -76,16 +78,6 @@ def test_disks_that_touch_touch_at_no_tolerance(seed, angle, shift):
     assert contacts.is_wall.tolist() == [False, True]
     apart = disks_at([start, start + (first + second + 1e-9) * along], radius=[first, second])
     assert not len(find_contacts(apart, tolerance=0.0))
-
-
-def test_coordinates_in_whose_rounding_gaps_are_lost_are_refused():
-    pair = disks_at([[0, 0], [0.5, 0]])
-    with pytest.raises(ValueError, match=r"^end: 1e.200 in row 0"):
-        Walls(start=[[0, -1]], end=[[0, 1e200]])
-    with pytest.raises(ValueError, match=r"^walls: end: coordinates up to 1e.12 m"):
-        find_contacts(pair, Walls(start=[[0, -1]], end=[[0, 1e12]]), tolerance=0)
-    with pytest.raises(ValueError, match=r"^position: coordinates up to 1e.12 m"):
-        find_contacts(disks_at([[1e12, 0]]), tolerance=0)
 
 
 NONSENSE = [

@@ -37,13 +37,12 @@ def number(answer, weights):
 
 def differences(disks, walls, law, weights, step=1e-5):
     """Central differences by every entry of what a gradient has."""
-    given = {
-        name: np.array(getattr(disks, name)) for name in ("position", "radius", "velocity", "spin")
-    }
+    names = "position", "radius", "velocity", "spin"
+    given = {name: np.array(getattr(disks, name)) for name in names}
     given |= {"start": np.array(walls.start), "end": np.array(walls.end)}
 
     def at(changed):
-        parts = {name: changed[name] for name in ("position", "radius", "velocity", "spin")}
+        parts = {name: changed[name] for name in names}
         room = Walls(start=changed["start"], end=changed["end"])
         return number(solved(dataclasses.replace(disks, **parts), room, law), weights)
 
@@ -70,14 +69,9 @@ def test_gradients_are_those_of_central_differences(friction, seed):
     weights = rng.normal(size=(n, 2)), rng.normal(size=n), 0.1 * rng.normal(size=(k, 2))
     found = gradient(answer, walls, velocity=weights[0], spin=weights[1], impulse=weights[2])
     wanted = differences(disks, walls, law, weights)
-    names = {
-        "velocity": "left_velocity",
-        "spin": "left_spin",
-        "start": "wall_start",
-        "end": "wall_end",
-    }
+    before = {"velocity": "left_", "spin": "left_", "start": "wall_", "end": "wall_"}
     for name, slope in wanted.items():
-        mine = getattr(found, names.get(name, name))
+        mine = getattr(found, before.get(name, "") + name)
         assert mine == pytest.approx(slope, abs=1e-6 * np.abs(slope).max() + 1e-9), name
         assert name == "radius" or np.abs(slope).max() > 0.1
     assert (np.abs(wanted["radius"]).max() > 0.1) == (friction > 0)
@@ -123,16 +117,13 @@ def refused_cases():
     rolling = disks_at([[0.0, 0.25]], [[0.6, -1.0]], mass=75.0)
     at_end = disks_at([[1.0, 0.25]], [[0.0, -1.0]], mass=75.0)
     rough, plain = ContactLaw(friction=0.2), ContactLaw()
-    hexagon = np.array([[0.0, 0.0], [0.5, 0.0], [0.25, 0.25 * np.sqrt(3)]])
+    hexagon = [[0.0, 0.25], [0.5, 0.25], [0.25, 0.25 + 0.25 * np.sqrt(3)]]
     return [
         (resting, floor, plain, "contact 0, of 1 and wall 1, is between open and closed"),
         (rolling, floor, rough, "contact 0, of 1 and wall 1, is between sticking and sliding"),
         (at_end, floor, plain, "contact 0, of 1 and wall 1, is at the end of the wall"),
-        (
-            disks_at(hexagon + np.array([0.0, 0.25]), [0.0, -1.0], mass=75.0), floor, ContactLaw(friction=0.5),
-            "not unique",
-        ),
-    ]  # fmt: skip
+        (disks_at(hexagon, [0.0, -1.0], mass=75.0), floor, ContactLaw(friction=0.5), "not unique"),
+    ]
 
 
 @pytest.mark.parametrize(("disks", "walls", "law", "words"), refused_cases())

@@ -105,10 +105,8 @@ def test_redundant_triangle_against_a_wall_is_solved_and_its_resultants_are_righ
     """Hexagonal block pressed to a wall: λ is not unique, but admissible, and stops every disk."""
     rows = [(0.5 * i + 0.25 * (j % 2), 0.5 * np.sqrt(0.75) * j) for j in range(4) for i in range(5)]
     snapshot = disks_at(rows, [0.0, -2.0])
-    walls = Walls(
-        start=[[-2, -0.25], [-0.25, -1], [2.5, -1]], end=[[5, -0.25], [-0.25, 3], [2.5, 3]]
-    )
-    contacts, found = solved(snapshot, walls)
+    start, end = [[-2, -0.25], [-0.25, -1], [2.5, -1]], [[5, -0.25], [-0.25, 3], [2.5, 3]]
+    contacts, found = solved(snapshot, Walls(start=start, end=end))
     np.testing.assert_allclose(found.right_velocity, 0, atol=1e-9)
     floor = contacts.is_wall & (contacts.second == 0)
     assert found.reaction[floor].sum() == pytest.approx(20 * 75 * 2, rel=1e-9)
@@ -162,11 +160,8 @@ def test_who_is_knocked_away_is_not_pulled_back(restitution, friction):
     and B rebound as a pair, C goes on as it was."""
     turn = np.radians(110.0)
     towards = np.array([np.cos(turn), np.sin(turn)])
-    start = disks_at(
-        [[-0.5, 0], [0, 0], 0.5 * towards],
-        [[2.0, 0], [0, 0], -0.05 * towards],
-        mass=[60.0, 90.0, 75.0],
-    )
+    place, velocity = [[-0.5, 0], [0, 0], 0.5 * towards], [[2.0, 0], [0, 0], -0.05 * towards]
+    start = disks_at(place, velocity, mass=[60.0, 90.0, 75.0])
     contacts, found = solved(start, restitution=restitution, friction=friction)
     closing = contacts.approach_velocity(start.velocity)
     assert closing == pytest.approx([2.0, 0.05])
@@ -207,12 +202,9 @@ def test_the_answer_is_that_of_exact_arithmetic(seed, restitution):
 
 @settings(max_examples=25)
 @given(
-    st.integers(0, 10**6),
-    st.integers(2, 40),
-    st.sampled_from([0.0, 0.5, 0.99]),
-    st.sampled_from([None, 30.0]),
-    st.sampled_from([0.0, 0.4]),
-)
+    st.integers(0, 10**6), st.integers(2, 40), st.sampled_from([0.0, 0.5, 0.99]),
+    st.sampled_from([None, 30.0]), st.sampled_from([0.0, 0.4]),
+)  # fmt: skip
 def test_no_contact_pulls_and_the_law_holds(seed, n, restitution, across, friction):
     snapshot = part_of_a_lattice(seed, n, 0.6)
     law = ContactLaw(restitution=restitution, tangential_dissipation=across, friction=friction)

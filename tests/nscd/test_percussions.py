@@ -62,9 +62,8 @@ def answer(law=None):
 
 
 def test_an_answer_is_said_in_a_line():
-    assert repr(answer()).startswith(
-        "<Percussions: 2 disks, 2 contacts, largest 150 N·s, solved, residual "
-    )
+    words = "<Percussions: 2 disks, 2 contacts, largest 150 N·s, solved, residual "
+    assert repr(answer()).startswith(words)
     assert "largest 300 N," in repr(answer().over(0.5))
 
 

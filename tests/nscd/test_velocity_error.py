@@ -23,15 +23,14 @@ def chain(n):
     return disks_at(position, velocity), wall
 
 
+SMOOTH = {"tangential_dissipation": 0.0}
 LAWS = {
     "inelastic": ContactLaw(),
     "restitution": ContactLaw(restitution=0.5),
     "nearly elastic": ContactLaw(restitution=0.99),
-    "dissipative": ContactLaw(dissipation=3.0, tangential_dissipation=0.0),
+    "dissipative": ContactLaw(dissipation=3.0, **SMOOTH),
     "maintained": ContactLaw(maintained=True),
-    "maintained, dissipative": ContactLaw(
-        dissipation=1.0, tangential_dissipation=0.0, maintained=True
-    ),
+    "maintained, dissipative": ContactLaw(dissipation=1.0, maintained=True, **SMOOTH),
 }
 
 

@@ -48,9 +48,7 @@ def sample(**changes):
     return known | changes
 
 
-@pytest.mark.parametrize(
-    "mass", [75.0, np.array([50.0, 93, 61, 75, 88, 52])], ids=["equal", "unequal"]
-)
+@pytest.mark.parametrize("mass", [75.0, np.array([50.0, 93, 61, 75, 88, 52])])
 def test_a_queue_carries_what_is_behind_each(mass):
     """Chain against a wall: contact i carries Σ m u/τ of all behind it; the vector sum is a
     person's own drive."""
@@ -75,9 +73,7 @@ def test_a_queue_in_numbers():
     assert found["largest_contact_N"] == pytest.approx(6 * FORCE, rel=1e-10)
     assert found["contact_distance_m"] == pytest.approx(0.0, abs=1e-12)
     assert (found["redundant"], found["overlap_share"], found["solved"]) == (0, 0.0, True)
-    np.testing.assert_allclose(
-        found["profile"], np.array([(11 + 9) / 2, (7 + 5) / 2, (3 + 1) / 2]) / 6, rtol=1e-10
-    )
+    np.testing.assert_allclose(found["profile"], np.array([10, 6, 2]) / 6, rtol=1e-10)
 
 
 def test_people_beyond_the_exit_are_left_out():
@@ -89,14 +85,10 @@ def test_people_beyond_the_exit_are_left_out():
     np.testing.assert_array_equal(gone.rings(), [-1, -1, 0, 0])
 
 
-def test_maintained_contacts_of_a_queue_push_as_they_are():
-    """Where all contacts close, (8) and the complementarity form are one."""
-    assert (fig4_arch.maintained_forces(queue()) > 0).all()
-
-
-def test_maintained_contacts_pull_where_they_would_open():
+def test_maintained_contacts_push_where_all_close_and_pull_where_they_would_open():
     """Two disks of 75 kg, only one driven away from the other: 75 N·s would be needed to keep them
     together: 150 N."""
+    assert (fig4_arch.maintained_forces(queue()) > 0).all()
     arch = free_chain(2)
     arch = replace(arch, left_velocity=np.array([[2.0, 0.0], [0.0, 0.0]]))
     assert fig4_arch.maintained_forces(arch) == pytest.approx([-75.0 / 0.5], rel=1e-10)
@@ -115,16 +107,12 @@ def test_dissipation_of_a_pair():
 
 @pytest.mark.parametrize(
     ("distances", "verdict"),
-    [
-        ((0.5, 1.4, 1.5), Verdict.HOLDS),
-        ((0.5, 1.4, 1.6), Verdict.PARTLY),
-        ((0.5, 1.6, 5.0), Verdict.FAILS),
-    ],
+    [((0.5, 1.4, 1.5), "HOLDS"), ((0.5, 1.4, 1.6), "PARTLY"), ((0.5, 1.6, 5.0), "FAILS")],
 )
 def test_where_the_maximum_lies(distances, verdict):
     samples = [sample(distance_m=d) for d in distances]
     claim = fig4_arch.place(WORDS, {"made up": samples}, "distance_m", "the sum")
-    assert claim.verdict == verdict
+    assert claim.verdict.name == verdict
     assert f"the median {np.median(distances):.2f} m" in claim.reason
 
 
@@ -147,13 +135,9 @@ def test_percussions_as_contact_forces(monkeypatch, fixed, every, verdict):
     """The softer contacts (first) may differ where mechanics fixes nothing, the stiffest not."""
 
     def statistics(contact):
-        return {
-            "determined_contacts": 2,
-            "rigid_contacts": 9,
-            "determined_relative_difference": fixed,
-            "contact_relative_difference": contact,
-            "disk_vector_relative_difference": fixed,
-        }
+        kinds = {"determined": fixed, "contact": contact, "disk_vector": fixed}
+        shares = {f"{kind}_relative_difference": share for kind, share in kinds.items()}
+        return {"determined_contacts": 2, "rigid_contacts": 9, **shares}
 
     def run(contact):
         return SimpleNamespace(balance=SimpleNamespace(unbalanced=1e-5), contact=contact)
@@ -202,12 +186,10 @@ def test_uniformity():
 
 
 def test_unsolved_and_unproven_arches_are_named():
-    told = fig4_arch.warnings_of(
-        [sample(), sample(seed=4, solved=False), sample(seed=9, lower_N=np.nan)]
-    )
-    assert len(told) == 2
-    assert "seed 4" in told[0]
-    assert "seed 9" in told[1]
+    bad = sample(seed=4, solved=False), sample(seed=9, lower_N=np.nan)
+    first, second = fig4_arch.warnings_of([sample(), *bad])
+    assert "seed 4" in first
+    assert "seed 9" in second
     assert fig4_arch.warnings_of([sample()]) == []
 
 
@@ -218,10 +200,9 @@ def small(monkeypatch):
     monkeypatch.setattr(fig4_arch, "SEEDS", range(1, 3))
     monkeypatch.setattr(fig4_arch, "SIZES", {30: 2})
     monkeypatch.setattr(pressed_crowd, "BLOCKED_SEEDS", ())
+    brief = lambda name: make(name, 60).with_run(duration_s=1.0, frames=2)  # noqa: E731
     for module in (fig4_arch, fig5_masses):
-        monkeypatch.setattr(
-            module, "read_scene", lambda name: make(name, 60).with_run(duration_s=1.0, frames=2)
-        )
+        monkeypatch.setattr(module, "read_scene", brief)
 
 
 def build(runs, progress=None):

@@ -21,15 +21,9 @@ from analysis.paper.continuum.exit_room import map_of
 from analysis.paper.continuum.fig8_turbulence import CHECKED, Case, Pair, Setting, Tried, readings
 from analysis.paper.page import CONTINUUM, Built, build, edition, keep, kept, label, write_pages
 from nscd.continuum.closed_forms import point_sink
-from tests.pages.browser import (
-    BROWSER,
-    has_its_numbers,
-    has_its_verdicts,
-    opened,
-    says_little,
-    says_little_beside,
-    works_by_keyboard,
-)
+from tests.pages.browser import BROWSER, has_its_numbers, has_its_verdicts, opened, says_little
+
+from tests.pages.browser import says_little_beside, works_by_keyboard  # isort: skip
 
 COARSE = 0.8  # m
 CHOSEN = ("3.2.1", "11")
@@ -64,9 +58,8 @@ def test_page_in_a_browser_and_the_files_beside_it(built, tmp_path, monkeypatch)
     monkeypatch.setattr(building, "edition", lambda: made_by)
     (again,) = build(CONTINUUM, runs, ["11"])
     assert again.kept
-    assert [list(map(list, table.rows)) for table in again.section.tables] == [
-        table["rows"] for table in numbers["11"]["tables"]
-    ]
+    rows = [list(map(list, table.rows)) for table in again.section.tables]
+    assert rows == [table["rows"] for table in numbers["11"]["tables"]]
 
 
 def _read(address, folder, numbers, claims):
@@ -82,14 +75,13 @@ def _read(address, folder, numbers, claims):
             has_its_numbers(section, content)
         has_its_verdicts(page, claims)
         says_little_beside(page, "beside the continuum")
-        links = page.locator("a[href^='./figures/'], a[href^='continuum_']").evaluate_all(
-            "all => all.map(a => a.getAttribute('href'))"
-        )
+        names = "all => all.map(a => a.getAttribute('href'))"
+        places = "a[href^='./figures/'], a[href^='continuum_']"
+        links = page.locator(places).evaluate_all(names)
         assert len(links) == 3 + 3 * len(numbers)  # three files, and of a picture: large, PNG, PDF
         assert all((folder / link).is_file() for link in links)
-        inner = page.locator("nav a[href^='#'], #claims [data-verdict] a").evaluate_all(
-            "all => all.map(a => a.getAttribute('href'))"
-        )
+        places = "nav a[href^='#'], #claims [data-verdict] a"
+        inner = page.locator(places).evaluate_all(names)
         assert all(page.locator(f"[id='{link[1:]}']").count() == 1 for link in inner)
         # the other page is not there
         assert page.locator("a.other").count() == 0
@@ -132,21 +124,16 @@ def test_pressure_of_a_point_exit():
         return np.array([a[0] - 1e-3 * a[1], b[0] + 2 * speed * (1 - volume / density / 30.0**2)])
 
     r = np.geomspace(1e-3, 30.0, 400)
-    found = solve_bvp(
-        slopes, ends, r, np.stack([-2 * speed * np.tanh(r), -0 * r]), tol=1e-8, max_nodes=20_000
-    )
+    start = np.stack([-2 * speed * np.tanh(r), -0 * r])
+    found = solve_bvp(slopes, ends, r, start, tol=1e-8, max_nodes=20_000)
     assert found.success
     at = np.array([0.01, 0.1, 0.5, 1.0, 2.0, 4.0])
     f, rate = found.sol(at)
-    np.testing.assert_allclose(
-        point_sink(at, speed, density, volume), -0.5 * volume * (rate + f / at), rtol=2e-3
-    )
-    assert point_sink(0.0, speed, density, volume) == pytest.approx(
-        0.5 * np.pi * speed * np.sqrt(volume * density)
-    )
-    assert point_sink(15.0, speed, density, volume) == pytest.approx(
-        volume * speed / 15.0, rel=0.02
-    )
+    crowd = speed, density, volume
+    np.testing.assert_allclose(point_sink(at, *crowd), -0.5 * volume * (rate + f / at), rtol=2e-3)
+    middle = 0.5 * np.pi * speed * np.sqrt(volume * density)
+    assert point_sink(0.0, *crowd) == pytest.approx(middle)
+    assert point_sink(15.0, *crowd) == pytest.approx(volume * speed / 15.0, rel=0.02)
 
 
 def test_a_gaussian_pressure_would_be_called_one():
@@ -172,11 +159,8 @@ def test_readings_of_the_forces():
     ):
         pair = Pair(Case.UNIFORM, setting, 9.0)
         assert pair.answer.status == pair.turbulence.status == "solved"
-        found[name] = (
-            turbulence.in_l2(pair),
-            turbulence.in_any_triangle(pair),
-            pair.bodies().in_l2(),
-        )
+        errors = turbulence.in_l2(pair), turbulence.in_any_triangle(pair), pair.bodies().in_l2()
+        found[name] = errors
     assert found["people"] == pytest.approx(found["plain"], rel=1e-4)
     assert found["fine"][0] == pytest.approx(found["plain"][0], rel=0.1)
     assert found["fine"][1] < 0.6 * found["plain"][1]
@@ -201,33 +185,21 @@ def test_figure_8_with_few_readings(monkeypatch, tmp_path):
     monkeypatch.setattr(turbulence, "readings", lambda mesh: readings(mesh)[:6])
     monkeypatch.setattr(turbulence, "VOLUMES", (4.0, 25.0, 100.0))
     section = turbulence.build(mesh=COARSE)
-    assert [claim.verdict for claim in section.claims] == [
-        "does not hold",
-        "holds",
-        "holds in part",
-    ]
+    verdicts = [claim.verdict for claim in section.claims]
+    assert verdicts == ["does not hold", "holds", "holds in part"]
     assert len(section.tables[0].rows) == 6
     says_little(section, tmp_path)
     assert not section.warnings
 
 
-def _section(figure):
-    return Section(
-        number="3.2.1",
-        title="t",
-        words=["w"],
-        pictures=[Picture(name="p", caption="c", figure=figure)],
-        tables=[
-            Table(caption="c", head=["a", "b"], rows=[["x", np.float64(0.1)], ["y", np.int64(3)]])
-        ],
-        differs=[],
-        claims=[Claim(where="(1)", statement="s", verdict=Verdict.PARTLY, reason="r")],
-        warnings=["careful"],
-    )
-
-
 def test_a_section_is_kept_whole_or_not_taken(tmp_path, monkeypatch):
-    section = _section(panels(4.0, 3.0)[0])
+    rows = [["x", np.float64(0.1)], ["y", np.int64(3)]]
+    section = Section(
+        number="3.2.1", title="t", words=["w"], differs=[], warnings=["careful"],
+        pictures=[Picture(name="p", caption="c", figure=panels(4.0, 3.0)[0])],
+        tables=[Table(caption="c", head=["a", "b"], rows=rows)],
+        claims=[Claim(where="(1)", statement="s", verdict=Verdict.PARTLY, reason="r")],
+    )  # fmt: skip
     section = replace(section, pictures=[drawn(picture) for picture in section.pictures])
     built = Built(section=section, cpu_seconds=1.5)
     assert kept(tmp_path) is None

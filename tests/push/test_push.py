@@ -9,25 +9,14 @@ import pandas as pd
 import pytest
 from scipy.integrate import solve_ivp
 
-from analysis import engines
-from analysis.push.hindcast import (
-    NEVER_S,
-    ONSET,
-    Cases,
-    baselines,
-    hindcast,
-    inputs_of,
-    most_force,
-    most_impulse,
-    odds,
-    onsets,
-    rigid,
-    soft,
-)
+from analysis.push.hindcast import NEVER_S, ONSET, Cases, baselines, hindcast, inputs_of
+
+from analysis.push.hindcast import most_force, most_impulse, odds, onsets, rigid, soft  # isort: skip
 from analysis.push.page import summary, verdicts, write_hindcast
 from analysis.push.trial import TrialError, read_trial
 from analysis.support.files import or_shipped, shipped
 from analysis.support.reading import UnreadableError
+from tests.engines.at_hand import require
 from tests.pages.browser import answers_first
 from tests.push.oracles import by_lammps, case_of, made, row_of, stepped
 
@@ -189,21 +178,23 @@ def test_frames_at_odd_times_do_not_multiply(tmp_path):
     content = table()
     odd = written(tmp_path, content.assign(time=content.time + 0.013 * content.id))
     assert len(odd.time) <= len(written(tmp_path, content).time)
+    time = np.arange(0, 3.1, 1e-4)
     fine = [
-        pd.DataFrame({"id": one, "time": np.arange(0, 3.1, 1e-4)}).assign(
-            y=lambda t, seen=seen: np.interp(t.time, seen.time, seen.y), x=0.0
-        )
+        pd.DataFrame({"id": one, "time": time, "x": 0.0, "y": np.interp(time, seen.time, seen.y)})
         for one, seen in content.groupby("id")
     ]
     assert np.diff(written(tmp_path, pd.concat(fine)).time) == pytest.approx(0.01)
 
 
-def test_a_row_with_more_cells_than_the_head_is_refused(tmp_path):
-    """pandas would drop the cells, and say so in a warning of its own."""
-    content = table().to_csv(index=False).replace("id,frame", "id")
-    (tmp_path / "heads.csv").write_text(content)
-    with pytest.raises(TrialError, match=r"heads\.csv: no table: Length of header"):
-        read_trial(tmp_path / "heads.csv")
+def test_heads_that_do_not_fit_their_columns_are_refused(tmp_path):
+    """pandas would drop cells beyond the head, and say so in a warning of its own."""
+    text = table().to_csv(index=False)
+    for changed_text, says in (
+        (text.replace("id,frame", "id"), r"trial\.csv: no table: Length of header"),
+        (text.replace("frame", "x", 1), "line 1: two columns are called x"),
+    ):
+        with pytest.raises(TrialError, match=says):
+            as_text(tmp_path, changed_text)
 
 
 def test_a_wall_behind_and_a_missing_file_are_refused(tmp_path):
@@ -243,15 +234,7 @@ def test_the_shipped_trial_is_found_from_any_folder(tmp_path, monkeypatch):
     assert or_shipped(Path("scenes/push_excerpt.csv")).read_text() == "mine"
 
 
-def test_a_column_of_another_name_is_not_taken_for_one(tmp_path):
-    with pytest.raises(TrialError, match="line 1: two columns are called x"):
-        as_text(tmp_path, table().to_csv(index=False).replace("frame", "x", 1))
-
-
 SOFT = (2e3, 2e4)
-needs_lammps = pytest.mark.skipif(
-    engines.engine("lammps").find() is None, reason="LAMMPS is not installed"
-)
 
 
 def going(frames=30, speed=SPEED):
@@ -348,9 +331,9 @@ def test_rigid_rows_are_those_of_the_rigid_engine(wall):
     assert (expected[-1, -1] < 0.046) == wall
 
 
-@needs_lammps
 @pytest.mark.parametrize(("stiffness", "wall"), [(1e6, False), (2e4, True)])
 def test_soft_rows_are_those_of_lammps(tmp_path, stiffness, wall):
+    require("lammps")
     row, gap = pushed_row(wall)
     moved = soft(row, case_of(gap, 0.8), stiffness)
     expected, largest, impulse = by_lammps(row, gap, 0.8, stiffness, tmp_path)
@@ -398,12 +381,8 @@ def test_odds_are_given_only_where_all_draws_agree():
     """Against closed form; where batches disagree no order is settled; impossible cases are not
     ranked."""
     row = going()
-    inputs = inputs_of(row, (0, 1), 0)._replace(
-        arms=np.array([0, 1, 0, 1.0]),
-        wall=np.zeros(4),
-        batch=np.array([0, 0, 1, 1]),
-        reach=np.zeros(4),
-    )
+    changes = {"arms": np.array([0, 1, 0, 1.0]), "batch": np.array([0, 0, 1, 1])}
+    inputs = inputs_of(row, (0, 1), 0)._replace(wall=np.zeros(4), reach=np.zeros(4), **changes)
 
     def off(errors, possible=(1, 1, 1, 1)):
         """Four cases in which the second is so much (σ = 0.08 s) too early."""

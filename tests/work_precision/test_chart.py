@@ -39,20 +39,18 @@ def window():
 @pytest.fixture(scope="module")
 def measured(window, tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs")
-    chosen = [
-        setting(0.25), setting(1.0), setting(32.0), setting(0.25, "hertz"),
-        setting(1.0, "hertz"),
-    ]
+    chosen = [*map(setting, (0.25, 1.0, 32.0)), setting(0.25, "hertz"), setting(1.0, "hertz")]
     with workers(1) as executor:
         return measure(window, "four_disks", chosen, folder, executor)
 
 
 def errors(measured, law):
-    return {
-        p.time_step_share: p.numerical_error
-        for p in measured.points
-        if p.law == law and p.quantity == "contact_impulse"
-    }
+    return {p.time_step_share: p.numerical_error for p in impulses(measured, law)}
+
+
+def impulses(measured, law):
+    points = measured.points
+    return [p for p in points if p.law == law and p.quantity == "contact_impulse"]
 
 
 # Hertz's dashpot grows with overlap^¼, with an infinite slope at touch: the order comes out a
@@ -64,14 +62,9 @@ def test_numerical_error_is_of_first_order_in_the_time_step(measured, law, least
 
 
 def test_model_error_is_none_of_the_time_step(measured):
-    models = {
-        p.model_error
-        for p in measured.points
-        if p.law == "hooke" and p.quantity == "contact_impulse"
-    }
-    assert len(models) == 1
+    (model,) = {p.model_error for p in impulses(measured, "hooke")}
     # penalty impulses at an asked restitution of 0.01 against rigid ones
-    assert models.pop() == pytest.approx(0.028, abs=0.001)
+    assert model == pytest.approx(0.028, abs=0.001)
     for point in measured.points:
         if point.status == PointStatus.OK and point.numerical_error is not None:
             assert point.total_error <= point.numerical_error + point.model_error + 1e-12
@@ -125,9 +118,8 @@ def test_seeds_put_whole_runs_on_the_page(measured, tmp_path, monkeypatch):
     scene = make("four_disks").with_run(duration_s=0.02, frames=20, time_step_s=None)
     at_hand = dataclasses.replace(measured, scene=scene)
     monkeypatch.setattr("analysis.work_precision.chart.build_chart", lambda *_, **__: at_hand)
-    monkeypatch.setattr("analysis.work_precision.whole_runs.ENGINES", (LAMMPS,))
-    monkeypatch.setattr("analysis.work_precision.whole_runs.STIFFER", (1.0,))
-    monkeypatch.setattr("analysis.work_precision.whole_runs.LONGER_AT", 0)
+    for name, value in (("ENGINES", (LAMMPS,)), ("STIFFER", (1.0,)), ("LONGER_AT", 0)):
+        monkeypatch.setattr(f"analysis.work_precision.whole_runs.{name}", value)
     scene.write(tmp_path)
     monkeypatch.chdir(tmp_path)
     for planned in whole_runs_of(read_scene("four_disks.toml"), 1, Path("out")):
@@ -154,17 +146,13 @@ def test_a_driven_crowd_has_the_continuum_on_its_page(tmp_path):
     window = driven_window(scene, scene.snapshot.position)
     with ThreadPoolExecutor(1) as executor:
         measured = measure(window, "gate", [], tmp_path, executor, mesh_sides=(4.0,))
-    assert {p.quantity for p in measured.points if p.method == "continuum"} == {
-        "disk_force", "wall_force", "displacement",
-    }  # fmt: skip
-    first, *rest = (
-        p for p in measured.points if p.quantity == "wall_force" and p.method == "continuum"
-    )
+    found = [p for p in measured.points if p.method == "continuum"]
+    assert {p.quantity for p in found} == {"disk_force", "wall_force", "displacement"}
+    first, *rest = (p for p in found if p.quantity == "wall_force")
     unsure = dataclasses.replace(first, status=PointStatus.INACCURATE, reason="residual 2 above 1")
     walls = tuple(q for q in measured.quantities if q.name == "wall_force")
-    shown = dataclasses.replace(
-        measured, scene=scene, points=(unsure, *rest), quantities=walls, warnings=()
-    )
+    changes = {"points": (unsure, *rest), "quantities": walls, "warnings": ()}
+    shown = dataclasses.replace(measured, scene=scene, **changes)
     written = write_chart(shown, tmp_path / "chart", "a command")
     answers_first(written.absolute().as_uri())
     page = written.read_text()

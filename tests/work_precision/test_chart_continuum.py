@@ -1,7 +1,7 @@
 """The continuum models on the chart: the region of a crowd, their two errors, and scenes without
 them."""
 
-import dataclasses
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -10,13 +10,9 @@ import pytest
 from analysis.scene.scene import Wall
 from analysis.scene.shipped_scenes import make
 from analysis.work_precision import continuum as ladders
-from analysis.work_precision.continuum import (
-    ContinuumModel,
-    continuum_ladder,
-    converged,
-    crowd_room,
-    solve_continuum,
-)
+from analysis.work_precision.continuum import ContinuumModel, continuum_ladder, converged
+
+from analysis.work_precision.continuum import crowd_room, solve_continuum  # isort: skip
 from analysis.work_precision.point import PointStatus
 from analysis.work_precision.window import (
     CONTACT_FORCE,
@@ -43,9 +39,7 @@ def dead_end(gap=0.0):
     """40 disks of 75 kg fill a dead end, 1.6 m wide with its end at x = 0. The door that they want
     to walk to at 2 m/s (τ = 0.5 s) is so far away behind that end that all want to walk along x.
     gap (m): how far the last half of them is from the rest."""
-    column, row = (
-        k.ravel() for k in np.meshgrid(np.arange(COLUMNS), np.arange(ROWS), indexing="ij")
-    )
+    column, row = (k.ravel() for k in np.indices((COLUMNS, ROWS)))
     x = -RADIUS * (2 * column + 1) - gap * (column >= COLUMNS // 2)
     far, wide = 1e6, 2 * RADIUS * ROWS
     corners = [
@@ -53,13 +47,15 @@ def dead_end(gap=0.0):
     ]  # fmt: skip
     scene = line_at_a_wall()
     disks = disks_at(np.column_stack([x, RADIUS * (2 * row + 1)]), radius=RADIUS)
-    walls = tuple(
-        Wall(name=f"wall_{number}", start_m=corners[number], end_m=corners[number + 1])
-        for number in range(7)
-    )
     drive = drive_to(corners[-1], corners[0])
-    scene = scene.model_copy(update={"snapshot": disks, "walls": walls, "drive": drive})
-    return driven_window(scene, disks.position)
+    changes = {"snapshot": disks, "walls": along(corners), "drive": drive}
+    return driven_window(scene.model_copy(update=changes), disks.position)
+
+
+def along(corners):
+    """Walls from corner to corner."""
+    pairs = enumerate(pairwise(corners))
+    return tuple(Wall(name=f"wall_{n}", start_m=a, end_m=b) for n, (a, b) in pairs)
 
 
 def test_the_region_of_a_crowd_reaches_its_walls_and_is_free_behind():
@@ -69,9 +65,8 @@ def test_the_region_of_a_crowd_reaches_its_walls_and_is_free_behind():
     assert long * wide - ROWS * 0.3 * RADIUS * 2 * RADIUS < room.area < long * wide
     walls = room.pieces("wall")
     # and a little farther along the side walls, where nobody else fits in
-    assert np.hypot(*(walls[:, 1] - walls[:, 0]).T).sum() == pytest.approx(
-        2 * long + wide, abs=1.5 * RADIUS
-    )
+    length = np.hypot(*(walls[:, 1] - walls[:, 0]).T).sum()
+    assert length == pytest.approx(2 * long + wide, abs=1.5 * RADIUS)
     assert {tuple(point) for point in room.jambs[:, 1:].tolist()} == {(0.0,), (wide,)}
     assert len(room.pieces("exit")) == 0
 
@@ -93,9 +88,8 @@ def test_deformable_crowd_is_that_of_a_room_drawn_by_hand():
     window = dead_end()
     answer = solve_continuum(window, ContinuumModel.DEFORMABLE, 0.5 * RADIUS)
     long, wide = 2 * RADIUS * COLUMNS, 2 * RADIUS * ROWS
-    room = room_of_outline(
-        [[0, 0], [0, wide], [-long, wide], [-long, 0]], border=["wall", "wall", "free", "wall"]
-    )
+    corners = [[0, 0], [0, wide], [-long, wide], [-long, 0]]
+    room = room_of_outline(corners, border=["wall", "wall", "free", "wall"])
     space = Space(mesh_of(room, 0.5 * RADIUS))
     density = ROWS * COLUMNS / room.area
     medium = table_1_medium(density)
@@ -104,9 +98,8 @@ def test_deformable_crowd_is_that_of_a_room_drawn_by_hand():
     # door is a hair below)
     wall, left = space.border("wall"), window.left_velocity.mean(0)
     pressed = np.einsum("k,kfq->fq", left, np.asarray(wall.normals)) >= 0
-    rubbed = medium.k_s * (np.asarray(wall.interpolate(found.unknowns)) * pressed * wall.dx).sum(
-        (1, 2)
-    )
+    slip = np.asarray(wall.interpolate(found.unknowns))
+    rubbed = medium.k_s * (slip * pressed * wall.dx).sum((1, 2))
     given = (found.wall_force[:, None] * space.wall.normal).sum(0) + rubbed
     tau = window.scene.drive.relaxation_time_s
     impulse = tau * answer.values[WALL_FORCE]
@@ -134,15 +127,10 @@ def away_from_walls():
     people = window.scene.snapshot
     start = disks_at([[0.0, -6.0], [0.4, -6.0]], radius=people.radius[:2], mass=people.mass[:2])
     corners = [(5.0, -0.5), (5.0, -10.0), (-5.0, -10.0), (-5.0, 10.0), (5.0, 10.0), (5.0, 0.5)]
-    walls = tuple(
-        Wall(name=f"wall_{n}", start_m=a, end_m=b) for n, (a, b) in enumerate(pairwise(corners))
-    )
-    drive = window.scene.drive.model_copy(
-        update={"door_start_m": corners[-1], "door_end_m": corners[0]}
-    )
-    return Window(
-        scene=window.scene.model_copy(update={"snapshot": start, "walls": walls, "drive": drive})
-    )
+    ends = {"door_start_m": corners[-1], "door_end_m": corners[0]}
+    drive = window.scene.drive.model_copy(update=ends)
+    changes = {"snapshot": start, "walls": along(corners), "drive": drive}
+    return Window(scene=window.scene.model_copy(update=changes))
 
 
 @pytest.fixture(scope="module")
@@ -150,12 +138,8 @@ def pressed(tmp_path_factory):
     """A window, its ladder, its judge, and where the ladder's references are kept."""
     window, path = dead_end(), tmp_path_factory.mktemp("ladder") / "continuum"
     rigid = rigid_reference(window.scene.snapshot, window.contacts, window.left_velocity)
-    return (
-        window,
-        continuum_ladder(window, (4.0, 2.0, 1.0), path)[0],
-        Judge(window=window, name="end", rigid=rigid),
-        path,
-    )
+    ladder = continuum_ladder(window, (4.0, 2.0, 1.0), path)[0]
+    return window, ladder, Judge(window=window, name="end", rigid=rigid), path
 
 
 def forces(judge, ladder):
@@ -202,24 +186,20 @@ def test_references_of_the_continuum_are_kept(pressed, monkeypatch):
 
 def test_a_continuum_that_is_not_solved_is_visible(pressed):
     _, ladder, judge, _ = pressed
-    unsure = dataclasses.replace(
-        ladder[0], status=PointStatus.INACCURATE, reason="residual 1 above 0"
-    )
-    lost, rest = (
-        dataclasses.replace(answer, model=converged(answer, unsure)) for answer in ladder[:2]
-    )
-    lost = dataclasses.replace(lost, values=None, status=PointStatus.FAILED, reason="no mesh")
+    why = {"status": PointStatus.INACCURATE, "reason": "residual 1 above 0"}
+    unsure = replace(ladder[0], **why)
+    lost, rest = (replace(answer, model=converged(answer, unsure)) for answer in ladder[:2])
+    lost = replace(lost, values=None, status=PointStatus.FAILED, reason="no mesh")
     points = forces(judge, [lost, rest])
     assert len(points) == 4
     failed, rest = points[:2], points[2:]
-    assert [(p.status, p.reason, p.error_sum) for p in failed] == [
-        (PointStatus.FAILED, "no mesh", None)
-    ] * 2
+    for p in failed:
+        assert (p.status, p.reason, p.error_sum) == (PointStatus.FAILED, "no mesh", None)
     for p in rest:
         assert "residual 1 above 0" in p.reason
         assert p.numerical_error is None
         assert p.total_error is not None
     large = {quantity: 9.0 * value for quantity, value in ladder[1].values.items()}
-    wrong = forces(judge, [dataclasses.replace(ladder[1], values=large)])[0]
+    wrong = forces(judge, [replace(ladder[1], values=large)])[0]
     assert wrong.status == PointStatus.INACCURATE
     assert "too coarse" in wrong.reason

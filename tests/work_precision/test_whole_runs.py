@@ -3,22 +3,11 @@
 import pytest
 
 from analysis.scene.shipped_scenes import make
+from analysis.work_precision import whole_runs
 from analysis.work_precision.point import points_of_text, write_points
-from analysis.work_precision.whole_runs import (
-    Setting,
-    Told,
-    WholeRunPoint,
-    WholeRuns,
-    bias_of,
-    crowds_of,
-    measure_whole_runs,
-    points_of,
-    runs_of,
-    statistics_of,
-    whole_run_settings,
-    whole_runs_rows,
-    whole_runs_section,
-)
+from analysis.work_precision.whole_runs import Setting, Told, WholeRunPoint, WholeRuns, bias_of
+
+from analysis.work_precision.whole_runs import crowds_of, points_of, runs_of  # isort: skip
 
 SOFT = Setting(engine="lammps", stiffness_N_per_m=1e6)
 RIGID = Setting(engine="rigid", step_s=0.005)
@@ -52,19 +41,17 @@ def test_crowds_that_all_differ_alike_have_no_interval():
     points = points_with(rigid=[2.0] * 3, soft=[2.5] * 3)
     assert [point.bias for point in points] == [0.0, pytest.approx(0.25)]
     assert {(p.standard_error, p.bias_low, p.bias_high) for p in points} == {(None, None, None)}
-    rows = whole_runs_rows(
-        WholeRuns(scene=make("arch", disks=30), crowds=3, points=points, failures=[])
-    )
+    runs = WholeRuns(scene=make("arch", disks=30), crowds=3, points=points, failures=[])
+    rows = whole_runs.whole_runs_rows(runs)
     alike = [f"{value} in each of 3 replicates" for value in ("2", "+25 %")]
     assert [row[-1] for row in rows] == alike
 
 
 def test_the_settings_of_a_scene_begin_with_the_shortest_rigid_step(tmp_path):
     scene = make("arch").with_run(duration_s=4.0, frames=40)
-    every = whole_run_settings(scene, ["lammps", "yade", "rigid"])
-    assert [one.step_s for one in every if one.engine == "rigid"] == pytest.approx(
-        [0.001, 0.005, 0.02, 0.005, 0.005]
-    )
+    every = whole_runs.whole_run_settings(scene, ["lammps", "yade", "rigid"])
+    steps = [one.step_s for one in every if one.engine == "rigid"]
+    assert steps == pytest.approx([0.001, 0.005, 0.02, 0.005, 0.005])
     (yade,) = (one for one in every if one.engine == "yade")
     assert yade.title == "YADE, 10⁶ N/m"
     longer = next(one for one in every if one.longer == 4)
@@ -81,12 +68,12 @@ def test_whole_runs_of_a_small_crowd(tmp_path):
     for setting, crowd, run in runs:
         if (setting, crowd) != (SOFT, 1):
             run.record()  # here, which is quicker than in other processes
-    found = measure_whole_runs(scene, runs, read_only=True)
+    found = whole_runs.measure_whole_runs(scene, runs, read_only=True)
     points = found.points
     of_one = found.of(points[0].quantity)
     assert [(p.setting, p.crowds) for p in of_one] == [(RIGID, 2), (SOFT, 1)]
     assert 0 < points[-1].cpu_seconds < points[-1].with_impulses_s
-    section = whole_runs_section(found)
+    section = whole_runs.whole_runs_section(found)
     assert "Errors are from rigid model, 5 ms, replicate by replicate" in section.introduction[0]
     assert [row[0] for row in section.tables[0].rows] == ["rigid model, 5 ms", "LAMMPS, 10⁶ N/m"]
     assert len(section.tables[0].head) == len(section.tables[0].rows[0])
@@ -102,7 +89,7 @@ def test_an_impact_is_compared_by_impulses(tmp_path):
     """Two disks of 75 kg that meet at 2 m/s at e = 0.5 pass on 112.5 N·s at their contact."""
     scene = make("pair").with_contact(restitution=0.5)
     (planned,) = runs_of([RIGID], crowds_of(scene, 1), tmp_path)
-    found = statistics_of(planned.run, planned.run.record())
+    found = whole_runs.statistics_of(planned.run, planned.run.record())
     assert found["contact_sum"] == pytest.approx(112.5, rel=1e-6)
     assert found["walls"] == 0
     assert points_with(rigid=[0.0]) == []  # nobody touches a wall

@@ -137,9 +137,8 @@ class Cells:
         """Integrate ∫f φ_i, (n,), of the P1 field with values f (n,) at the vertices, lumped:
         f_i ∫φ_i."""
         d = self.dimension
-        weight = np.bincount(
-            self.mesh.t.ravel(), np.tile(self.measure / (d + 1), d + 1), self.mesh.nvertices
-        )
+        share = np.tile(self.measure / (d + 1), d + 1)
+        weight = np.bincount(self.mesh.t.ravel(), share, self.mesh.nvertices)
         return np.asarray(values * weight)
 
     def stiffness(self, weight: Floats) -> sparse.csc_array:

@@ -40,9 +40,8 @@ def test_the_programs_give_the_same_motion_and_the_dump_the_whole_force(simulate
 
 def meeting(speed, apart=0.8, **contact):
     """Two people of 80 and 40 kg, at a distance (m), who come together at a speed (m/s)."""
-    snapshot = disks_at(
-        [[0.0, 0.0], [apart, 0.0]], [[0.5 * speed, 0.0], [-0.5 * speed, 0.0]], mass=[80.0, 40.0]
-    )
+    velocity = [[0.5 * speed, 0.0], [-0.5 * speed, 0.0]]
+    snapshot = disks_at([[0.0, 0.0], [apart, 0.0]], velocity, mass=[80.0, 40.0])
     return scene_at(
         snapshot, contact={"stiffness_N_per_m": 1e6, "restitution": 0.1} | ARMS | contact,
         run={"duration_s": 0.7, "frames": 140, "time_step_s": 1e-3}, name="meeting",
@@ -131,10 +130,9 @@ def test_half_an_arm_is_refused(contact, message):
 
 def test_what_cannot_run_arms_is_refused_before_anything_runs(tmp_path, monkeypatch):
     scene = meeting(1.0)
+    long = scene.with_run(rigid_step_s=0.1, duration_s=1.0, frames=1)
     with pytest.raises(EngineError, match=r"rigid_step_s: arms are not stable in steps of 0.1 s"):
-        simulate_into(
-            scene.with_run(rigid_step_s=0.1, duration_s=1.0, frames=1), "rigid", tmp_path / "run"
-        )
+        simulate_into(long, "rigid", tmp_path / "run")
     with pytest.raises(EngineError, match=r"arm_reach_m: LAMMPS cannot write friction beside arms"):
         simulate_into(scene.with_contact(friction=0.3), "lammps", tmp_path / "run")
     monkeypatch.setattr(LAMMPS, "has", lambda _: False)

@@ -24,13 +24,11 @@ def collision(mass, stiffness, damping, speed):
         return (size * (roots[0] * np.exp(roots[0] * t) - roots[1] * np.exp(roots[1] * t))).real
 
     def force(t):
-        return stiffness * (
-            size * (np.exp(roots[0] * t) - np.exp(roots[1] * t))
-        ).real + damping * velocity(t)
+        overlap = (size * (np.exp(roots[0] * t) - np.exp(roots[1] * t))).real
+        return stiffness * overlap + damping * velocity(t)
 
-    time = np.linspace(
-        0.0, 12 * np.sqrt(mass / stiffness) * max(1, damping / np.sqrt(mass * stiffness)), 5001
-    )
+    longest = 12 * np.sqrt(mass / stiffness) * max(1, damping / np.sqrt(mass * stiffness))
+    time = np.linspace(0.0, longest, 5001)
     end = int(np.argmax(force(time[1:]) <= 0)) + 1
     duration = brentq(force, time[end - 1], time[end]) if force(time[end]) < 0 else time[end]
     return force(time[:end]).max(), duration, -velocity(duration) / speed
@@ -39,25 +37,17 @@ def collision(mass, stiffness, damping, speed):
 @functools.cache
 def dashpot(restitution, mass):
     """The damping constant with which `collision` gives this restitution."""
-    return brentq(
-        lambda damping: collision(mass, K, damping, 1.0)[2] - restitution,
-        1e-3,
-        40 * np.sqrt(K * mass),
-    )
+    missed = lambda damping: collision(mass, K, damping, 1.0)[2] - restitution  # noqa: E731
+    return brentq(missed, 1e-3, 40 * np.sqrt(K * mass))
 
 
 def seen(simulation, speed, first=0, second=1):
     """Peak force, duration and restitution of a head-on collision along x, as simulated with a
     frame a step."""
-    force = np.array(
-        [np.hypot(*contacts.force[0]) if len(contacts) else 0.0 for contacts in simulation.contacts]
-    )
-    v = simulation["vx"][-1]
-    return (
-        force.max(),
-        (force > 0).sum() * simulation.frame_interval,
-        (v[second] - v[first]) / speed,
-    )
+    sizes = [np.hypot(*one.force[0]) if len(one) else 0.0 for one in simulation.contacts]
+    force, v = np.array(sizes), simulation["vx"][-1]
+    duration = (force > 0).sum() * simulation.frame_interval
+    return force.max(), duration, (v[second] - v[first]) / speed
 
 
 @pytest.mark.parametrize(("name", "restitution"), [("lammps", 0.1), ("yade", 0.5)])
@@ -67,9 +57,8 @@ def test_a_collision_converges_to_the_closed_form(simulate, impact, name, restit
     assert closed[2] == pytest.approx(restitution, abs=1e-9)
     errors = []
     for time_step in (1e-4, 5e-5, 2.5e-5):
-        scene = impact(
-            "pair", time_step, 0.03, every=1, restitution=restitution, stiffness_N_per_m=K
-        )
+        contact = {"restitution": restitution, "stiffness_N_per_m": K}
+        scene = impact("pair", time_step, 0.03, every=1, **contact)
         peak, duration, rebound = seen(simulate(name, scene), 2.0)
         errors.append([abs(peak / closed[0] - 1), abs(rebound - restitution)])
         assert duration == pytest.approx(closed[1], abs=4 * time_step)
@@ -83,15 +72,10 @@ def test_unequal_masses_share_one_dashpot(simulate, name):
     mass = np.array([50.0, 100.0])
     snapshot = disks_at([[0, 0], [0.5, 0]], [[2, 0], [0, 0]], mass=mass)
     run = Run(duration_s=0.03, frames=3000, time_step_s=1e-5)
-    scene = (
-        read_scene("pair")
-        .model_copy(update={"snapshot": snapshot, "run": run})
-        .with_contact(restitution=0.3)
-    )
-    simulation = simulate(name, scene)
-    closed = collision(
-        50 * 100 / 150, K, dashpot(0.3, 50.0), 2.0
-    )  # 50 kg: the effective mass of two of the heaviest
+    scene = read_scene("pair").model_copy(update={"snapshot": snapshot, "run": run})
+    simulation = simulate(name, scene.with_contact(restitution=0.3))
+    # 50 kg: the effective mass of two of the heaviest
+    closed = collision(50 * 100 / 150, K, dashpot(0.3, 50.0), 2.0)
     peak, _, rebound = seen(simulation, 2.0)
     assert peak == pytest.approx(closed[0], rel=2e-3)
     assert rebound == pytest.approx(closed[2], abs=2e-3)
@@ -102,10 +86,8 @@ def test_unequal_masses_share_one_dashpot(simulate, name):
 @pytest.mark.parametrize(("name", "turn"), [("lammps", 37.0), ("lammps", 90.0), ("yade", 200.0)])
 def test_a_wall_in_any_direction_rebounds_and_carries_the_momentum(simulate, name, turn):
     angle = np.deg2rad(turn)
-    along, normal = (
-        np.array([np.cos(angle), np.sin(angle)]),
-        np.array([-np.sin(angle), np.cos(angle)]),
-    )
+    along = np.array([np.cos(angle), np.sin(angle)])
+    normal = along[::-1] * [-1, 1]
     velocity = 2.0 * normal + 0.7 * along
     disk = Snapshot(position=[-0.301 * normal], velocity=[velocity], radius=[0.3], mass=[80.0])
     contact = {"stiffness_N_per_m": K, "restitution": 0.4}
@@ -147,21 +129,16 @@ def test_contact_forces_add_up_to_the_force_that_moves_a_disk(simulate, impact, 
         pair = ~contacts.is_wall
         np.add.at(total, contacts.first - 1, -contacts.force)
         np.add.at(total, contacts.second[pair] - 1, contacts.force[pair])
-        np.testing.assert_allclose(
-            total,
-            np.column_stack([simulation["fx"][frame], simulation["fy"][frame]]),
-            rtol=0,
-            atol=1e-6,
-        )
+        felt = np.column_stack([simulation["fx"][frame], simulation["fy"][frame]])
+        np.testing.assert_allclose(total, felt, rtol=0, atol=1e-6)
         assert ((contacts.force * contacts.normal).sum(1) >= 0).all()
 
 
 @pytest.mark.parametrize("restitution", [0.01, 0.3, 1.0])
 def test_hertz_contacts_honour_the_restitution_too(simulate, impact, restitution):
     """Only in LAMMPS; without pulling."""
-    simulation = simulate(
-        "lammps", impact("pair", 5e-6, 0.12, every=20, restitution=restitution, law="hertz")
-    )
+    scene = impact("pair", 5e-6, 0.12, every=20, restitution=restitution, law="hertz")
+    simulation = simulate("lammps", scene)
     v = simulation["vx"][-1]
     assert (v[1] - v[0]) / 2.0 == pytest.approx(restitution, abs=1e-3)
     assert not len(simulation.contacts[-1])

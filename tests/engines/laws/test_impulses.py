@@ -52,26 +52,21 @@ def test_impulses_of_a_window_are_the_change_of_momentum(tmp_path, name, contact
             got[int(first) - 1] -= impulse
             if not is_wall:
                 got[int(second) - 1] += impulse
-        change = scene.snapshot.mass[:, None] * (
-            states[number].velocity - states[number - 1].velocity
-        )
+        before, after = states[number - 1 : number + 1]
+        change = scene.snapshot.mass[:, None] * (after.velocity - before.velocity)
         assert np.abs(change).max() > 10
         assert got == pytest.approx(change, abs=error)
 
 
-@pytest.mark.parametrize(
-    ("name", "law"), [("lammps", "hooke"), ("yade", "hooke"), ("yade", "body")]
-)
-def test_disks_that_touch_at_the_start_begin_without_an_impulse(tmp_path, name, law):
+@pytest.mark.parametrize("by", ["lammps hooke", "yade hooke", "yade body"])
+def test_disks_that_touch_at_the_start_begin_without_an_impulse(tmp_path, by):
     """What one of two disks gains, in steps so long that half a one of a dashpot is 1 % of it."""
+    name, law = by.split()
     require(name)
     soft = {"law": law, "stiffness_N_per_m": None if law == "body" else 5e3, "restitution": 0.5}
     scene = make("pair").with_contact(**soft)
-    simulate(
-        scene.with_run(duration_s=1.0, frames=2, impulses=True, time_step_s=None),
-        name,
-        tmp_path / "run",
-    )
+    scene = scene.with_run(duration_s=1.0, frames=2, impulses=True, time_step_s=None)
+    simulate(scene, name, tmp_path / "run")
     index = index_dump(tmp_path / "run" / "impulses.dump", "ENTRIES")
     passed = sum(row[3] for number in range(3) for row in index.table(number))
     last = snapshot_of(open_bodies(tmp_path / "run" / "bodies.dump").trajectory[-1])
@@ -81,9 +76,8 @@ def test_disks_that_touch_at_the_start_begin_without_an_impulse(tmp_path, name, 
 def test_lammps_without_its_python_module_says_how_to_install_it(tmp_path, monkeypatch):
     require("lammps")
     found = importlib.util.find_spec
-    monkeypatch.setattr(
-        importlib.util, "find_spec", lambda name: None if name == "lammps" else found(name)
-    )
+    without = lambda name: None if name == "lammps" else found(name)  # noqa: E731
+    monkeypatch.setattr(importlib.util, "find_spec", without)
     with pytest.raises(EngineError, match=r"run.impulses: .*percussions\[engines\]"):
         simulate(colliding(), "lammps", tmp_path / "run")
 
@@ -148,26 +142,20 @@ def test_a_pair_and_a_wall_by_hand():
 KERNEL = Kernel(width=0.4, cutoff=9.0)
 
 
-def compared(name, scene, folder):
-    require(name)
-    simulate(scene, name, folder)
-    return folder
-
-
 @pytest.mark.parametrize("name", ["lammps", "yade"])
 def test_a_driven_crowd(name, tmp_path):
     """Σ(ma − F_drive)φ = div Σ + t with the engine's own forces, in N/m²; without the walls'
     traction it fails."""
     scene = make("arch", 60).with_run(duration_s=1.0, frames=2)
-    folder = compared(name, scene, tmp_path / name)
+    require(name)
+    folder = tmp_path / name
+    simulate(scene, name, folder)
     found = compare_run(folder, time=1.0)
     assert found.unit == "N"
     index = index_dump(folder / "bodies.dump")
     column = dict(zip(index.columns, index.table(len(index.steps) - 1).T, strict=True))
     order = np.argsort(column["id"])
-    gained = np.column_stack([column["fx"] - column["drive_x"], column["fy"] - column["drive_y"]])[
-        order
-    ]
+    gained = np.column_stack([column[f"f{k}"] - column[f"drive_{k}"] for k in "xy"])[order]
     position = found.snapshot.position
     at = position[::3] + 0.1
     match = found.match
@@ -184,14 +172,15 @@ def test_an_impact_has_stress_of_the_same_unit(tmp_path):
     whole is −Σ p ⊗ ℓ."""
     scene = read_scene("four_disks").with_contact(stiffness_N_per_m=1e6, restitution=0.0)
     scene = scene.with_run(frames=2500)
-    found = compare_run(compared("lammps", scene, tmp_path / "lammps"))
+    require("lammps")
+    simulate(scene, "lammps", tmp_path / "run")
+    found = compare_run(tmp_path / "run")
     assert found.unit == "N·s"
     axis = np.arange(-6, 8, 0.2)
     at = np.stack(np.meshgrid(axis, axis), -1).reshape(-1, 2) + found.snapshot.position.mean(0)
-    penalty, rigid = (
-        stress_field(found.snapshot, found.match.contacts, force, KERNEL, at)
-        for force in (found.match.penalty, found.match.rigid)
-    )
+    match = found.match
+    penalty, rigid = (stress_field(found.snapshot, match.contacts, force, KERNEL, at)
+                      for force in (match.penalty, match.rigid))  # fmt: skip
     spacing = np.diff(np.sort(found.snapshot.position[:, 0]))[0]
     whole = -spacing * found.match.rigid[:, 0].sum()
     assert rigid.stress.sum(0)[0, 0] * 0.2**2 == pytest.approx(whole, rel=1e-6)

@@ -11,7 +11,6 @@ from analysis.scene.scene import Wall, read_scene
 from analysis.scene.schema import BodyForce
 from analysis.scene.shipped_scenes import make
 from analysis.work_precision.soft import leapfrog, soft_reference
-from nscd import Snapshot
 from tests.crowds import disks_at, scene_at
 from tests.engines.at_hand import require
 
@@ -21,17 +20,19 @@ FALL = BodyForce(acceleration_m_per_s2=(1.5, -9.81))
 
 def few(law, body_force, **contact):
     """Three unequal disks that meet each other, a level wall and a slanted one."""
-    snapshot = disks_at(
-        [[0.0, 0.0], [0.55, 0.05], [0.3, 0.5]],
-        [[1.0, -0.5], [-1.0, 0.2], [0.1, -1.5]],
-        [0.25, 0.3, 0.2],
-        [60.0, 90.0, 45.0],
-    )
+    place, velocity = [[0, 0], [0.55, 0.05], [0.3, 0.5]], [[1.0, -0.5], [-1.0, 0.2], [0.1, -1.5]]
+    snapshot = disks_at(place, velocity, [0.25, 0.3, 0.2], [60.0, 90.0, 45.0])
     return scene_at(
         snapshot, [((-3.0, -0.3), (3.0, -0.3)), ((0.75, -0.3), (1.35, 1.0))], name="few",
         contact={"law": law, "stiffness_N_per_m": 2e5, "restitution": 0.4} | contact,
         run={"duration_s": 0.2, "frames": 20, "time_step_s": 1e-4}, body_force=body_force,
     )  # fmt: skip
+
+
+def on_a_floor(scene, disks):
+    """The scene with other disks, and a floor alone."""
+    floor = Wall(name="floor", start_m=(-1.0, 0.0), end_m=(1.0, 0.0))
+    return scene.model_copy(update={"snapshot": disks, "walls": (floor,)})
 
 
 STEEL = {"wall_stiffness_N_per_m": 1e6}
@@ -89,8 +90,7 @@ def test_at_rest_the_floor_carries_the_weight(simulate, name, law):
     (F / (K √R))^(2/3)."""
     snapshot = disks_at([[0.0, 0.25], [0.0, 0.75], [0.0, 1.25]])
     scene = few(law, BodyForce(acceleration_m_per_s2=(0.0, -2.0)), restitution=0.01)
-    floor = Wall(name="floor", start_m=(-1.0, 0.0), end_m=(1.0, 0.0))
-    scene = scene.model_copy(update={"snapshot": snapshot, "walls": (floor,)})
+    scene = on_a_floor(scene, snapshot)
     simulation = simulate(name, scene.with_run(duration_s=2.0, frames=4, time_step_s=None))
     contacts = simulation.contacts[-1]
     weight = 75.0 * 2.0 * np.array([2, 1, 3])
@@ -117,10 +117,8 @@ def test_a_disk_is_as_deep_in_a_wall_as_its_energy(simulate, name, law):
         constant = stiffness / (1.5 * np.sqrt(0.5 * 0.01) * r)
         deep = (1.25 * m * v**2 / (constant * np.sqrt(r))) ** 0.4
         quarter = 1.47160 * deep / v
-    one = Snapshot(position=[[0.0, r]], velocity=[[0.0, -v]], radius=[r], mass=[m])
-    floor = Wall(name="floor", start_m=(-1.0, 0.0), end_m=(1.0, 0.0))
-    scene = few(law, None, wall_stiffness_N_per_m=stiffness, restitution=1.0)
-    scene = scene.model_copy(update={"snapshot": one, "walls": (floor,)})
+    one = disks_at([[0.0, r]], [0.0, -v])
+    scene = on_a_floor(few(law, None, wall_stiffness_N_per_m=stiffness, restitution=1.0), one)
     scene = scene.with_run(duration_s=2 * quarter, frames=2, time_step_s=quarter / 1000)
     if name == "reference":
         motion = soft_reference(scene).motion
@@ -139,10 +137,8 @@ def test_a_disk_is_as_deep_in_a_wall_as_its_energy(simulate, name, law):
 def test_a_chest_is_as_deep_in_a_wall_as_its_energy(simulate, name):
     """½ m v² = ½ A D² + ⅓ B D³, and the contact forces are A D + B D²."""
     v, m, r = 0.8, 75.0, 0.25
-    one = Snapshot(position=[[0.0, r]], velocity=[[0.0, -v]], radius=[r], mass=[m])
-    floor = Wall(name="floor", start_m=(-1.0, 0.0), end_m=(1.0, 0.0))
-    scene = few(BODY, None, stiffness_N_per_m=None, restitution=1.0)
-    scene = scene.model_copy(update={"snapshot": one, "walls": (floor,)})
+    one = disks_at([[0.0, r]], [0.0, -v])
+    scene = on_a_floor(few(BODY, None, stiffness_N_per_m=None, restitution=1.0), one)
     simulation = simulate(name, scene.with_run(duration_s=0.4, frames=100, time_step_s=1e-4))
     deep = max(np.roots([108000 / 3, 5490 / 2, 0.0, -0.5 * m * v**2]).real)
     assert r - simulation["y"].min() == pytest.approx(deep, rel=1e-3)
@@ -155,9 +151,8 @@ def test_a_chest_is_as_deep_in_a_wall_as_its_energy(simulate, name):
 def test_a_body_as_hertz_is_within_8_percent():
     """From 0.05 to 0.3 m between two people, and from half of that at a wall, which meets one."""
     overlap, pair, radius = np.linspace(0.05, 0.3, 100), np.zeros(100, bool), 0.17
-    body, hertz = (
-        few(law, None, stiffness_N_per_m=None).contact.elastic(radius) for law in (BODY, AS_HERTZ)
-    )
+    both = (few(law, None, stiffness_N_per_m=None) for law in (BODY, AS_HERTZ))
+    body, hertz = (scene.contact.elastic(radius) for scene in both)
     for depth, wall in ((overlap, pair), (0.5 * overlap, ~pair)):
         at = depth, np.where(wall, radius, 0.5 * radius), wall
         ratio = hertz.force(*at) / body.force(*at)
@@ -172,9 +167,8 @@ def test_a_body_is_refused_where_it_cannot_be(tmp_path, monkeypatch):
     with pytest.raises(EngineError, match=r"few: run\.impulses: LAMMPS sums none with contact"):
         simulate_into(scene.with_run(impulses=True), "lammps", tmp_path / "run")
     monkeypatch.setattr(LAMMPS, "has", lambda _: False)
-    with pytest.raises(
-        EngineError, match=r"this LAMMPS has no pair_style lepton/sphere .* law = bo"
-    ):
+    says = r"this LAMMPS has no pair_style lepton/sphere .* law = bo"
+    with pytest.raises(EngineError, match=says):
         simulate_into(scene, "lammps", tmp_path / "run")
     with pytest.raises(ValueError, match="friction: law = body has none"):
         few(BODY, None, stiffness_N_per_m=None, friction=0.2)
@@ -186,7 +180,7 @@ def test_a_body_is_refused_where_it_cannot_be(tmp_path, monkeypatch):
 @pytest.mark.parametrize("name", ENGINES)
 def test_a_fall_without_contacts_is_the_parabola(simulate, name):
     scene = few("hooke", FALL).model_copy(update={"walls": ()})
-    one = Snapshot(position=[[0.0, 0.0]], velocity=[[1.0, 2.0]], radius=[0.25], mass=[75.0])
+    one = disks_at([[0.0, 0.0]], [1.0, 2.0])
     simulation = simulate(name, scene.model_copy(update={"snapshot": one}))
     t = 0.2
     place = np.array([t * 1.0 + 0.5 * 1.5 * t**2, t * 2.0 - 0.5 * 9.81 * t**2])
