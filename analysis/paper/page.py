@@ -205,9 +205,8 @@ def folder_of(runs: Path, part: Part) -> Path:
 @functools.cache
 def edition() -> str:
     """Digest what a section without engines depends on: our sources and words, the libraries."""
-    digest = hashlib.sha256(
-        " ".join(f"{name} {metadata.version(name)}" for name in LIBRARIES).encode()
-    )
+    versions = " ".join(f"{name} {metadata.version(name)}" for name in LIBRARIES)
+    digest = hashlib.sha256(versions.encode())
     for package in (nscd, analysis):
         root = Path(package.__path__[0])
         for path in sorted([*root.rglob("*.py"), *root.rglob("*.md")]):

@@ -56,12 +56,10 @@ def draw_overview(maps: Sequence[Map], *, narrow: bool = False) -> Figure:
         for place, one in enumerate(maps):
             edges = [edge for edge in one.boundaries if np.isfinite(edge.theory)]
             for edge, y in zip(edges, place + np.linspace(-0.25, 0.25, len(edges)), strict=True):
-                axes.plot(
-                    [edge.low / edge.theory, edge.high / edge.theory], [y] * 2, color=drawing.BLACK
-                )
-                axes.plot(
-                    [edge.measured / edge.theory], [y], "D", color=drawing.BLACK, mfc="white", ms=4
-                )
+                ends = [edge.low / edge.theory, edge.high / edge.theory]
+                axes.plot(ends, [y] * 2, color=drawing.BLACK)
+                at = [edge.measured / edge.theory]
+                axes.plot(at, [y], "D", color=drawing.BLACK, mfc="white", ms=4)
         axes.set_xlabel("boundary measured / by theory")
     figure.legend(loc="outside lower center", ncols=2 if narrow else 6, fontsize=8, frameon=False)
     return figure

@@ -99,9 +99,8 @@ def guard_says(trial: Trial) -> str:
     said = trial.folder / "guard.txt"
     if not said.exists():
         (trial.folder / GUARDED).mkdir(exist_ok=True)
-        command = engine_of(trial.engine).command(
-            trial.folder, trial.time_step_s, decks=DECKS, out=GUARDED
-        )
+        engine = engine_of(trial.engine)
+        command = engine.command(trial.folder, trial.time_step_s, decks=DECKS, out=GUARDED)
         log = f"{GUARDED}.log"
         ended = run_command(command, trial.folder, screen=log, longest_s=LONGEST_S)
         with (trial.folder / log).open(encoding="utf-8", errors="replace") as lines:

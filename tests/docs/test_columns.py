@@ -70,9 +70,8 @@ def parts():
     found, plain = {}, {}
     for key, field in SceneFile.model_fields.items():
         text = repr(field.annotation)
-        models = [
-            part for part in subclasses(BaseModel) if f"{part.__module__}.{part.__name__}" in text
-        ]
+        names = {f"{part.__module__}.{part.__name__}": part for part in subclasses(BaseModel)}
+        models = [part for name, part in names.items() if name in text]
         if models:
             (model,) = models
             found[f"`[[{key}]]`" if "tuple" in text else f"`[{key}]`"] = model.model_fields, model

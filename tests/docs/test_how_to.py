@@ -21,16 +21,13 @@ from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from analysis.work_precision.soft import leapfrog
 from tests.docs.documented import ROOT, blocks, columns, write_files
+from tests.engines.at_hand import require
 from tests.engines.laws.test_law import few
 from tests.forked import PROGRAM, python
 
-needs_lammps = pytest.mark.skipif(
-    engines.engine("lammps").find() is None, reason="LAMMPS is not installed"
-)
 
-
-@needs_lammps
 def test_a_scene_by_hand(tmp_path):
+    require("lammps")
     write_files("docs/how_to/scene.md", tmp_path)
     (commands,) = (b.text for b in blocks("docs/how_to/scene.md") if b.language == "bash")
     for line in commands.splitlines():
@@ -83,9 +80,8 @@ def test_a_figure_of_your_own(tmp_path, monkeypatch):
     monkeypatch.setattr(page, "DISCRETE", (*page.DISCRETE, part))
     discrete = page.PAGES["discrete"]._replace(parts=page.DISCRETE)
     monkeypatch.setitem(page.PAGES, "discrete", discrete)
-    pages, warnings = page.write_pages(
-        ["discrete"], tmp_path / "paper", tmp_path / "runs", "percussions paper", ["0"]
-    )
+    places = tmp_path / "paper", tmp_path / "runs"
+    pages, warnings = page.write_pages(["discrete"], *places, "percussions paper", ["0"])
     assert warnings == []
     text = pages[0].read_text(encoding="utf-8")
     assert "Two people of 75\xa0kg touch. One wants to walk at 2\xa0m/s" in text
@@ -98,9 +94,9 @@ def test_a_figure_of_your_own(tmp_path, monkeypatch):
         assert (tmp_path / f"paper/figures/fig_pair.{suffix}").stat().st_size > 1000
 
 
-@needs_lammps
 def test_a_law_of_your_own(tmp_path, monkeypatch):
     """LAMMPS, YADE and the reference with the law of the page agree to rounding."""
+    require("lammps")
     written = {block.file: block.text for block in blocks("docs/how_to/law.md") if block.file}
     for folder, name in (("lammps_inputs", "law.in"), ("yade_scripts", "scene_file.py")):
         shutil.copytree(ROOT / folder, tmp_path / folder)

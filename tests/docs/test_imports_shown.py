@@ -76,9 +76,8 @@ def test_folders_of_the_same_names(tmp_path, program, status, says):
         words = [str(script)]
     errors = tmp_path / "stderr.txt"  # in a file: a warning in a pipe fails a test
     with errors.open("w") as file:
-        made = subprocess.run(
-            [sys.executable, *words], cwd=tmp_path, stdout=file, stderr=file, check=False
-        )
+        how = {"cwd": tmp_path, "stdout": file, "stderr": file}
+        made = subprocess.run([sys.executable, *words], **how, check=False)
     said = errors.read_text()
     assert made.returncode == status, said
     assert re.search(says, said, re.DOTALL), said

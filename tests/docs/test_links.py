@@ -4,6 +4,7 @@ the code reads beside itself goes into the wheel."""
 import pkgutil
 import re
 from fnmatch import fnmatch
+from itertools import pairwise
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
 
@@ -33,9 +34,7 @@ MADE = re.compile(r"^(paper|report|out|stability|chart|mine)/|[A-Z]{4}|^nscd/cor
 def anchors(page):
     """The anchors of a page's headings, as GitHub makes them."""
     tokens = MarkdownIt("commonmark").parse(page.read_text(encoding="utf-8"))
-    titles = [
-        tokens[at + 1].content for at, token in enumerate(tokens) if token.type == "heading_open"
-    ]
+    titles = [b.content for a, b in pairwise(tokens) if a.type == "heading_open"]
     return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
 
 
@@ -95,9 +94,8 @@ def test_lines_are_no_longer_than_100(page):
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_files_that_a_page_names_exist(page):
     """A path in back-quotes with a folder in it is a file of the project, from its root or here."""
-    for name in re.findall(
-        r"`([\w.]+/[\w./]+\.(?:py|md|toml|data|in|json|txt))`", page.read_text()
-    ):
+    named = r"`([\w.]+/[\w./]+\.(?:py|md|toml|data|in|json|txt))`"
+    for name in re.findall(named, page.read_text()):
         if not MADE.search(name):
             assert (ROOT / name).exists() or (page.parent / name).exists(), f"{page.name}: {name}"
 

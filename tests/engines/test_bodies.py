@@ -56,9 +56,8 @@ def test_contacts_of_bodies_are_the_forces_that_engines_applied(simulate, name, 
         np.add.at(given, np.searchsorted(ids, contacts.second), contacts.force)
         np.add.at(given, np.searchsorted(ids, contacts.first), -contacts.force)
         applied = np.column_stack([found["fx"][frame], found["fy"][frame]])
-        np.testing.assert_allclose(
-            given, applied, rtol=0, atol=1e-8 * np.abs(applied).max(initial=1)
-        )
+        near = 1e-8 * np.abs(applied).max(initial=1)
+        np.testing.assert_allclose(given, applied, rtol=0, atol=near)
         touched += len(contacts.first)
     assert touched > 5
     mass = found["mass"][0]
@@ -104,7 +103,6 @@ def test_a_drive_moves_a_body_as_one_disk_and_does_not_turn_it(simulate, name):
 
 
 def test_what_lammps_cannot_turn_is_refused_by_name():
-    with pytest.raises(
-        EngineError, match=r"disks\.bodies: body 2 is one disk.*: use yade or rigid"
-    ):
+    says = r"disks\.bodies: body 2 is one disk.*: use yade or rigid"
+    with pytest.raises(EngineError, match=says):
         engine("lammps").check(two_that_meet(many=3))

@@ -85,9 +85,8 @@ def test_energy_besides_the_motion_is_that_of_overlaps_and_spins():
     """½ k δ² of one pair; ⅖ K √R δ^2.5 by integrating the force; ½ (½ m r²) ω² a spin."""
     scene = disks(read_scene("pair"), position=np.array([[0.0, 0.0], [0.4, 0.0]]))
     assert energy_besides(scene) == pytest.approx(0.5 * 1e6 * 0.1**2)
-    spinning = disks(
-        read_scene("pair"), position=np.array([[0.0, 0.0], [9.0, 0.0]]), spin=np.array([3.0, 0.0])
-    )
+    apart = np.array([[0.0, 0.0], [9.0, 0.0]])
+    spinning = disks(read_scene("pair"), position=apart, spin=np.array([3.0, 0.0]))
     assert energy_besides(spinning) == pytest.approx(0.25 * 75 * 0.25**2 * 9)
     # tangent stiffness 1e6 at an overlap of 1 % of the mean radius, R_eff = r/2
     overlap = np.linspace(0.0, 0.1, 20001)

@@ -65,16 +65,17 @@ def test_people_at_rest_on_a_slope_with_friction_are_not_stopped_for_rounding(si
     np.testing.assert_allclose(found["x"][-1], 0.25 + 0.5 * np.arange(3), rtol=0, atol=1e-9)
 
 
+SLOPE = "slope_deg = 10.0"
+NEEDED = "body_force: acceleration_m_per_s2, or slope_deg and downhill, are needed"
+
+
 @pytest.mark.parametrize(
     ("lines", "said"),
     [
         ("slope_deg = 91.0\ndownhill = [1.0, 0.0]", "body_force.slope_deg: "),
-        ("slope_deg = 10.0\ndownhill = [1.0, 1.0]", "body_force: downhill must be a unit vector"),
-        ("slope_deg = 10.0", "body_force: acceleration_m_per_s2, or slope_deg and downhill, are "),
-        (
-            "slope_deg = 10.0\ndownhill = [1.0, 0.0]\nacceleration_m_per_s2 = [1.0, 0.0]",
-            "body_force: acceleration_m_per_s2, or slope_deg and downhill, are needed",
-        ),
+        (f"{SLOPE}\ndownhill = [1.0, 1.0]", "body_force: downhill must be a unit vector"),
+        (SLOPE, NEEDED),
+        (f"{SLOPE}\ndownhill = [1.0, 0.0]\nacceleration_m_per_s2 = [1.0, 0.0]", NEEDED),
     ],
 )
 def test_half_a_slope_is_refused_by_its_key(tmp_path, lines, said):

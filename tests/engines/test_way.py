@@ -11,7 +11,7 @@ from analysis.engines.run import simulate as made
 from analysis.scene import way as search
 from analysis.scene.scene import read_scene
 from analysis.scene.schema import Run
-from nscd import Snapshot
+from tests.crowds import disks_at
 
 
 @pytest.fixture(scope="module")
@@ -35,12 +35,7 @@ def spread():
                 people.append(random.choice(own[free]))
     place = np.array([*mine[0], *mine[1]])
     assert [len(people) for people in mine] == [30, 30]
-    crowd = Snapshot(
-        position=place,
-        velocity=np.zeros_like(place),
-        radius=scene.snapshot.radius,
-        mass=scene.snapshot.mass,
-    )
+    crowd = disks_at(place, radius=scene.snapshot.radius, mass=scene.snapshot.mass)
     run = Run(duration_s=0.9, frames=3)
     scene = scene.model_copy(update={"snapshot": crowd, "run": run}).rerouted()
     # the same way with its corners in another order, so that somebody goes to the last one
@@ -57,11 +52,8 @@ def test_all_engines_walk_the_same_way(simulate, spread):
     scene = spread
     place, ids = scene.snapshot.position, scene.snapshot.ids
     drive = scene.drive
-    wanted = (
-        drive.push(scene.snapshot.mass)[:, None]
-        * drive.desired_velocity(place, ids)
-        / drive.speed_m_per_s
-    )
+    way = drive.desired_velocity(place, ids) / drive.speed_m_per_s
+    wanted = drive.push(scene.snapshot.mass)[:, None] * way
     runs = {name: simulate(name, scene) for name in ("rigid", "lammps", "yade")}
     for run in runs.values():
         force = np.column_stack([run["drive_x"][0], run["drive_y"][0]])

@@ -60,9 +60,8 @@ def test_pressed_disks_overlap_and_keep_the_door_that_their_seed_gives():
         # displacements of 10 mm alone would leave half of the contacts apart
         assert (case.contacts.gap < -1e-6).mean() > 0.5
         assert len(case.walls) == walls
-        assert (
-            solve(case.snapshot, case.contacts, left_velocity=case.left_velocity).status == "solved"
-        )
+        found = solve(case.snapshot, case.contacts, left_velocity=case.left_velocity)
+        assert found.status == "solved"
 
 
 def test_accuracy_of_a_closed_form():

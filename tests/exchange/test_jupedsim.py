@@ -16,24 +16,22 @@ DOOR = [(5.5, 1.2), (6.0, 1.2), (6.0, 1.8), (5.5, 1.8)]
 PLACES = [(4.9, 1.5), (4.6, 1.93), (4.6, 1.07), (4.35, 1.5), (4.15, 2.0), (4.15, 1.0)]
 
 
-def simulation(places=PLACES, model=None, **person):
-    made = jupedsim.Simulation(
-        model=model or jupedsim.SocialForceModel(), geometry=shapely.Polygon(ROOM), dt=0.01
-    )
+BODY = {"radius": 0.25, "mass": 75.0}
+
+
+def simulation(places=PLACES, model=jupedsim.SocialForceModel, **person):
+    made = jupedsim.Simulation(model=model(), geometry=shapely.Polygon(ROOM), dt=0.01)
     door = made.add_exit_stage(shapely.Polygon(DOOR))
-    journey = made.add_journey(jupedsim.JourneyDescription([door]))
+    goal = {"journey_id": made.add_journey(jupedsim.JourneyDescription([door])), "stage_id": door}
+    kind = getattr(jupedsim, f"{model.__name__}AgentParameters")
     for place in places:
-        made.add_agent(
-            jupedsim.SocialForceModelAgentParameters(
-                position=place, journey_id=journey, stage_id=door, radius=0.25, mass=75.0, **person
-            )
-        )
+        made.add_agent(kind(position=place, **goal, **person))
     return made
 
 
 def test_alone_as_the_drive_says():
     """v(t) = u_d (1 − (1 + h/τ)⁻ᵏ) after k implicit steps, until the door; and out."""
-    made = simulation([(1.0, 1.5)], desired_speed=1.2, reaction_time=0.5)
+    made = simulation([(1.0, 1.5)], desired_speed=1.2, reaction_time=0.5, **BODY)
     people = RigidPeople(made)
     people.iterate(100)
     (agent,) = made.agents()
@@ -46,7 +44,7 @@ def test_alone_as_the_drive_says():
 
 
 def test_positions_and_forces_are_those_of_the_rigid_step(tmp_path):
-    made = simulation(desired_speed=1.0, reaction_time=0.5)
+    made = simulation(desired_speed=1.0, reaction_time=0.5, **BODY)
     with RigidPeople(made, friction=0.2, contacts=tmp_path / "forces.dump", every=20) as people:
         people.iterate(40)
     target = np.array([5.75, 1.5])
@@ -76,33 +74,23 @@ def test_positions_and_forces_are_those_of_the_rigid_step(tmp_path):
     frame = list(read_contacts(tmp_path / "forces.dump"))[-1]
     pressed = np.hypot(*window.impulse.T) > 1e-9
     assert pressed.sum() >= 2
-    mine = {
-        (int(a), int(b)): f for a, b, f in zip(frame.first, frame.second, frame.force, strict=True)
-    }
+    keys = zip(frame.first, frame.second, strict=True)
+    mine = dict(zip(keys, frame.force, strict=True))
     for i, j, p in zip(window.first, window.second, window.impulse / 0.2, strict=True):
-        np.testing.assert_allclose(mine[int(ids[i]), int(ids[j])], p, atol=1e-5 * 75)
+        np.testing.assert_allclose(mine[ids[i], ids[j]], p, atol=1e-5 * 75)
 
 
 def test_what_it_cannot_move():
-    other = jupedsim.Simulation(
-        model=jupedsim.CollisionFreeSpeedModel(), geometry=shapely.Polygon(ROOM), dt=0.01
-    )
-    door = other.add_exit_stage(shapely.Polygon(DOOR))
-    journey = other.add_journey(jupedsim.JourneyDescription([door]))
-    other.add_agent(
-        jupedsim.CollisionFreeSpeedModelAgentParameters(
-            position=(1.0, 1.0), journey_id=journey, stage_id=door
-        )
-    )
+    other = simulation([(1.0, 1.0)], jupedsim.CollisionFreeSpeedModel)
     with pytest.raises(ValueError, match="agents of the SocialForceModel are needed"):
         RigidPeople(other).iterate()
-    slow = simulation(PLACES[:2])
+    slow = simulation(PLACES[:2], **BODY)
     next(iter(slow.agents())).model.reaction_time = 1.0
     with pytest.raises(ValueError, match="the reaction times of agents differ"):
         RigidPeople(slow).iterate()
     with pytest.raises(ValueError, match="every: 0"):
-        RigidPeople(simulation(), every=0)
-    moved = simulation([(1.0, 1.5)])
+        RigidPeople(simulation(**BODY), every=0)
+    moved = simulation([(1.0, 1.5)], **BODY)
     people = RigidPeople(moved)
     people.iterate()
     next(iter(moved.agents())).model.velocity = (3.0, 0.0)

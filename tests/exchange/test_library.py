@@ -25,8 +25,7 @@ pytest.importorskip("h5py", reason="needs h5py")
 
 LATTICE, PUSHED, RUBBING = "hexagonal_20", "push_20", "jammed_16_mu030"
 SMALL = (
-    Problem(family="hexagonal", size=20),
-    Problem(family="push", size=20),
+    *(Problem(family=family, size=20) for family in ("hexagonal", "push")),
     Problem(family="jammed", size=16, friction=0.3),
 )
 
@@ -78,10 +77,8 @@ def test_sixty_problems_with_names_of_their_own():
 def test_the_manifest_says_what_is_judged(library):
     entries = {entry["name"]: entry for entry in read_manifest(library)}
     assert set(entries) == {LATTICE, PUSHED, RUBBING}
-    assert {name for name, one in entries.items() if one["velocity"] == "unique"} == {
-        LATTICE,
-        PUSHED,
-    }
+    unique = {name for name, one in entries.items() if one["velocity"] == "unique"}
+    assert unique == {LATTICE, PUSHED}
     assert all(one["residual"] < 1e-10 for one in entries.values())
     assert entries[LATTICE]["forces"] == "intervals"
 
@@ -194,9 +191,7 @@ def test_score_by_command(library, by_command, tmp_path):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"file": 7}, "problems.0.file: "),
-        ({"file": "../manifest.json"}, "problems.0.file: "),
-        ({"file": ".."}, "problems.0.file: "),
+        *(({"file": bad}, "problems.0.file: ") for bad in (7, "../manifest.json", "..")),
         ({"name": ["heap"]}, "problems.0.name: "),
         ({"disks": "many"}, "problems.0.disks: "),
         ({"friction": None}, "problems.0.friction: "),

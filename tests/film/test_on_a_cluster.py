@@ -47,14 +47,14 @@ def test_a_worker_is_lost(tmp_path, cluster):
     assert np.count_nonzero([frame.number for frame in there[0].frames]) == 8
 
 
-@pytest.mark.parametrize(
-    "address", ["tls://127.0.0.1:9", "inproc://x", "smoke://127.0.0.1:9", "tcp://127.0.0.1"]
-)
+HERE = "127.0.0.1"
+BAD = f"tls://{HERE}:9", "inproc://x", f"smoke://{HERE}:9", f"tcp://{HERE}"
+
+
+@pytest.mark.parametrize("address", BAD)
 def test_an_address_that_cannot_be_used_is_said(address):
-    with (
-        pytest.raises(ValueError, match=f"scheduler: nothing answers at {address}"),
-        workers(scheduler=address),
-    ):
+    says = f"scheduler: nothing answers at {address}"
+    with pytest.raises(ValueError, match=says), workers(scheduler=address):
         pass
 
 
@@ -84,9 +84,8 @@ def rows(tmp_path):
 
 
 def test_a_scene_lacks_its_densities_by_name(rows):
-    crowd = import_crowd(
-        Recording.read(rows).heads(2), radius=RADIUS_M, room=rows.parent / "field.toml"
-    )
+    heads = Recording.read(rows).heads(2)
+    crowd = import_crowd(heads, radius=RADIUS_M, room=rows.parent / "field.toml")
     assert "The local densities are missing: " in crowd.statement
     assert crowd.report.density_after_mean_per_m2 is None
     assert crowd.report.contacts_after == 17

@@ -1,7 +1,6 @@
 """Measured forces: files and what is wrong with them, closed forms, and a twin with known forces."""
 
 import csv
-from pathlib import Path
 
 import numpy as np
 import pytest

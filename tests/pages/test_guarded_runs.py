@@ -24,14 +24,10 @@ def test_the_report_shows_it_in_red_and_goes_on(tmp_path):
     scene = read_scene("four_disks").with_contact(restitution=0.9)
     scene = scene.with_run(time_step_s=1e-5, duration_s=0.3, frames=200)
     made = study(scene, ["lammps"], [1e6, 1e2], tmp_path / "runs")
-    page = write_report(
-        [Reported(study=made)], tmp_path / "report", "percussions report four_disks"
-    ).read_text()
-    assert re.search(
-        r'role="alert"><p class="alarm">.*<li>lammps, k = 100\sN/m: .*'
-        "stopped by its guard: overlap",
-        page,
-    )
+    words = "percussions report four_disks"
+    page = write_report([Reported(study=made)], tmp_path / "report", words).read_text()
+    alarm = r'role="alert"><p class="alarm">.*<li>lammps, k = 100\sN/m: '
+    assert re.search(f"{alarm}.*stopped by its guard: overlap", page)
     numbers = json.loads((tmp_path / "report/numbers.json").read_text())
     assert len(numbers["four_disks"]["runs"]) == 1
 
@@ -48,7 +44,6 @@ def test_the_report_goes_on_without_a_scene_whose_runs_all_stop(percussions, tmp
     assert "No run of this scene can be used" in page
     numbers = json.loads((tmp_path / "report/numbers.json").read_text())
     assert {name: len(scene["runs"]) for name, scene in numbers.items()} == {"pair": 1, "pair_2": 0}
-    assert re.search(
-        r"failed: pair: lammps, k = 1e\+06 N/m: .*stopped by its guard: energy", done.stderr
-    )
+    says = r"failed: pair: lammps, k = 1e\+06 N/m: .*stopped by its guard: energy"
+    assert re.search(says, done.stderr)
     assert "Traceback" not in done.stderr

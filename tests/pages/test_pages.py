@@ -26,14 +26,10 @@ def page_of(section, images=()):
 
 
 def test_a_file_named_like_a_script_is_a_file():
-    page = page_of(
-        Section(
-            number="scene",
-            title='<b onclick="x">title</b>',
-            introduction=["[press](javascript:alert(1)) <script>alert(1)</script>"],
-            files=["javascript:alert(1).csv", "data:text,x.csv", 'a"b.csv'],
-        )
-    )
+    files = ["javascript:alert(1).csv", "data:text,x.csv", 'a"b.csv']
+    words = ["[press](javascript:alert(1)) <script>alert(1)</script>"]
+    title = '<b onclick="x">title</b>'
+    page = page_of(Section(number="scene", title=title, introduction=words, files=files))
     links = re.findall(r'href="([^"]*)"', page)
     assert "./javascript%3Aalert%281%29.csv" in links
     assert "./a%22b.csv" in links
@@ -97,9 +93,8 @@ def test_every_page_has_the_policy():
 
 
 def test_a_table_says_in_each_cell_under_which_head_it_stands():
-    table = Table(
-        caption="c", head=["x~d~ (m)", "status"], rows=[[1.0, "solved"], [2e-7, "failed"]]
-    )
+    rows = [[1.0, "solved"], [2e-7, "failed"]]
+    table = Table(caption="c", head=["x~d~ (m)", "status"], rows=rows)
     page = page_of(Section(number="s", title="t", tables=[table]))
     assert page.count('data-head="xd (m)"') == 2
     assert '<td class="name alarm" data-head="status">failed</td>' in page
@@ -110,11 +105,8 @@ def test_a_table_says_in_each_cell_under_which_head_it_stands():
 @pytest.mark.parametrize(
     ("cell", "shown", "kind"),
     [
-        (0.05, "0.05", ""),
-        (1 / 3, "0.3333", ""),
-        (12, "12", ""),
-        ("–", "–", ""),
-        ("1.2 %", "1.2\xa0%", ""),
+        *((cell, shown, "") for cell, shown in ((0.05, "0.05"), (1 / 3, "0.3333"), (12, "12"))),
+        *((cell, shown, "") for cell, shown in (("–", "–"), ("1.2 %", "1.2\xa0%"))),
         ("[Time in a corridor](#corridor_fast)", None, "name"),
         ("a sentence that is long enough to be wrapped", None, "words"),
     ],
@@ -130,15 +122,12 @@ def test_a_picture_for_a_telephone_stands_beside_the_other(tmp_path):
     both, (left, right) = panels(9, 4, 1, 2, sharey=True)
     left.set(ylabel="force (N)", aspect="equal")
     add_scale(both, right, Normalize(0, 1), "shade")
-    section = Section(
-        number="both",
-        title="both",
-        pictures=[
-            Picture(name="panels", caption="two", figure=wide, narrow=narrow),
-            Picture(name="one", caption="one", figure=Figure(figsize=(2, 2))),
-            Picture(name="side_by_side", caption="wide", figure=both),
-        ],
-    )
+    pictures = [
+        Picture(name="panels", caption="two", figure=wide, narrow=narrow),
+        Picture(name="one", caption="one", figure=Figure(figsize=(2, 2))),
+        Picture(name="side_by_side", caption="wide", figure=both),
+    ]
+    section = Section(number="both", title="both", pictures=pictures)
     images = write_pictures([section], tmp_path)
 
     def shape(png):

@@ -9,15 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.pages.numbers import (
-    decimals,
-    interval,
-    number,
-    percent,
-    seconds,
-    significant,
-    statistic,
-)
+from analysis.pages.numbers import decimals, interval, number, percent, seconds
+
+from analysis.pages.numbers import significant, statistic  # isort: skip
 from analysis.pages.section import Verdict
 from analysis.pages.words import Words, html_of, words_of
 
@@ -118,16 +112,14 @@ def test_a_name_stands_once_and_a_claim_has_three_parts(words):
         words("## claim\n- where: Fig. 0\n- statement: x\n").claim("claim", Verdict.FAILS)
 
 
-@pytest.mark.parametrize(
-    "page",
-    sorted(ROOT.glob("analysis/**/*.md")),
-    ids=lambda page: f"{page.parent.name}/{page.stem}",
-)
+PAGES = sorted(ROOT.glob("analysis/**/*.md"))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: f"{page.parent.name}/{page.stem}")
 def test_every_words_file_is_in_the_markdown_of_pages(page):
     """No number without a filter's form, no index or power without its marks."""
-    said = re.sub(
-        r"\{\{.*?\}\}|\{%.*?%\}|^## [^\n]*", "", page.read_text("utf-8"), flags=re.S | re.M
-    )
+    slots = r"(?sm)\{\{.*?\}\}|\{%.*?%\}|^## [^\n]*"
+    said = re.sub(slots, "", page.read_text("utf-8"))
     assert re.findall(r"(?<![\w`/])[^\W\d_]_\w+|\d[eE][-+]?\d+|\^[({]", said) == []
     lines = page.read_text("utf-8").splitlines()
     assert [line for line in lines if len(line) > 100 and not line.startswith("|")] == []
@@ -141,12 +133,9 @@ def test_every_words_file_is_in_the_markdown_of_pages(page):
         ("2^ 3^ ~ 4", "2^ 3^ ~ 4"),
         ("[press](javascript:alert(1))", "[press](javascript:alert(1))"),
         ("[errata](#errata)", '<a href="#errata">errata</a>'),
-        (
-            "[x](evil.html) ![x](#x) <http://x.y>",
-            '[x](evil.html) !<a href="#x">x</a> &lt;http://x.y&gt;',
-        ),
+        ("[x](evil.html) ![x](#x) <http://x.y>", '[x](evil.html) !<a href="#x">x</a> &lt;http://x.y&gt;'),
     ],
-)
+)  # fmt: skip
 def test_markdown_on_a_page(words, shown):
     assert html_of(words) == shown
 
@@ -171,11 +160,9 @@ def test_no_tag_of_the_text_passes(text):
         (statistic("contact_correlation", 0.98765, "N"), "0.9877"),
         (statistic("closure_error", 0.0012, "N·s"), "0.1 %"),
         (statistic("rank", 3, "N"), "3"),
-        (seconds(0.0123), "12 ms"),
-        (seconds(2.345), "2.3 s"),
-        (seconds(1234.5), "1\u202f234 s"),
+        (seconds(0.0123), "12 ms"), (seconds(2.345), "2.3 s"), (seconds(1234.5), "1\u202f234 s"),
     ],
-)
+)  # fmt: skip
 def test_numbers_as_they_stand_on_a_page(written, shown):
     assert written == shown
 

@@ -6,21 +6,16 @@ import pytest
 import scipy.sparse as sparse
 
 from analysis.paper.continuum import bridge
-from analysis.paper.continuum.bridge import (
-    HALF_DOOR,
-    Crowd,
-    Packing,
-    area,
-    crowd_size,
-    to_exit,
-    toward_exit,
-)
+from analysis.paper.continuum.bridge import HALF_DOOR, Crowd, Packing, area, crowd_size
+
+from analysis.paper.continuum.bridge import to_exit, toward_exit  # isort: skip
 from analysis.scene.packing import heap, press
 from nscd import Walls, find_contacts, solve
 from nscd.continuum.rivals.cells import Cells
 from nscd.continuum.rivals.first_order import first_order_flow, frictional_flow
 from tests.crowds import disks_at
 from tests.pages.browser import says_little
+from tests.refusals import refusals
 
 N, MEAN = 300, 0.2
 SHUT = Walls(start=[[0, -50]], end=[[0, 50]])
@@ -60,13 +55,11 @@ def test_a_pressed_crowd_carries_its_push_before_the_shut_door():
     assert kept[1] < 1e-3
 
 
-def test_packings_refuse_bad_input():
-    with pytest.raises(ValueError, match="n: 0"):
-        heap(0, 1, MEAN, HALF_DOOR)
-    with pytest.raises(ValueError, match=r"mean_radius: -1\.0 m"):
-        heap(3, 1, -1.0, HALF_DOOR)
-    with pytest.raises(ValueError, match="softness: 0"):
-        press(*heap(3, 1, MEAN, HALF_DOOR), HALF_DOOR, 0.0)
+test_packings_refuse_bad_input = refusals(
+    (lambda: heap(0, 1, MEAN, HALF_DOOR), "n: 0"),
+    (lambda: heap(3, 1, -1.0, HALF_DOOR), r"mean_radius: -1\.0 m"),
+    (lambda: press(*heap(3, 1, MEAN, HALF_DOOR), HALF_DOOR, 0.0), "softness: 0"),
+)
 
 
 def test_the_size_of_an_even_crowd_is_found():
@@ -92,14 +85,12 @@ def kept(flow, cells, desired):
 
 def test_without_friction_it_is_the_place_equation(crowd):
     expected = first_order_flow(crowd.mesh, toward_exit)
-    flow = frictional_flow(
-        crowd.mesh, crowd.density, expected.desired_velocity, 0.0, tolerance=1e-9
-    )
+    given = crowd.mesh, crowd.density, expected.desired_velocity
+    flow = frictional_flow(*given, 0.0, tolerance=1e-9)
     assert flow.status == expected.status == "solved"
     np.testing.assert_allclose(flow.right_velocity, expected.right_velocity, atol=1e-6)
-    np.testing.assert_allclose(
-        flow.stress[:, 0], crowd.density * expected.pressure, atol=1e-5 * flow.stress.max()
-    )
+    pressure, near = crowd.density * expected.pressure, 1e-5 * flow.stress.max()
+    np.testing.assert_allclose(flow.stress[:, 0], pressure, atol=near)
 
 
 def test_friction_blocks_more_and_more(crowd):
@@ -119,9 +110,7 @@ def test_friction_blocks_more_and_more(crowd):
 def test_friction_agrees_with_conic_optimisation(crowd):
     """The dual, over velocities in the cells that spread as much as they shear, by an
     interior-point solver."""
-    clarabel = pytest.importorskip(
-        "clarabel", reason="the conic solver of the `bench` extra is the oracle"
-    )
+    clarabel = pytest.importorskip("clarabel", reason="the conic solver of `bench` is the oracle")
     friction, mesh, cells = 0.3, crowd.mesh, Cells(crowd.mesh)
     desired = first_order_flow(crowd.mesh, toward_exit).desired_velocity
     weight = cells.measure
@@ -130,11 +119,8 @@ def test_friction_agrees_with_conic_optimisation(crowd):
     wall = np.zeros(mesh.nvertices, dtype=bool)
     wall[mesh.facets[:, mesh.boundaries["wall"]]] = True
     rows, cones = [], []
-    spread, shear = (
-        sparse.csr_array(sparse.hstack([gx, gy])),
-        sparse.csr_array(sparse.hstack([gx, -gy])),
-    )
-    turn = sparse.csr_array(sparse.hstack([gy, gx]))
+    pairs = [gx, gy], [gx, -gy], [gy, gx]
+    spread, shear, turn = (sparse.csr_array(sparse.hstack(pair)) for pair in pairs)
     for i in np.flatnonzero(~cells.open):
         parts = [spread[[i]], friction * shear[[i]]] + ([] if wall[i] else [friction * turn[[i]]])
         rows += parts
@@ -147,9 +133,8 @@ def test_friction_agrees_with_conic_optimisation(crowd):
     answer = clarabel.DefaultSolver(*problem, np.zeros(matrix.shape[0]), cones, settings).solve()
     expected = np.array(answer.x).reshape(2, -1).T
     flow = frictional_flow(mesh, crowd.density, desired, friction, tolerance=1e-7)
-    assert np.sqrt(weight @ ((flow.right_velocity - expected) ** 2).sum(1)) < 1e-4 * np.sqrt(
-        weight @ (expected**2).sum(1)
-    )
+    missed = weight @ ((flow.right_velocity - expected) ** 2).sum(1)
+    assert np.sqrt(missed) < 1e-4 * np.sqrt(weight @ (expected**2).sum(1))
 
 
 def test_the_section_of_a_small_plan(monkeypatch, tmp_path):

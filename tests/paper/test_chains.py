@@ -51,10 +51,9 @@ def test_the_closed_forms_solve_the_delassus_equation(n, wall, equal):
 def test_a_chain_that_opens_is_seen_to_miss_the_closed_form():
     """The comparison can fail: (5) pulls where the left velocities grow along the chain in one
     place."""
-    closing, opening = (
-        Trial(Chain(mass=np.full(4, 75.0), left=np.array(left), wall=False)).reaction_error
-        for left in ([2.0, 0.5, 1.5, 0.0], [2.0, 0, 3, 0])
-    )
+    lefts, mass = np.array([[2.0, 0.5, 1.5, 0.0], [2.0, 0, 3, 0]]), np.full(4, 75.0)
+    chains = (Chain(mass=mass, left=left, wall=False) for left in lefts)
+    closing, opening = (Trial(chain).reaction_error for chain in chains)
     assert closing <= 1e-10 < 0.1 < opening
 
 
@@ -88,9 +87,8 @@ def test_restitution_is_exact_for_a_pair_and_short_for_four(e):
     """(k − M)/(k + M) with the effective mass M = ½m of a pair or ¾m of one against three."""
     assert line_restitution(2, e) == pytest.approx(e, abs=1e-9)
     k_over_m = 0.5 * (1 + e) / (1 - e)
-    assert line_restitution(4, e) == pytest.approx(
-        max(0, (k_over_m - 0.75) / (k_over_m + 0.75)), abs=1e-9
-    )
+    wanted = max(0, (k_over_m - 0.75) / (k_over_m + 0.75))
+    assert line_restitution(4, e) == pytest.approx(wanted, abs=1e-9)
 
 
 def test_the_first_percussion_feels_the_last_disk():

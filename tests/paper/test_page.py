@@ -12,14 +12,9 @@ from analysis.pages.html import write_pictures
 from analysis.pages.section import Picture, Section
 from analysis.paper.page import errata
 from analysis.scene.shipped_scenes import make
-from tests.pages.browser import (
-    BROWSER,
-    has_its_numbers,
-    has_its_verdicts,
-    opened,
-    says_little_beside,
-    works_by_keyboard,
-)
+from tests.pages.browser import BROWSER, has_its_numbers, has_its_verdicts, opened
+
+from tests.pages.browser import says_little_beside, works_by_keyboard  # isort: skip
 
 PAGE_SECTIONS = "section[data-figure]"
 
@@ -56,12 +51,10 @@ def test_page_in_a_browser_and_the_files_beside_it(built, percussions, tmp_path)
     assert second["engine_runs"]["made"] == 0
     assert second["engine_runs"]["reused"] == len(before)
     assert second["cpu_seconds"]["engines"] == 0
-    engines = [
-        [row for row in section["tables"][0]["rows"] if "hooke" in row[0]]
-        for section in (numbers["1"], second)
-    ]
-    assert len(engines[0]) == 4
-    assert engines[0] == engines[1]
+    rows = (section["tables"][0]["rows"] for section in (numbers["1"], second))
+    first, again = ([row for row in every if "hooke" in row[0]] for every in rows)
+    assert len(first) == 4
+    assert first == again
 
 
 def _read(address, folder, numbers, claims):
@@ -75,12 +68,10 @@ def _read(address, folder, numbers, claims):
         has_its_verdicts(page, claims)
         says_little_beside(page, "beside")
         with (folder / page.locator("#errata a").get_attribute("href")).open(newline="") as file:
-            assert [row["why"] for row in csv.DictReader(file)] == [
-                one.why for one in errata("Section 2")
-            ]
-        links = page.locator("a[href^='./figures/']").evaluate_all(
-            "all => all.map(a => a.getAttribute('href'))"
-        )
+            said = [row["why"] for row in csv.DictReader(file)]
+        assert said == [one.why for one in errata("Section 2")]
+        names = "all => all.map(a => a.getAttribute('href'))"
+        links = page.locator("a[href^='./figures/']").evaluate_all(names)
         # the picture itself, PNG and PDF
         assert len(links) == 3 * 4
         assert all((folder / link).is_file() for link in links)
@@ -111,12 +102,8 @@ def test_runs_made_ahead_are_made_once_and_failures_are_counted(tmp_path):
     if engine is None:
         pytest.skip("no engine is installed")
     scenes = [make("jam", 20, seed).with_run(duration_s=0.2, frames=1) for seed in (1, 2)]
-    wanted = [
-        EngineRun(scene=scene, engine=engine, folder=tmp_path / f"run{number}")
-        for number, scene in enumerate([*scenes, scenes[0]])
-    ]
-    wanted[2] = EngineRun(scene=scenes[0], engine=engine, folder=wanted[0].folder)
-    wanted.append(EngineRun(scene=scenes[0], engine="missing", folder=tmp_path / "failed"))
+    asked = (0, engine, "run0"), (1, engine, "run1"), (0, engine, "run0"), (0, "missing", "failed")
+    wanted = [EngineRun(scene=scenes[k], engine=by, folder=tmp_path / at) for k, by, at in asked]
     told = []
     costs = run_ahead(wanted, lambda label, share: told.append((label, share)), processes=2)
     assert told[-1] == ("engine runs", pytest.approx(1.0))
@@ -133,10 +120,8 @@ def test_runs_made_ahead_are_made_once_and_failures_are_counted(tmp_path):
 def test_errata_are_read_whole(tmp_path):
     page = tmp_path / "errata.md"
     head = "| where | printed | correct | why |\n|---|---|---|---|\n"
-    page.write_text(
-        f"# All\n\n## Section 2: disks\n\n{head}| (7) | u⁺ = *u* | `u` | \\|u\\| |\n\n"
-        f"## Section 3\n\n{head}| (9) | a | b |\n"
-    )
+    text = f"# All\n\n## Section 2: disks\n\n{head}| (7) | u⁺ = *u* | `u` | \\|u\\| |\n\n"
+    page.write_text(f"{text}## Section 3\n\n{head}| (9) | a | b |\n")
     (entry,) = errata("Section 2", page)
     assert entry == ("(7)", "u⁺ = *u*", "`u`", "|u|")
     with pytest.raises(ValueError, match=r"where, printed, correct, why: .*\(9\)"):

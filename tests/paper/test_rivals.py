@@ -10,13 +10,9 @@ import pytest
 from analysis.pages.words import Words
 from analysis.paper.discrete import fig6_rivals as rivals
 from analysis.paper.discrete import pressed_crowd, rival_forces
-from analysis.paper.discrete.rival_forces import (
-    PRINTED,
-    TEXT,
-    Congestion,
-    chain_forces,
-    gap_that_carries,
-)
+from analysis.paper.discrete.rival_forces import PRINTED, TEXT, Congestion, chain_forces
+
+from analysis.paper.discrete.rival_forces import gap_that_carries  # isort: skip
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from nscd.rivals import SocialForceLaw
@@ -40,9 +36,8 @@ def test_chain_against_closed_forms(chains):
     for chain in chains:
         load = np.cumsum(chain["mass"]) * 2.0 / TAU
         np.testing.assert_allclose(chain["percussion"], load, rtol=1e-10)
-        np.testing.assert_allclose(
-            chain["first_order"], chain["mass"].mean() * np.arange(1, 11) * 2.0 / TAU, rtol=1e-10
-        )
+        people = chain["mass"].mean() * np.arange(1, 11)
+        np.testing.assert_allclose(chain["first_order"], people * 2.0 / TAU, rtol=1e-10)
         np.testing.assert_allclose(chain["social"], 2000.0, rtol=1e-12)
         # gaps at rest: what neighbours do not carry, pairs further apart do
         assert (chain["social_at_rest"] < load).all()
@@ -77,17 +72,14 @@ def test_verdicts_follow_the_numbers(chains):
 
 
 def test_congestion_is_judged_by_both_its_parts():
-    def found(first_order, unequal):
-        return Congestion(
-            seed=1, stiffness=1e6, first_order=first_order, equal=0.0, unequal=unequal
-        )
-
+    found = partial(Congestion, seed=1, stiffness=1e6, equal=0.0)
     for first_order, unequal, verdict in (
         (1e-9, (0.1, 0.2), "holds"),
         (1e-9, (1e-9, 1e-9, 0.2), "holds in part"),
         (0.5, (1e-9, 1e-9), "does not hold"),
     ):
-        claim = rivals.complete_congestion(WORDS, [found(first_order, unequal)])
+        made_up = found(first_order=first_order, unequal=unequal)
+        claim = rivals.complete_congestion(WORDS, [made_up])
         assert claim.verdict == verdict
 
 

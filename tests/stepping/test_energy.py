@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nscd import Snapshot, Walls
+from nscd import Walls
 from nscd.stepping import Arms, Motion, Push
 from tests.crowds import disks_at
 
@@ -20,10 +20,8 @@ def steps(motion, count):
 
 def lost(energies):
     """Along the normal and across (J)."""
-    return [
-        sum(float(each.sum()) for each in parts)
-        for parts in ([e.impact for e in energies], [e.friction for e in energies])
-    ]
+    parts = [(e.impact.sum(), e.friction.sum()) for e in energies]
+    return [float(sum(column)) for column in zip(*parts, strict=True)]
 
 
 def test_an_impact_loses_what_restitution_takes():
@@ -38,9 +36,8 @@ def test_a_sliding_disk_loses_the_friction_of_its_way():
     """A disk that slides until it rolls: v from v₀ to ⅔ v₀, so ⅙ m v₀² are left to friction."""
     floor = Walls(start=[[-1.0, 0.0]], end=[[9.0, 0.0]])
     disk = disks_at([[0.0, 0.25]], [[3.0, 0.0]], mass=MASS)
-    motion = Motion(
-        disk, floor, step=0.01, push=Push(acceleration=(0.0, -10.0)), friction=0.2, tolerance=1e-12
-    )
+    push = Push(acceleration=(0.0, -10.0))
+    motion = Motion(disk, floor, step=0.01, push=push, friction=0.2, tolerance=1e-12)
     energies = steps(motion, 100)
     assert motion.velocity[0, 0] == pytest.approx(2.0, rel=1e-9)
     assert lost(energies) == pytest.approx([0.0, MASS * 9 / 6], abs=1e-9)
@@ -49,11 +46,8 @@ def test_a_sliding_disk_loses_the_friction_of_its_way():
 
 def test_a_drive_gives_a_free_walker_its_energy():
     """u_k = U (1 − (1 + h/τ)^−k): all work of the drive is kinetic."""
-    motion = Motion(
-        disks_at([[0.0, 0.0]], mass=MASS),
-        step=0.01,
-        push=Push(desired=rightwards, relaxation_time=TAU),
-    )
+    push = Push(desired=rightwards, relaxation_time=TAU)
+    motion = Motion(disks_at([[0.0, 0.0]], mass=MASS), step=0.01, push=push)
     energies = steps(motion, 30)
     speed = SPEED * (1 - 1.02**-30)
     assert sum(one.drive for one in energies) == pytest.approx(0.5 * MASS * speed**2, rel=1e-12)
@@ -63,13 +57,11 @@ def test_a_drive_gives_a_free_walker_its_energy():
 def test_a_row_that_runs_into_a_wall_loses_all_that_the_drive_gave():
     """Four disks with gaps of 5 cm: at rest, impacts have taken start and work, nearest the wall most
     often."""
-    row = disks_at(
-        np.column_stack([-0.3 - 0.55 * np.arange(4), np.zeros(4)]), (1.0, 0.0), mass=MASS
-    )
+    place = np.column_stack([-0.3 - 0.55 * np.arange(4), np.zeros(4)])
+    row = disks_at(place, (1.0, 0.0), mass=MASS)
+    push = Push(desired=rightwards, relaxation_time=TAU)
     walls = Walls(start=[[0.0, -1.0]], end=[[0.0, 1.0]])
-    motion = Motion(
-        row, walls, step=0.01, push=Push(desired=rightwards, relaxation_time=TAU), tolerance=1e-12
-    )
+    motion = Motion(row, walls, step=0.01, push=push, tolerance=1e-12)
     energies = steps(motion, 200)
     impact, friction = lost(energies)
     assert impact == pytest.approx(4 * 0.5 * MASS + sum(one.drive for one in energies), rel=1e-9)
@@ -88,29 +80,20 @@ def test_all_that_happens_to_a_crowd_sums_up(asked):
     place = 0.5 * np.column_stack([x.ravel(), y.ravel()]) + rng.normal(0, 0.02, (n, 2))
     if joined := given.pop("bodies", False):
         place[1::2] = place[::2] + np.array([0.25, 0.0])
-    crowd = Snapshot(
-        position=place,
-        velocity=rng.normal(0, 1, (n, 2)),
-        radius=rng.uniform(0.15, 0.2, n),
-        mass=rng.uniform(60, 90, n),
-    )
+    velocity, radius = rng.normal(0, 1, (n, 2)), rng.uniform(0.15, 0.2, n)
+    crowd = disks_at(place, velocity, radius, rng.uniform(60, 90, n))
     if joined:
         crowd = crowd.joined(np.arange(n) // 2)
         given["tolerance"] = 1e-12  # momentum of bodies is balanced to the residual
     room = [[-1, -1], [4, -1], [4, 4], [-1, 4]]
-    push = Push(
-        desired=rightwards, relaxation_time=TAU, acceleration=(0, -1), arms=given.pop("arms", None)
-    )
-    motion = Motion(
-        crowd, Walls(start=room, end=room[1:] + room[:1]), step=0.005, push=push, **given
-    )
+    pulled = {"acceleration": (0, -1), "arms": given.pop("arms", None)}
+    push = Push(desired=rightwards, relaxation_time=TAU, **pulled)
+    walls = Walls(start=room, end=room[1:] + room[:1])
+    motion = Motion(crowd, walls, step=0.005, push=push, **given)
     energies = steps(motion, 200)
     work = sum(abs(one.drive) + np.abs(one.impact).sum() for one in energies)
     assert work > 1000
     assert max(abs(one.error) for one in energies) < 1e-10 * work / len(energies)
-    moved = (
-        0.5 * crowd.mass @ (motion.velocity**2).sum(1),
-        0.5 * crowd.mass @ (crowd.velocity**2).sum(1),
-    )
     if not asked:
-        assert sum(one.gained for one in energies) == pytest.approx(moved[0] - moved[1], rel=1e-9)
+        gained = 0.5 * crowd.mass @ (motion.velocity**2 - crowd.velocity**2).sum(1)
+        assert sum(one.gained for one in energies) == pytest.approx(gained, rel=1e-9)

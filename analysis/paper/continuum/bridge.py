@@ -403,12 +403,8 @@ def profiles(sizes: Sequence[Size]) -> Figure:
         shades = np.linspace(0.65, 0.0, len(same))
         for number, size in enumerate(same):
             mean = size.each("pressure").mean(0)
-            look = {
-                "marker": drawing.MARKERS[number],
-                "ms": 4,
-                "lw": 1,
-                "color": str(shades[number]),
-            }
+            mark = {"marker": drawing.MARKERS[number], "ms": 4, "lw": 1}
+            look = mark | {"color": str(shades[number])}
             axes.plot(*_banded(mean), **look, label=f"{size.n:,} disks")
         models, last, dashes = same[-1].models, same[-1], (0, (4, 1, 1, 1, 1, 1))
         fitted = "fitted to the largest N"

@@ -62,10 +62,8 @@ def solved(density: float, answer: CollisionAnswer) -> Solved:
     )
     measured, printed = (float(density_laws.crowd_pressure(density, v)) for v in speeds)
     here = float(pressure.max()), float(np.average(pressure, weights=map_of().area))
-    models = (
-        density_laws.power_pressure(density),
-        density_laws.TurbulencePressure().pressure(density),
-    )
+    turbulent = density_laws.TurbulencePressure().pressure(density)
+    models = density_laws.power_pressure(density), turbulent
     power, turbulence = (PERSON * float(value) for value in models)
     laws = float(density_laws.exponential_speed(density)), float(density_laws.kladek_speed(density))
     pressures = PERSON * measured, printed, power, turbulence

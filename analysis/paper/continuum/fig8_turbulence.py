@@ -394,9 +394,8 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
     found = [tried(one, plain, errors) for one in told(every, "readings of Fig. 8", progress)]
     room, triangles = _mesh(SIDE, 2 * mesh)
     left = left_velocity(Case.UNIFORM, room, 1)
-    taken = turbulence.time_step_dependence(
-        triangles, DENSITY, left, turbulence.TurbulenceLaw(), STEPS
-    )
+    law = turbulence.TurbulenceLaw()
+    taken = turbulence.time_step_dependence(triangles, DENSITY, left, law, STEPS)
     forces = [step.force for step in taken]
     # largest mean force over the least; that of the shortest step over the next: 1 at a limit
     grown, settled = max(forces) / min(forces), forces[0] / forces[1]

@@ -117,9 +117,8 @@ class Study:
             return collide(Space(mesh, order), ANNULUS.medium, ANNULUS.left_velocity)
 
         in_room(mesh_of(ROOM, 4.0), 1)  # what the first call loads and compiles is not counted
-        coarse, fine = (
-            in_room(mesh_of(ROOM, size, grading=REFERENCE_GRADING), 2) for size in plan.references
-        )
+        meshes = (mesh_of(ROOM, size, grading=REFERENCE_GRADING) for size in plan.references)
+        coarse, fine = (in_room(mesh, 2) for mesh in meshes)
         errors, wanted = compared_with(fine), list[Callable[[], Point]]()
         for order, sizes in zip((1, 2), plan.room, strict=True):
             solve = partial(in_room, order=order)

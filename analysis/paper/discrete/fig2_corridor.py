@@ -217,9 +217,8 @@ def rigid_final(scene: Scene) -> Final:
 def push_runs(runs: Path) -> list[EngineRun]:
     """List the push as soft contacts: elastic and inelastic at each stiffness by both engines, and
     with more damping."""
-    cases = [
-        (e, k, r) for e in ("lammps", "yade") for r in (INELASTIC, ELASTIC) for k in STIFFNESSES
-    ]
+    both = INELASTIC, ELASTIC
+    cases = [(e, k, r) for e in ("lammps", "yade") for r in both for k in STIFFNESSES]
     cases += [("lammps", DAMPED_STIFFNESS, r) for r in FRAMES if r != INELASTIC]
     scene, found = read_scene("corridor"), []
     for engine, k, restitution in cases:

@@ -182,9 +182,8 @@ def build(progress: Progress | None = None) -> Section:
     same, _ = shown[1].chain._replace(left=np.full(SHOWN, SPEED)).answer()
     at_one_speed = float(same.reaction.max()), float(np.ptp(same.right_velocity[:, 0]))
     chains = {"shown": shown, "change": change, "printed_miss": missed}
-    words = Words(
-        __name__, chains=chains | {"free_error": free_error, "at_one_speed": at_one_speed}
-    )
+    errors = {"free_error": free_error, "at_one_speed": at_one_speed}
+    words = Words(__name__, chains=chains | errors)
     chosen, magnified = (
         words.table("table", [trial.row() for trial in some], what=what)
         for what, some in (

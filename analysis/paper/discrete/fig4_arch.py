@@ -166,10 +166,8 @@ def survey(runs: Path, warnings: list[str], progress: Progress | None = None) ->
 
 def heaps(progress: Progress | None = None) -> list[Sample]:
     """Compute the heaps of SEEDS, with the people of the scene."""
-    return [
-        sample_of(pressed_crowd.grown(PEOPLE, seed), seed)
-        for seed in told(SEEDS, "heaps", progress)
-    ]
+    seeds = told(SEEDS, "heaps", progress)
+    return [sample_of(pressed_crowd.grown(PEOPLE, seed), seed) for seed in seeds]
 
 
 def warnings_of(samples: Sequence[Sample]) -> list[str]:
@@ -509,9 +507,8 @@ def _section(
         pictures.append(words.picture("fig_4_sizes", sizes(samples)))
         every.append(sizes_table(words, samples))
     stiffness = found.scene.contact.stiffness_N_per_m
-    at_rest = {
-        k: [jam.comparison for jam in jams if jam.stiffness == k] for k in pressed_crowd.STIFFNESSES
-    }
+    stiffnesses = pressed_crowd.STIFFNESSES
+    at_rest = {k: [jam.comparison for jam in jams if jam.stiffness == k] for k in stiffnesses}
     return words.section(
         "4",
         crowd=crowd.words[0],

@@ -62,10 +62,8 @@ def rings(archs: Mapping[str, pressed_crowd.Arch]) -> Figure:
         for axis, values in zip(every, (speed, arch.carried() / 1e3), strict=True):
             axis.plot(distance[inside], values[inside], dot, ms=3, color=colour, alpha=0.35)
             held = [(r, at.mean()) for r, at in enumerate(arch.by_ring(values)) if len(at)]
-            middles, means = (
-                [(r + 0.5) * pressed_crowd.RING_M for r, _ in held],
-                [m for _, m in held],
-            )
+            middles = [(r + 0.5) * pressed_crowd.RING_M for r, _ in held]
+            means = [m for _, m in held]
             label = f"{name}: mean of rings of {pressed_crowd.RING_M:g} m"
             axis.plot(middles, means, style, color=colour, mec=BLACK, label=label)
     labels = ("right speed |u⁺| (m/s)", "sum of normal magnitudes (kN)")

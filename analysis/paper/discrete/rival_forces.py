@@ -36,9 +36,8 @@ def pair_forces(gap: Floats, radius: float, limit: float) -> dict[str, Floats]:
     social = rivals.social_force(pairs, contacts)
     forces = {"repulsion": social.repulsion, "body": social.body, "social": social.normal}
     for reading in rivals.LoehnerReading:
-        forces[reading] = rivals.loehner_force(
-            pairs, contacts, limit, reading, tolerance=1e-12
-        ).on_first
+        found = rivals.loehner_force(pairs, contacts, limit, reading, tolerance=1e-12)
+        forces[reading] = found.on_first
     return forces
 
 

@@ -147,9 +147,8 @@ def stiffness(ratio: float, step: float, folder: Path) -> Cell:
     k, position = ratio * FORCE_N / RADIUS_M, line(LINE)
     far = position[-1, 0] + RADIUS_M
     many = ceil(max(4.0 / step, 4000.0) / FRAMES)
-    run = Run(
-        duration_s=FRAMES * step * many, frames=FRAMES, time_step_s=step, drive_interval_steps=1
-    )
+    lasts = FRAMES * step * many
+    run = Run(duration_s=lasts, frames=FRAMES, time_step_s=step, drive_interval_steps=1)
     scene = scene_of(
         disks(position),
         run,
@@ -525,9 +524,8 @@ def _rigid_door(width: float) -> Cell:
     answer = solve(snapshot, near, left_velocity=desired)
     through = float(answer.right_velocity[0, 0]) > 1e-6
     reason = "walks through" if through else "is held"
-    return trial.rigid_cell(
-        str(answer.status), reason, (through and width < 1, Outcome.LOST, reason)
-    )
+    lost = through and width < 1, Outcome.LOST, reason
+    return trial.rigid_cell(str(answer.status), reason, lost)
 
 
 # How far the velocities of two elastic disks after their impact may be off, over the speed. Above

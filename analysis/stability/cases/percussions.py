@@ -34,9 +34,8 @@ def mass_ratio_solvers(ratio: float, solver: str, folder: Path) -> Cell:
     n = ACROSS**2
     light = (np.arange(n) + np.arange(n) // ACROSS) % 2 == 0
     left = np.random.default_rng(1).normal(size=(n, 2))
-    snapshot = crowds.disks(
-        crowds.rhombus(ACROSS), left, crowds.MASS_KG * np.where(light, 1 / ratio, 1.0)
-    )
+    mass = crowds.MASS_KG * np.where(light, 1 / ratio, 1.0)
+    snapshot = crowds.disks(crowds.rhombus(ACROSS), left, mass)
     contacts = crowds.contacts_of(snapshot, crowds.corner_walls(ACROSS))
     _, reference = dense_percussions(snapshot, contacts, left)
     answer = solve(snapshot, contacts, solver=solver)

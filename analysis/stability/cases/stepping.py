@@ -51,9 +51,8 @@ def long_step_theory(clearance: float) -> float:
 def long_step(way: float, clearance: float, folder: Path) -> Cell:
     """Let a disk pass another in steps of so much of its radius, the first from the worst place."""
     ahead, _ = worst(clearance)
-    snapshot = disks(
-        [[-ahead, 2 * RADIUS_M + clearance], [0.0, 0.0]], [[SPEED_M_PER_S, 0.0], [0.0, 0.0]]
-    )
+    place = [[-ahead, 2 * RADIUS_M + clearance], [0.0, 0.0]]
+    snapshot = disks(place, [[SPEED_M_PER_S, 0.0], [0.0, 0.0]])
     motion = Motion(snapshot, step=way * RADIUS_M / SPEED_M_PER_S, tolerance=1e-10)
     residual = overlap = 0.0
     while motion.position[0, 0] < ahead:
