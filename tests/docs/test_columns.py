@@ -116,7 +116,9 @@ def accepted(schema):
         return "text"
     if schema["type"] == "boolean":
         return "true or false"
-    low, high = schema.get("minimum"), schema.get("maximum")
+    # all numbers are within ±1e30, which the page says once
+    low, high = (schema[end] if abs(schema.get(end, 1e30)) < 1e30 else None
+                 for end in ("minimum", "maximum"))  # fmt: skip
     if "exclusiveMinimum" in schema:
         ends = f"> {schema['exclusiveMinimum']:g}" + (f", ≤ {high:g}" if high is not None else "")
         ends += f", < {schema['exclusiveMaximum']:g}" if "exclusiveMaximum" in schema else ""
