@@ -10,12 +10,15 @@ import itertools
 import json
 import math
 import re
+import tempfile
+from functools import lru_cache
+from pathlib import Path
 
 import h5py
 import numpy as np
 from scipy.sparse import csc_array
 
-from tests.forked import in_fork
+from tests.forked import as_program, in_fork
 
 PLAIN = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 # Cells that may be empty: what no program proves, and what has no bound.
@@ -113,6 +116,51 @@ def table_of(content):
             elif name != "wall" and not (cell == "" and name in MAY_BE_EMPTY):
                 number(cell, f"column {name}")
     return rows
+
+
+@lru_cache(maxsize=64)
+def _reference(words, files, name):
+    with tempfile.TemporaryDirectory() as folder:
+        for path, content in files:
+            (Path(folder) / path).parent.mkdir(exist_ok=True)
+            (Path(folder) / path).write_bytes(content)
+        status, _, _ = in_fork(lambda: as_program(words, folder), 600.0)
+        return None if status else numbers_in(Path(folder) / name)
+
+
+def numbers_in(path):
+    """All numbers of a table or of a contact problem."""
+    if path.suffix == ".hdf5":
+        with h5py.File(path) as file:
+            problem = _problem(file)
+            return np.concatenate([np.ravel(part) for part in (*problem, file["solution/r"][:])])
+    cells = (cell for row in csv.reader(path.open(encoding="utf-8")) for cell in row)
+    return np.array([float(cell) for cell in cells if PLAIN.fullmatch(cell)])
+
+
+def check_same(here, words, right):
+    """What comes out of files of which one number was changed is what came out before."""
+    files, name = right
+    found = numbers_in(here / name)
+    need(np.isfinite(found).all(), f"{name}: a number that is not finite")
+    if files:
+        known = _reference(words, tuple(files.items()), name)
+        need(known is not None, "the undamaged files are refused")
+        same = len(known) == len(found) and np.allclose(known, found, rtol=1e-3, atol=1e-6)
+        need(same, f"{name}: other numbers from contradicting files")
+
+
+def check_known(here, right, said):
+    """The numbers of people whose forces are known, whatever their files look like."""
+    need(right is not None or "pull each other" in said, "what cannot be so was taken")
+    if right is None:
+        return
+    file, column, where, values = right
+    rows = list(csv.DictReader(io.StringIO((here / file).read_text("utf-8"))))
+    found = sorted(abs(float(row[column])) for row in rows if all(row[a] == b for a, b in where.items()))
+    need(len(found) % len(values) == 0 and found, f"{len(found)} numbers where {values} are right")
+    expected = sorted(values * (len(found) // len(values)))
+    need(np.allclose(found, expected, rtol=1e-4), f"{column}: {found[:6]} where {expected[:6]} are right")
 
 
 def check_solution(content, table, tolerance=1e-8, reach=1e-6, impact=True):
