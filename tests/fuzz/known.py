@@ -3,6 +3,7 @@
 They stand one behind the other before a wall and press on it, and creep along it at a known speed; so
 force k from behind is that of the k masses behind it times v/τ."""
 
+# fmt: off
 import copy
 import io
 import json
@@ -38,33 +39,21 @@ def _rows(random):
     """How many people, and id, number of instant, time, x, y of each row."""
     n, ids = random.choice((2, 3, 4)), random.sample(range(1, 90), 4)
     frames = range(0, 8 * (step := random.choice((1, 1, 2))), step)
-    rows = [
-        (ids[k], f, f / RATE, -RADIUS - 0.37 * k, 0.1 + CREEP * f / RATE)
-        for k in range(n)
-        for f in frames
-    ]
-    return n, random.choice(
-        (rows, sorted(rows, key=lambda row: row[1]), random.sample(rows, len(rows)))
-    )
+    rows = [(ids[k], f, f / RATE, -RADIUS - 0.37 * k, 0.1 + CREEP * f / RATE) for k in range(n) for f in frames]
+    return n, random.choice((rows, sorted(rows, key=lambda row: row[1]), random.sample(rows, len(rows))))
 
 
 def _text(random, rows, name, broken):
     """A table of text, or csv, in some spelling."""
     unit, timed = random.choice(tuple(SCALE)), random.random() < 0.4
-    said, when = (
-        random.choice(("name", "option" if unit != "mm" else "name")),
-        "time" if timed else "frame",
-    )
+    said, when = (random.choice(("name", "option" if unit != "mm" else "name")), "time" if timed else "frame")
     sep = random.choice((",", ";", "\t") if name.endswith("csv") else (" ", "\t", ";", "  "))
     stated = "m" if broken == "unit" and unit == "cm" else "cm" if broken == "unit" else unit
     if broken == "unit":
         unit, said = ("m", "option") if stated == "cm" else ("cm", "option")
     form = random.choice(("{}/{}", "{}[{}]", "{}_{}", "{}({})")) if said == "name" else "{}"
     ms, start = timed and random.random() < 0.3, random.choice((0, 1, 37))
-    names = {
-        role: random.choice(SPELLED[role]).replace(" ", "_" if " " in sep else " ")
-        for role in ("id", when, "x", "y")
-    }
+    names = {role: random.choice(SPELLED[role]).replace(" ", "_" if " " in sep else " ") for role in ("id", when, "x", "y")}
     names |= {axis: form.format(names[axis], unit) for axis in "xy"}
     order = random.sample((*names, "angle"), 5)
     comma = sep == ";" and random.random() < 0.3
@@ -117,24 +106,11 @@ def _programs(random, rows, name):
     apart = sorted({f for _, f, *_ in rows})[1] / RATE
     made = [row.format(i=i, f=f + start, t=round(t, 3), e=round(t + apart, 3), x=x, y=y, z=y + CREEP * apart)
             for i, f, t, x, y in rows]  # fmt: skip
-    return (head + "\n".join(made) + "\n").encode(), [
-        "--frame-rate",
-        "10",
-    ] if name == "a.traj" else []
+    return (head + "\n".join(made) + "\n").encode(), ["--frame-rate", "10"] if name == "a.traj" else []
 
 
 TEXTS = ("a.txt", "a.csv")
-PROGRAMS = (
-    "a.xml",
-    "a.json",
-    "a.sqlite",
-    "a.h5",
-    "obsmat.txt",
-    "a.traj",
-    "a.fzp",
-    "crowdit.csv",
-    "pathfinder.csv",
-)
+PROGRAMS = ("a.xml", "a.json", "a.sqlite", "a.h5", "obsmat.txt", "a.traj", "a.fzp", "crowdit.csv", "pathfinder.csv")
 
 
 def trajectory(random):
@@ -146,18 +122,7 @@ def trajectory(random):
         content, words = _text(random, rows, name, broken)
     else:
         content, words = _programs(random, rows, name)
-    words = [
-        name,
-        "--room",
-        "room.toml",
-        "--radius",
-        str(RADIUS),
-        "--mass",
-        str(MASS),
-        "--out",
-        "out",
-        *words,
-    ]
+    words = [name, "--room", "room.toml", "--radius", str(RADIUS), "--mass", str(MASS), "--out", "out", *words]
     load = [n * MASS * SPEED / TAU]
     verb, right = random.choice((
         ("exposure", ("out/exposure_walls.csv", "load_N", {"wall": "wall_0"}, load)),
@@ -197,9 +162,7 @@ def dump(random):
     per, place = SCALE[unit], random.choice(("x y", "xu yu", "xs ys", "xsu ysu", "x y z"))
     size, weight = random.choice(("radius", "diameter")), random.choice(("mass", "mass", "density"))
     more = random.sample(("type", "mol", "c_stress[1]"), random.randrange(4))
-    columns = random.sample(
-        ["id", *place.split(), size, weight, *more], 4 + len(place.split()) - 1 + len(more)
-    )
+    columns = random.sample(["id", *place.split(), size, weight, *more], 4 + len(place.split()) - 1 + len(more))
 
     def row(k, disk):
         who, x, y, r, mass = disk
@@ -207,28 +170,14 @@ def dump(random):
                   "density": mass / (math.pi / 6 * (2 * r) ** 3)}  # fmt: skip
         for axis, value in zip("xy", (x, y), strict=True):
             share = (value + 20) / 40
-            values |= {
-                axis: per * value,
-                f"{axis}u": per * value,
-                f"{axis}s": share,
-                f"{axis}su": share,
-            }
+            values |= {axis: per * value, f"{axis}u": per * value, f"{axis}s": share, f"{axis}su": share}
         whole = {"id": str(who), "type": "1", "mol": str(k + 1)}
         return [whole.get(one) or f"{values[one]:.{digits}g}" for one in columns]
 
     rows = [row(k, disk) for k, disk in enumerate(disks)]
     tables = [random.sample(rows, len(rows)) for _ in range(random.choice((1, 1, 2)))]
     content = frames("ATOMS", " ".join(columns), tables, box=f"{-20 * per:g} {20 * per:g}")
-    words = [
-        "solve",
-        "a.dump",
-        "--room",
-        "room.toml",
-        "--left-velocity",
-        "desired",
-        "--out",
-        "out.csv",
-    ]
+    words = ["solve", "a.dump", "--room", "room.toml", "--left-velocity", "desired", "--out", "out.csv"]
     words += ["--unit", unit] if unit != "m" else []
     words += ["--mass-unit", "kg"] if weight == "density" and unit == "cm" else []
     right = ("out.csv", "force_N", {}, sorted(force * len(tables)))
@@ -287,26 +236,9 @@ def contacts(random):
     random.shuffle(rows)
     files = {"a.dump": frames("ATOMS", "id x y radius mass", [bodies] * 2), "room.toml": ROOM,
              "own.dump": frames("ENTRIES", columns, [[[*map(str, row)] for row in rows]] * 2)}  # fmt: skip
-    words = [
-        "compare",
-        "a.dump",
-        "--contacts",
-        "own.dump",
-        "--room",
-        "room.toml",
-        "--time-step",
-        "1e-4",
-        "--out",
-        "out",
-        *words,
-    ]
+    words = [*["compare", "a.dump", "--contacts", "own.dump", "--room", "room.toml", "--time-step", "1e-4", "--out", "out"], *words]
     found = force[1:] if pairs else force
-    right = (
-        "out/a_own_frame_contacts.csv",
-        "first_run_x_N",
-        {"in_first_run": "1"},
-        sorted(found * 2),
-    )
+    right = ("out/a_own_frame_contacts.csv", "first_run_x_N", {"in_first_run": "1"}, sorted(found * 2))
     return files, tuple(words), None if broken else right
 
 
@@ -340,21 +272,15 @@ def links(random, run):
         (("exposure", "run", "--out", "out"), "out/exposure_people.csv"),
         (("export", "run", "--fclib", "out.hdf5"), "out.hdf5"),
     ))  # fmt: skip
-    name, place = random.choice(tuple(files)), None
+    name = random.choice(tuple(files))
+    content, place = files[name], None
     if name == "run/bodies.dump":  # what else it has, nobody else says
-        content, columns = files[name], files[name].split(b"ITEM: ATOMS ")[1].split(b"\n")[0].split()
-        rows, starts = content.splitlines(keepends=True), [0]
-        for row in rows:
-            starts.append(starts[-1] + len(row))
-        at = [k for k, row in enumerate(rows) if len(row.split()) == len(columns) and not row.startswith(b"ITEM")]
-        row, column = random.choice(at), columns.index(random.choice((b"radius", b"mass")))
-        place = [[*re.finditer(rb"\S+", content[starts[row] : starts[row + 1]])][column]]
-        found = place[0]
-        value = f"{float(found[0]) * 1.5!r}".encode()
-        start = starts[row]
-        changed = content[: start + found.start()] + value + content[start + found.end() :]
-        return files | {name: changed}, words, (files, out)
-    return files | {name: _other(random, files[name])}, words, (files, out)
+        columns = content.split(b"ITEM: ATOMS ")[1].split(b"\n")[0].split()
+        skipped = columns.index(random.choice((b"radius", b"mass")))
+        row = rb"(?m)^\d+ (?:\S+ ){%d}(?=\S)" % (skipped - 1)
+        ends = [one.end() for one in re.finditer(row, content)]
+        place = [re.compile(rb"\S+").match(content, end) for end in ends]
+    return files | {name: _other(random, content, place)}, words, (files, out)
 
 
 def rooms(random):

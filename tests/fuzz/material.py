@@ -167,7 +167,7 @@ class Workshop:
         if engines.engine("lammps").find() is None:
             return
         pair = make("pair").with_contact(restitution=0.5)
-        pair = pair.with_run(duration_s=0.02, frames=60, time_step_s=None)
+        pair = pair.with_run(duration_s=0.02, frames=60, time_step_s=None, impulses=True)
         jam = make("jam", 12).with_run(duration_s=0.2, frames=2)
         for scene in (pair, jam):
             simulate(scene, "lammps", folder / scene.name)
@@ -190,7 +190,9 @@ class Workshop:
         return getattr(self, f"_{random.choice(self.kinds)}")(random)
 
     def _known(self, random):
-        files, words, right = random.choice((known.trajectory, known.dump, known.contacts))(random)
+        kind = random.choice([one for one in known.KINDS if self.runs or one != "links"])
+        run = (random.choice((*self.runs.values(),)),) if kind == "links" else ()
+        files, words, right = known.KINDS[kind](random, *run)
         return Material(kind="known", files=files, words=words, target="", right=right)
 
     def _dump(self, random):

@@ -157,16 +157,22 @@ def check_known(here, right, said):
         return
     file, column, where, values = right
     rows = list(csv.DictReader(io.StringIO((here / file).read_text("utf-8"))))
-    found = sorted(abs(float(row[column])) for row in rows if all(row[a] == b for a, b in where.items()))
+    found = sorted(
+        abs(float(row[column])) for row in rows if all(row[a] == b for a, b in where.items())
+    )
     need(len(found) % len(values) == 0 and found, f"{len(found)} numbers where {values} are right")
     expected = sorted(values * (len(found) // len(values)))
-    need(np.allclose(found, expected, rtol=1e-4), f"{column}: {found[:6]} where {expected[:6]} are right")
+    need(
+        np.allclose(found, expected, rtol=1e-4),
+        f"{column}: {found[:6]} where {expected[:6]} are right",
+    )
 
 
-def check_solution(content, table, tolerance=1e-8, reach=1e-6, impact=True):
+def check_solution(content, table, tolerance=1e-8, reach=1e-6, rounding=0.0, impact=True):
     """The table has the contacts of every frame, and percussions after which nothing approaches.
 
-    content: of the dump; reach: m, the largest gap of a contact; impact: whether the velocities of
+    content: of the dump; reach: m, the largest gap of a contact, and of what may be
+    one where text has few digits, `rounding`; impact: whether the velocities of
     the dump are those before it"""
     rows = table_of(table)
     key = "step" if "step" in rows[0] else "time_s"
@@ -177,8 +183,8 @@ def check_solution(content, table, tolerance=1e-8, reach=1e-6, impact=True):
     places = {step: [row for row in rows if float(row[key]) == step] for step in when}
     with_contacts = 0
     for step, data in frames:
-        touching = _touching(data, reach)
-        if not touching:
+        touching = _touching(data, max(reach, rounding))
+        if not touching or (rounding and min(touching.values()) > reach):
             continue
         with_contacts += 1
         if key == "time_s":
