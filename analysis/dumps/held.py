@@ -28,8 +28,9 @@ PAIR_COLUMNS, MORE_COLUMNS = ("first", "second", "fx", "fy"), ("tx", "ty", "dist
 ALIASES = {"patom1": "first", "patom2": "second", "natom1": "first", "natom2": "second"}
 # m, texts have places to so much at least, and need not to more; directions may be off by this, too.
 COARSEST_M, FINEST_M, DIRECTION = 1e-3, 1e-9, 1e-5
-# Frames in which the sign of forces is looked at, and the share of normal forces that may pull there.
-LOOKED_AT, PULLING = 20, 0.25
+# Frames in which the sign of forces is looked at, and the shares of normal forces that may pull there,
+# and of which it is said.
+LOOKED_AT, PULLING, LITTLE = 20, 0.25, 0.001
 
 
 def open_contacts(path: Path, mapping: str | None = None) -> DumpIndex:
@@ -229,3 +230,5 @@ class OwnContacts:
                 raise DumpError(
                     f"{self.index.path}, {pulls[wall]} pull each other, and no law here pulls. {why}"
                 )
+            if pull > LITTLE * (push + pull):
+                note(self.index.path, f"{pulls[wall]} pull each other. Is their force turned?")

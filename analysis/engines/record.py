@@ -160,9 +160,16 @@ class RunRecord:
 
     def check_beside(self, dump: Path, scene: Path | None) -> None:
         """Raise EngineError where the scene file beside a dump of bodies is not that of the run, or the
-        dump has other disks or instants than it."""
+        dump is not as it left it, or has other disks or instants than it."""
         if scene and scene.exists() and read_scene(scene).digest() != self.scene_digest:
             raise EngineError(f"{scene}: not the scene of the run, by its digest in {FILE}")
+        of_dump = self.dump_digests.get(dump.name, "")
+        for file, recorded, digest in (
+            (dump.parent / FILE, self.record_digest, self._digest()),
+            (dump, of_dump, of_dump and _digest_of(dump)),
+        ):
+            if recorded not in ("", digest):
+                raise EngineError(f"{file}: not as the run left it, by its digest in {FILE}")
         index = index_dump(dump)
         for step, count in zip(index.steps, index.counts, strict=True):
             if count != self.disks or step % self.frame_interval or step > self.steps:

@@ -14,7 +14,7 @@ from analysis.compare.comparison import compare_run, write_contacts
 from analysis.engines.run import simulate
 from analysis.scene.shipped_scenes import make
 from tests.crowds import disks_at
-from tests.fuzz import strangers
+from tests.fuzz import known, strangers
 
 ROOT = Path(__file__).resolve().parents[2]
 ROOM = """title = "A room"
@@ -105,6 +105,7 @@ class Material:
     words: of the command line
     target: the file that is to be damaged
     reference: what comes out of the undamaged files
+    right: of known people: file, column and rows of numbers, and these; None: none may come out
     """
 
     kind: str
@@ -112,6 +113,7 @@ class Material:
     words: tuple[str, ...]
     target: str
     reference: dict[str, bytes] = field(default_factory=dict)
+    right: tuple | None = None
 
 
 def crowd(random):
@@ -165,7 +167,7 @@ class Workshop:
         if engines.engine("lammps").find() is None:
             return
         pair = make("pair").with_contact(restitution=0.5)
-        pair = pair.with_run(duration_s=0.02, frames=60, time_step_s=None)
+        pair = pair.with_run(duration_s=0.02, frames=60, time_step_s=None, impulses=True)
         jam = make("jam", 12).with_run(duration_s=0.2, frames=2)
         for scene in (pair, jam):
             simulate(scene, "lammps", folder / scene.name)
@@ -179,12 +181,19 @@ class Workshop:
         """The kinds of material, those with an engine only where it is there, often the first."""
         with_engine = ("run", "compare", "compare") if self.runs else ()
         dear = self.dear if self.runs else self.dear[:1]
-        found = ("dump", "dump", "dump", "room", "import", "import", "new", "export", "problem")
+        found = ("dump", "dump", "dump", "room", "import", "import", "new", "export", "problem",
+                 "known", "known", "known", "known")  # fmt: skip
         return (*found, *found, *with_engine, *dear)
 
     def make(self, random):
         """A material of some kind."""
         return getattr(self, f"_{random.choice(self.kinds)}")(random)
+
+    def _known(self, random):
+        kind = random.choice([one for one in known.KINDS if self.runs or one != "links"])
+        run = (random.choice((*self.runs.values(),)),) if kind == "links" else ()
+        files, words, right = known.KINDS[kind](random, *run)
+        return Material(kind="known", files=files, words=words, target="", right=right)
 
     def _dump(self, random):
         content = dump_of(random, crowd(random))

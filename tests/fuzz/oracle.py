@@ -10,12 +10,15 @@ import itertools
 import json
 import math
 import re
+import tempfile
+from functools import lru_cache
+from pathlib import Path
 
 import h5py
 import numpy as np
 from scipy.sparse import csc_array
 
-from tests.forked import in_fork
+from tests.forked import as_program, in_fork
 
 PLAIN = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 # Cells that may be empty: what no program proves, and what has no bound.
@@ -115,10 +118,61 @@ def table_of(content):
     return rows
 
 
-def check_solution(content, table, tolerance=1e-8, reach=1e-6, impact=True):
+@lru_cache(maxsize=64)
+def _reference(words, files, name):
+    with tempfile.TemporaryDirectory() as folder:
+        for path, content in files:
+            (Path(folder) / path).parent.mkdir(exist_ok=True)
+            (Path(folder) / path).write_bytes(content)
+        status, _, _ = in_fork(lambda: as_program(words, folder), 600.0)
+        return None if status else numbers_in(Path(folder) / name)
+
+
+def numbers_in(path):
+    """All numbers of a table or of a contact problem."""
+    if path.suffix == ".hdf5":
+        with h5py.File(path) as file:
+            problem = _problem(file)
+            return np.concatenate([np.ravel(part) for part in (*problem, file["solution/r"][:])])
+    cells = (cell for row in csv.reader(path.open(encoding="utf-8")) for cell in row)
+    return np.array([float(cell) for cell in cells if PLAIN.fullmatch(cell)])
+
+
+def check_same(here, words, right):
+    """What comes out of files of which one number was changed is what came out before."""
+    files, name = right
+    found = numbers_in(here / name)
+    need(np.isfinite(found).all(), f"{name}: a number that is not finite")
+    if files:
+        known = _reference(words, tuple(files.items()), name)
+        need(known is not None, "the undamaged files are refused")
+        same = len(known) == len(found) and np.allclose(known, found, rtol=1e-3, atol=1e-6)
+        need(same, f"{name}: other numbers from contradicting files")
+
+
+def check_known(here, right, said):
+    """The numbers of people whose forces are known, whatever their files look like."""
+    need(right is not None or "pull each other" in said, "what cannot be so was taken")
+    if right is None:
+        return
+    file, column, where, values = right
+    rows = list(csv.DictReader(io.StringIO((here / file).read_text("utf-8"))))
+    found = sorted(
+        abs(float(row[column])) for row in rows if all(row[a] == b for a, b in where.items())
+    )
+    need(len(found) % len(values) == 0 and found, f"{len(found)} numbers where {values} are right")
+    expected = sorted(values * (len(found) // len(values)))
+    need(
+        np.allclose(found, expected, rtol=1e-4),
+        f"{column}: {found[:6]} where {expected[:6]} are right",
+    )
+
+
+def check_solution(content, table, tolerance=1e-8, reach=1e-6, rounding=0.0, impact=True):
     """The table has the contacts of every frame, and percussions after which nothing approaches.
 
-    content: of the dump; reach: m, the largest gap of a contact; impact: whether the velocities of
+    content: of the dump; reach: m, the largest gap of a contact, and of what may be
+    one where text has few digits, `rounding`; impact: whether the velocities of
     the dump are those before it"""
     rows = table_of(table)
     key = "step" if "step" in rows[0] else "time_s"
@@ -129,8 +183,8 @@ def check_solution(content, table, tolerance=1e-8, reach=1e-6, impact=True):
     places = {step: [row for row in rows if float(row[key]) == step] for step in when}
     with_contacts = 0
     for step, data in frames:
-        touching = _touching(data, reach)
-        if not touching:
+        touching = _touching(data, max(reach, rounding))
+        if not touching or (rounding and min(touching.values()) > reach):
             continue
         with_contacts += 1
         if key == "time_s":

@@ -89,6 +89,7 @@ const CHECKS = {
     if (straight === slope || slope !== downhill) wrong("acceleration_m_per_s2, or slope_deg and downhill, are needed");
     if (downhill && !isUnit(made.downhill)) wrong("downhill must be a unit vector");
   },
+  _whole_impact: (made) => made.kind !== "impact" || !made.time_s || wrong("time_s: an impact is compared over its whole run. Leave it out"),
   _one_of_each: ({ frames, after_s, data }) => (frames.length === after_s.length && after_s.length === data.length) || wrong("frames, after_s and data need one entry per frame"),
   _of_one_crowd(made) {
     const n = made.id.length;
