@@ -22,7 +22,6 @@ LARGEST = 1e100
 # What np.asarray raises for what is no array, a tensor with a gradient among them.
 NO_ARRAY = (TypeError, ValueError, OverflowError, RuntimeError)
 T = TypeVar("T")
-A = TypeVar("A", bound=NDArray[Any])
 
 
 def normal(random: np.random.Generator, shape: tuple[int, ...]) -> Floats:
@@ -52,7 +51,8 @@ def read_only(
         raise ValueError(
             f"{name}: {worst:g} in row {row}. At most {largest:g} can be computed with"
         )
-    return _fixed(array)
+    array.flags.writeable = False
+    return array
 
 
 def whole_numbers(value: ArrayLike, shape: tuple[int, ...], name: str) -> Indices:
@@ -67,7 +67,8 @@ def whole_numbers(value: ArrayLike, shape: tuple[int, ...], name: str) -> Indice
         # a float of 2⁶³ becomes another number on each processor
         good = (given < 2.0**63) & (given >= -(2.0**63)) & (given == np.floor(given))
         _refuse_row(good, given, name, "is not a whole number below 2⁶³")
-    return _fixed(array)
+    array.flags.writeable = False
+    return array
 
 
 def flags(value: ArrayLike, shape: tuple[int, ...], name: str) -> Flags:
@@ -76,10 +77,7 @@ def flags(value: ArrayLike, shape: tuple[int, ...], name: str) -> Flags:
     Raises ValueError naming the field for all else."""
     given = _numbers(value, shape, name, "True and False", "biuf")
     _refuse_row((given == 0) | (given == 1), given, name, "is not True or False")
-    return _fixed(given.astype(np.bool_, order="C"))
-
-
-def _fixed(array: A) -> A:
+    array = given.astype(np.bool_, order="C")
     array.flags.writeable = False
     return array
 
