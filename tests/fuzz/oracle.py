@@ -134,7 +134,7 @@ def numbers_in(path):
         with h5py.File(path) as file:
             problem = _problem(file)
             return np.concatenate([np.ravel(part) for part in (*problem, file["solution/r"][:])])
-    cells = (cell for row in csv.reader(path.open(encoding="utf-8")) for cell in row)
+    cells = (cell for row in csv.reader(path.read_text("utf-8").splitlines()) for cell in row)
     return np.array([float(cell) for cell in cells if PLAIN.fullmatch(cell)])
 
 
