@@ -236,7 +236,7 @@ def contacts(random):
     random.shuffle(rows)
     files = {"a.dump": frames("ATOMS", "id x y radius mass", [bodies] * 2), "room.toml": ROOM,
              "own.dump": frames("ENTRIES", columns, [[[*map(str, row)] for row in rows]] * 2)}  # fmt: skip
-    words = [*["compare", "a.dump", "--contacts", "own.dump", "--room", "room.toml", "--time-step", "1e-4", "--out", "out"], *words]
+    words = ["compare", "a.dump", "--contacts", "own.dump", "--room", "room.toml", "--time-step", "1e-4", "--out", "out", *words]
     found = force[1:] if pairs else force
     right = ("out/a_own_frame_contacts.csv", "first_run_x_N", {"in_first_run": "1"}, sorted(found * 2))
     return files, tuple(words), None if broken else right

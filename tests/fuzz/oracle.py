@@ -134,7 +134,7 @@ def numbers_in(path):
         with h5py.File(path) as file:
             problem = _problem(file)
             return np.concatenate([np.ravel(part) for part in (*problem, file["solution/r"][:])])
-    cells = (cell for row in csv.reader(path.open(encoding="utf-8")) for cell in row)
+    cells = (cell for row in csv.reader(path.read_text("utf-8").splitlines()) for cell in row)
     return np.array([float(cell) for cell in cells if PLAIN.fullmatch(cell)])
 
 
@@ -299,17 +299,17 @@ def people_in(content, name, frame):
         cells = [cell.strip() for cell in line.split(separator)]
         if not line.strip() or line.lstrip().startswith(("#", "$", "*")):
             continue
-        if not any(PLAIN.fullmatch(cell) for cell in cells):
+        if sum(bool(PLAIN.fullmatch(cell)) for cell in cells) < (1 if rows else 3):
             head = head or cells
             continue
         rows.append(cells)
     need(rows, "a trajectory without rows was taken")
     need(len({len(row) for row in rows}) == 1, "a ragged trajectory was taken")
     if name in ("metres.txt", "centimetres.txt", "bare.txt"):
-        return len({row[0] for row in rows if row[1] == str(frame)})
+        return len({row[0] for row in rows if float(row[1]) == float(frame)})
     if name == "table.csv" and head:
         at = {column: place for place, column in enumerate(head)}
-        return len({row[at["id"]] for row in rows if row[at["frame"]] == str(frame)})
+        return len({row[at["id"]] for row in rows if float(row[at["frame"]]) == float(frame)})
     return None
 
 
