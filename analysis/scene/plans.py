@@ -4,7 +4,7 @@ GeoJSON, floors of crowd:it)."""
 import json
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -68,10 +68,10 @@ class Part:
 
 @dataclass(slots=True)
 class Plan:
-    """Hold the parts of a plan, points that are on its floor, and what of its file is not used."""
+    """Hold the parts of a plan, areas that are on its floor, and what of its file is not used."""
 
     parts: list[Part] = field(default_factory=list)
-    inside: list[shapely.Point] = field(default_factory=list)
+    inside: list[shapely.Polygon] = field(default_factory=list)
     unused: list[str] = field(default_factory=list)
 
     def floor(self, file: Path, own_doors: bool) -> Floor:
@@ -161,7 +161,7 @@ def _sorted(parts: Sequence[Part]) -> tuple[list[Any], list[Any], list[Any]]:
 
 def _enclosed(walls: Sequence[Any], gaps: Sequence[Any], inside: Sequence[Any]) -> shapely.Geometry:
     """What walls and the gaps in them enclose, less the pillars, which are polygons within another
-    one without a gap or a point `inside`. Raises SceneError where they do not close."""
+    one without a gap or an area `inside`. Raises SceneError where they do not close."""
     lines = shapely.union_all(shapely.force_2d([*walls, *gaps]))
     faces, _, dangles, _ = shapely.polygonize_full([lines])
     faces = shapely.get_parts(faces)
@@ -175,7 +175,7 @@ def _enclosed(walls: Sequence[Any], gaps: Sequence[Any], inside: Sequence[Any]) 
     stood |= {i for i in within if any(faces[i].exterior.covers(gap) for gap in gaps)}
     floor = shapely.union_all([f for i, f in enumerate(faces) if i not in within or i in stood])
     parts = shapely.get_parts(floor)
-    reached = [one for one in parts if any(one.covers(point) for point in inside)]
+    reached = [one for one in parts if any(one.covers(area) for area in inside)]
     return shapely.union_all(reached or parts)
 
 
@@ -336,8 +336,30 @@ def of_xml(root: ElementTree.Element) -> Plan:
                 plan.parts.append(Part(where=where, shape=line))
                 continue
             if one.tag == "wunderZone" and len(points) > 2:
-                plan.inside.append(shapely.Polygon(points).representative_point())
+                plan.inside.append(shapely.Polygon(points))
         except (KeyError, ValueError, shapely.errors.GEOSException):
             raise SceneError(f"{where}: points <point x y> are needed") from None
         plan.unused.append(where)
+    _fill(plan.parts, plan.inside)
     return plan
+
+
+def _fill(parts: list[Part], inside: Sequence[shapely.Polygon]) -> None:
+    """Make obstacles of the closed walls of crowd:it, but of the outline and of those around an area
+    `inside`. Raises SceneError for closed walls apart from each other, with none around them."""
+    faces = shapely.get_parts(shapely.polygonize([shapely.union_all([p.shape for p in parts])]))
+    filled = shapely.union_all([shapely.Polygon(face.exterior) for face in faces])
+    held = inside and all(shapely.covers(shapely.get_parts(filled), one).any() for one in inside)
+    if filled.geom_type == "MultiPolygon" and not held:
+        x0, y0, x1, y1 = filled.bounds
+        raise SceneError(
+            "walls: closed ones are solid, and what lies between these has no outline. Add a closed "
+            f"wall around the floor, as from ({x0:g}, {y0:g}) to ({x1:g}, {y1:g}) m"
+        )
+    rings = [shapely.Polygon(part.shape) if part.shape.is_ring else None for part in parts]
+    outline = max((one for one in rings if one), key=shapely.area, default=shapely.Polygon())
+    for i, one in enumerate(rings):
+        if one is None or one.equals(outline) or any(one.covers(zone) for zone in inside):
+            continue
+        if outline.covers(one.representative_point()):  # it may stick out by rounding
+            parts[i] = replace(parts[i], shape=one, role="obstacle")

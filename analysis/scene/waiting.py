@@ -188,6 +188,7 @@ def _parts(
         else:
             price[row, ~shapely.intersects_xy(door.start, middles)] = np.inf
     wanted = sizes / (side * side) * min(1.0, len(points) * (side * side) / sizes.sum())
+    wanted = np.where(wanted < 20, np.ceil(wanted) + 1, wanted)  # few large ones, cut by walls
     going = _shared_out(price, wanted.astype(np.int64))
     boxes = shapely.box(*(middles - side / 2).T, *(middles + side / 2).T)
     return [free.intersection(shapely.union_all(boxes[going == row])) for row in range(len(doors))]

@@ -204,7 +204,7 @@ HIGH = [*KINDS, ("z", "f8"), ("angle", "f4")]
     [
         ("a.sqlite", lambda p: base_of(p, [(f, i, x, y, 0, 1) for i, f, x, y in walkers()], table=ALL),
          ["ori_x", "ori_y"]),
-        ("a.h5", lambda p: archive(p, [(*row, 1.7, 0) for row in walkers()], HIGH), ["z", "angle"]),
+        ("a.h5", lambda p: archive(p, [(*row, 1.7, 0) for row in walkers()], HIGH), ["angle"]),
         ("b.h5", lambda p: archive(p, [(i, f, 100 * x, 100 * y) for i, f, x, y in walkers()],
                                    x="pedestrian x-coordinate (centimeter [cm])"), []),
         ("a.csv", lambda p: p.write_bytes(gzip.compress(b"id,t,x,y\n" + b"".join(
@@ -224,7 +224,7 @@ def test_all_that_a_format_knows_is_used_or_named(name, make, unused, tmp_path, 
 @pytest.mark.parametrize(
     ("name", "make", "said"),
     [
-        ("a.h5", lambda p: archive(p, [(*row, 3.0 * row[0], 0) for row in walkers()], HIGH), "floors"),
+        ("a.h5", lambda p: archive(p, [(*row, 3.0 * (row[1] % 2), 0) for row in walkers()], HIGH), "above each other"),
         ("a.h5", lambda p: archive(p, x="in m", y="in cm"), "One of m and cm is read"),
         ("a.h5", lambda p: archive(p, [*walkers(), (1, 4, 9.0, 9.0)]), "frame 4: person 1 occurs twice"),
         ("a.csv", lambda p: p.write_text("id,t,x,y\n1,0,0,0\n", "utf-16"), "UTF-16. Save it as UTF-8"),
@@ -375,7 +375,7 @@ def test_options_of_trajectories_and_missing_files(refused, folder):
     options |= {"seed": 1, "unit": "cm", "frame-rate": 25, "window": 0.4, "others": 4, "apart": 1}
     for name, value in options.items():
         assert refused(*WORDS, "--one-disk", f"--{name}", value) == (
-            f"percussions: --{name}: only of a trajectory. Files of LEMONS say it"
+            f"percussions: --{name}: of XML only for <fcd-export> of SUMO. Files of LEMONS say it"
         )
     said = refused("import", "heads.txt", "--room", "room.toml")
     assert said.startswith("percussions: --frame: of a trajectory it is needed")

@@ -181,6 +181,8 @@ def _text(given: _Given, end: str, columns: list[str]) -> Loaded:
     if not (columns or table.columns.named) and len(names) == len(OBSMAT):
         other = tables.read_table(given.file, named=False, columns=OBSMAT)
         if rate := _rate_of_velocities(other.rows):
+            if given.frame_rate and abs(given.frame_rate - rate) <= SAME_RATE * rate:
+                rate = given.frame_rate  # which is not a measured one
             found = given.loaded(other.rows[[*PLAIN]], "m", rate)
             other.note(*PLAIN, "v_x", "v_y")
             return found
@@ -223,16 +225,37 @@ def _rate_of_velocities(rows: pd.DataFrame) -> float | None:
 def _pathfinder_json(given: _Given) -> Loaded:
     # person → time → position
     content = json.loads(reading.read_text(given.file, LARGEST_JSON), object_pairs_hook=_once)
+    try:
+        rows = [
+            (int(who), float(when), *(float(seen["position"].get(axis, "nan")) for axis in "xyz"))
+            for who, person in content.items()
+            for when, seen in person.items()
+        ]
+    except (AttributeError, KeyError, TypeError, ValueError):
+        raise given.refuse("no JSON of Pathfinder: people, their times and a position") from None
     every = [seen for person in content.values() for seen in person.values()]
     reading.note_unused(
         given.file, "keys", (key for seen in every for key in seen if key != "position")
     )
-    rows = [
-        (int(who), float(when), *(float(seen["position"].get(axis, "nan")) for axis in "xyz"))
-        for who, person in content.items()
-        for when, seen in person.items()
-    ]
     return given.loaded(pd.DataFrame(sorted(rows), columns=["id", "time", *"xyz"]), "m", None)
+
+
+def _trajnet(given: _Given) -> Loaded:
+    """Tracks of TrajNet++, an object of JSON a line; scenes say how many rows a person has in 1 s."""
+    lines = reading.read_text(given.file, LARGEST_JSON).splitlines()
+    content = [json.loads(line, object_pairs_hook=_once) for line in lines if line.strip()]
+    try:
+        tracks, scenes = ([one[key] for one in content if key in one] for key in ("track", "scene"))
+        rows = pd.DataFrame([[float(one[key]) for key in "pfxy"] for one in tracks], columns=PLAIN)
+        rates = sorted({float(one["fps"]) for one in scenes if "fps" in one})
+    except (AttributeError, KeyError, TypeError, ValueError):
+        raise given.refuse("no lines of TrajNet++: a track with f, p, x and y in each") from None
+    if len(rates) > 1:
+        raise given.refuse(f"scenes of {rates[0]:g} and {rates[-1]:g} rows per second")
+    others = sorted({key for one in tracks for key in one} - {*"pfxy"})
+    reading.note_unused(given.file, "keys", ["scenes but their fps", *others])
+    step = float(rows.groupby("id").frame.diff().median())
+    return given.loaded(seen_once(given.file, rows), "m", rates[0] * step if rates else None)
 
 
 def _once(pairs: list[tuple[str, object]]) -> dict[str, object]:
@@ -367,7 +390,7 @@ def _fcd(given: _Given) -> Loaded:
 
 
 # Readers of files that are no rows of text, by ending.
-FOREIGN = {"sqlite": _jupedsim, "json": _pathfinder_json, "xml": _fcd}
+FOREIGN = {"sqlite": _jupedsim, "json": _pathfinder_json, "ndjson": _trajnet, "xml": _fcd}
 FOREIGN |= dict.fromkeys(("h5", "hdf5"), _archive)
 
 
