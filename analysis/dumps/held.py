@@ -19,7 +19,7 @@ from analysis.dumps.reader import snapshot_of
 from analysis.scene.scene import Scene
 from analysis.support.reading import note, note_unused
 from nscd import Snapshot
-from nscd.arrays import Floats
+from nscd.arrays import Flags, Floats
 
 # What a dump of pairs must have: ids, and the force on one of the two (N). It may have tangential
 # forces beside normal ones (N), and the distance of the centres (m).
@@ -68,21 +68,27 @@ def open_contacts(path: Path, mapping: str | None = None) -> DumpIndex:
 
 
 def checked_contacts(
-    index: DumpIndex, number: int, snapshot: Snapshot, scene: Scene
+    index: DumpIndex, number: int, snapshot: Snapshot, scene: Scene, fixed: Any = ()
 ) -> EngineContacts:
     """Read the contacts of a frame, of which the snapshot is. Raises DumpError naming the line of one
-    with a disk or a wall that does not exist."""
+    with a disk or a wall that does not exist, but for walls of `fixed` disks."""
     contacts = contacts_at(index, number)
-    _check_known(index, number, contacts, snapshot, len(scene.walls))
+    _check_known(index, number, contacts, snapshot, len(scene.walls), fixed)
     return contacts
 
 
 def _check_known(
-    index: DumpIndex, number: int, contacts: EngineContacts, snapshot: Snapshot, walls: int
+    index: DumpIndex,
+    number: int,
+    contacts: EngineContacts,
+    snapshot: Snapshot,
+    walls: int,
+    fixed: Any = (),
 ) -> None:
     wall = contacts.is_wall
     known = np.isin(contacts.first, snapshot.ids)
-    known &= np.where(wall, contacts.second <= walls, np.isin(contacts.second, snapshot.ids))
+    there = (contacts.second <= walls) | np.isin(contacts.first, fixed)
+    known &= np.where(wall, there, np.isin(contacts.second, snapshot.ids))
     if not known.all():
         row = int(np.argmin(known))
         raise DumpError(
@@ -132,7 +138,8 @@ class OwnContacts:
         """The contacts of a frame of all its disks."""
         number = self.index.steps.index(ts.data["step"])
         if not self.lacks_walls:
-            found = checked_contacts(self.index, number, snapshot, self.scene)
+            fixed = () if self.standing is None else self.standing.ids
+            found = checked_contacts(self.index, number, snapshot, self.scene, fixed)
             if self.geometry:
                 self._hold(number, found, snapshot, ts.data)
             return found
@@ -178,9 +185,15 @@ class OwnContacts:
         both[1, wall] = contacts.first[wall]
         first, second = order[np.searchsorted(snapshot.ids, both, sorter=order)]
         to = walls.shortest(place[second] - place[first])
-        to[wall] = walls.nearest_point(place[first[wall]], contacts.second[wall] - 1) - place[first[wall]]  # fmt: skip
+        held = wall & ~self._beside(contacts)
+        to[held] = walls.nearest_point(place[first[held]], contacts.second[held] - 1) - place[first[held]]  # fmt: skip
         other = np.where(wall, 0.0, snapshot.radius[second])
         return to, np.hypot(*to.T) - snapshot.radius[first] - other
+
+    def _beside(self, contacts: EngineContacts) -> Flags:
+        """Tell (k,) which contacts are of a disk that does not move with a wall, which count nothing."""
+        fixed = () if self.standing is None else self.standing.ids
+        return contacts.is_wall & np.isin(contacts.first, fixed)
 
     def _hold(self, number: int, found: EngineContacts, snapshot: Snapshot, data: Any) -> None:
         index, here = self.index, range(number, number + 1)
@@ -190,14 +203,15 @@ class OwnContacts:
         slack = 3 * _resolution(some, float(np.abs(snapshot.position).max(initial=1e-3)))
         length = np.maximum(np.hypot(*to.T), 1e-300)
         off = np.abs(found.normal - to / length[:, None]).max(1, initial=0.0)
+        counts = ~self._beside(found)
         what = "nx, ny: not the direction of the bodies from the first to the second"
-        index.refuse(here, off > DIRECTION + slack / length, what)
+        index.refuse(here, counts & (off > DIRECTION + slack / length), what)
         reach = self.scene.contact.arms.reach if self.scene.contact.arms else 0.0
-        apart = (gap > slack + reach) & found.force.any(1)
+        apart = counts & (gap > slack + reach) & found.force.any(1)
         index.refuse(here, apart, "a force between bodies that are ", gap, " m apart")
         own = np.abs(found.overlap)
         slack += _resolution(own[:100].tolist(), float(own.max(initial=0.0)))
-        unlike = np.abs(found.overlap + gap) > slack
+        unlike = counts & (np.abs(found.overlap + gap) > slack)
         index.refuse(here, unlike, "overlap: that of the bodies is ", -gap, " m")
 
     def look_at_signs(self, trajectory: Any, file: Path) -> None:

@@ -259,7 +259,7 @@ def test_other_copies_of_a_file_are_the_same_film(tmp_path, change):
 def test_a_film_whose_first_frame_failed_and_where_nobody_touches(tmp_path):
     """The picture is of a frame that there is; and frames go with rows, not with their numbers."""
     rows = [(one, frame, one, frame / 10) for one in (1, 2, 3) for frame in range(4)]
-    rows += [(3, 1, 3, 0.1), (1, 10**9, 0, 0)]
+    rows += [(4, 1, 3, 0.1), (1, 10**9, 0, 0)]
     text = "# framerate: 10\n# in m\n" + "".join(" ".join(map(str, row)) + "\n" for row in rows)
     (tmp_path / "heads.txt").write_text(text)
     drive = GATE.read_text()
