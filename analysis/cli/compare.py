@@ -116,7 +116,9 @@ def compare(
 
 def _ask(file: Path, of_file: OfFile, other: str = "") -> None:
     """Raise ValueError naming at once all that a dump lacks for times and forces, before anything is
-    imported for it; other: what is needed where it has no contacts of its own."""
+    imported for it.
+
+    other: what is needed where it has no contacts of its own"""
     from analysis.support.reading import DAMAGED, open_file
 
     with open_file(file) as content:

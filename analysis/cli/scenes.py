@@ -210,6 +210,19 @@ OF_HEADS = (
 )
 
 
+def _refuse_unused(
+    context: typer.Context, people: str | None, radius_spread: float, others: int
+) -> None:
+    """Raise ValueError for options of disks that change nothing beside the others."""
+    if people is not None:
+        sizes = ("radius", "radius_spread", "mass")
+        refuse_beside(context, sizes, "--people has radii and masses of its own")
+    elif not radius_spread:
+        refuse_beside(context, ["seed"], "only with --radius-spread or --people")
+    if not others:
+        refuse_beside(context, ["apart"], "there are no other frames (--others 0)")
+
+
 def import_(
     context: typer.Context,
     file: InputFile,
@@ -259,13 +272,7 @@ def import_(
         refuse_beside(context, OF_HEADS, "of XML only for <fcd-export> of SUMO. Files of LEMONS say it")
         _import_lemons(file, room, name, one_disk, out)
         return
-    if people is not None:
-        sizes = ("radius", "radius_spread", "mass")
-        refuse_beside(context, sizes, "--people has radii and masses of its own")
-    elif not radius_spread:
-        refuse_beside(context, ["seed"], "only with --radius-spread or --people")
-    if not others:
-        refuse_beside(context, ["apart"], "there are no other frames (--others 0)")
+    _refuse_unused(context, people, radius_spread, others)
     if frame is None or one_disk:
         raise ValueError("--frame: of a trajectory it is needed, and --one-disk is for LEMONS")
     from analysis.scene.anthropometry import Varied

@@ -270,7 +270,7 @@ def test_a_film_whose_first_frame_failed_and_where_nobody_touches(tmp_path):
     assert [frame.status for frame in found[0].frames] == ["failed", "solved"]
     page = write_film(found, tmp_path, "percussions film", "heads.txt")
     said = page.read_text()
-    assert "frame 1: person 3 occurs twice" in said
+    assert "frame 1: persons 3 and 4 are at the same place" in said
     assert "Red: limits" not in said  # none is near forces of nothing
     assert "Dotted: limits" not in said
     every = Frames.parse("0::1").of(recording.numbers, tmp_path)
