@@ -19,6 +19,8 @@ Index32 = NDArray[np.int32]
 
 # Beyond this, squares of a number and their products with another leave double precision.
 LARGEST = 1e100
+# No whole number of 64 bits is so large, 2⁶³.
+TOO_LARGE = float(1 << 63)
 # What np.asarray raises for what is no array, a tensor with a gradient among them.
 NO_ARRAY = (TypeError, ValueError, OverflowError, RuntimeError)
 T = TypeVar("T")
@@ -65,7 +67,7 @@ def whole_numbers(value: ArrayLike, shape: tuple[int, ...], name: str) -> Indice
         array = given.astype(np.int64, order="C")
     if given.dtype.kind != "i":
         # a float of 2⁶³ becomes another number on each processor
-        good = (given < 2.0**63) & (given >= -(2.0**63)) & (given == np.floor(given))
+        good = (given < TOO_LARGE) & (given >= -TOO_LARGE) & (given == np.floor(given))
         _refuse_row(good, given, name, "is not a whole number below 2⁶³")
     array.flags.writeable = False
     return array
@@ -197,7 +199,7 @@ def _are_numbers(array: NDArray[Any], name: str) -> bool:
         if not isinstance(item, Real) or isinstance(item, bool):
             _bare(item, name, row)
             return False
-        if isinstance(item, int) and abs(item) >= 2**64:
+        if isinstance(item, int) and abs(item) >= 1 << 64:
             raise ValueError(f"{name}: {shown(item)} in row {row} has more than 64 bits")
     return True
 

@@ -29,8 +29,9 @@ NAMED = re.compile(
 MADE_EXACTLY = """analysis/scene/**/*.py analysis/explore/*.py analysis/engines/rigid.py analysis/engines/record.py
     analysis/engines/programs/rigid.py benchmarks/problems/families.py nscd/stepping/*.py nscd/[ab]*.py
     nscd/segments.py nscd/contacts.py nscd/laws.py nscd/frames.py nscd/solve.py"""
-# Force laws of soft bodies, fields and social forces: numbers that are shown, or compared with a tolerance.
-SHOWN = {"law.py", "smear.cpp", "soft.cpp"}
+# Force laws of soft bodies, fields and social forces, how people look: numbers that are shown, or compared
+# with a tolerance.
+SHOWN = {"law.py", "plausible.py", "smear.cpp", "soft.cpp"}
 OF_LIBM = re.compile(r"std::(pow|hypot|exp|log|a?(sin|cos|tan)|cbrt|erf|fma)\w*\(")
 CODE = "import json; from tests.test_rounding import made; print(json.dumps(made()))"
 

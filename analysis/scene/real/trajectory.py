@@ -216,9 +216,10 @@ def _rate_of_velocities(rows: pd.DataFrame) -> float | None:
     seen = moved.frame > 0
     way = moved[seen][["x", "y"]].to_numpy()
     went = rows[seen][["v_x", "v_y"]].to_numpy() * moved[seen][["frame"]].to_numpy()
-    step = (way * went).sum() / (went**2).sum()
-    apart = ((way - step * went) ** 2).sum()
-    agree = step > 0 and apart < VELOCITIES_AGREE**2 * (way**2).sum()
+    step = (way * went).sum() / (went * went).sum()
+    off = way - step * went
+    most = VELOCITIES_AGREE * VELOCITIES_AGREE * (way * way).sum()
+    agree = step > 0 and (off * off).sum() < most
     return float(np.round(1 / step, 3)) if agree else None
 
 
@@ -326,7 +327,8 @@ def _vadere(given: _Given, table: Table) -> Loaded:
         ends = rows[["id", "end_time", "end_x", "end_y"]].set_axis(["id", "time", "x", "y"], axis=1)
         following = rows.groupby("id")[["time", "x", "y"]].shift(-1)
         ended = (rows.end_time > rows.time) & np.isfinite(ends).all(axis=1)
-        apart = np.hypot(rows.end_x - following.x, rows.end_y - following.y)
+        x, y = rows.end_x - following.x, rows.end_y - following.y
+        apart = np.sqrt(x * x + y * y)
         late = rows.end_time - following.time
         wrong = ended & ((late > SAME_S) | (late.abs() <= SAME_S) & (apart > SAME_M))
         if wrong.any():
