@@ -143,7 +143,9 @@ def _shares(where: str, disks: list[Disk]) -> Floats:
     share = weight * (1 + places @ tilt)
     if share.min() <= 0 or np.abs(share @ places).max() > 1e-9 * share.sum():
         raise SceneError(f"{where}: its disks are not about its centre of mass")
-    return np.asarray((share / share.sum()).round(12))
+    share = (share / share.sum()).round(12)
+    share[share.argmax()] += 1 - math.fsum(share)  # the mass of the person is the stated one
+    return np.asarray(share)
 
 
 def _xml(file: Path, name: str) -> ElementTree.Element:
