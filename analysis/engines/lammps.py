@@ -21,7 +21,7 @@ from analysis.engines.penalty import Penalty, contact_masses, giving_step, penal
 from analysis.engines.process import Command, python_command, version_said
 from analysis.engines.record import EngineError
 from analysis.lammps_process import WALLS
-from analysis.scene.drive import Some
+from analysis.scene.distance import Some
 from analysis.scene.law import Elastic
 from analysis.scene.scene import Drive, Scene, Wall
 from analysis.scene.way import Way

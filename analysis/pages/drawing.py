@@ -232,7 +232,9 @@ def scene_picture(scene: Scene) -> Figure:
     draw_disks(axes, snapshot, PALE_BLUE)
     draw_walls(axes, lines[: len(scene.walls)])
     velocity = (
-        drive.desired_velocity(snapshot.position, snapshot.ids) if drive else snapshot.velocity
+        drive.desired_velocity(snapshot.position, snapshot.ids, snapshot.time, snapshot.radius)
+        if drive
+        else snapshot.velocity
     )
     moving = np.hypot(*velocity.T) > 0
     if moving.any():

@@ -269,7 +269,8 @@ class Setting:
         time = snapshot.time if isinstance(snapshot, Snapshot) else snapshot.time_of_rows
         # frames of bodies of several disks are not solved at once
         place = snapshot.centres if isinstance(snapshot, Snapshot) else snapshot.position
-        wanted = drive.desired_velocity(place, snapshot.ids, time) if drive else None
+        who = snapshot.ids, time, snapshot.radius
+        wanted = drive.desired_velocity(place, *who) if drive else None
         if self.kind == "desired":
             if drive is None or wanted is None:
                 if g.any():  # a crowd at rest: whatever the time, forces are the same

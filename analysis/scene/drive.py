@@ -9,10 +9,12 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 import numpy as np
 import pydantic
 
-from analysis.scene.fields import IN_ORDER, Count, Number, Point, Positive, Schema, means_of
+from analysis.scene.distance import Distance, Some
+from analysis.scene.fields import Number, Point, Positive, Schema, means_of
 from analysis.scene.way import Way, way_of
 from nscd import Snapshot, Walls, _core
 from nscd.arrays import Flags, Floats, Indices
+from nscd.contacts import connected
 from nscd.segments import dots, lengths, nearest_on_segment
 
 # The key that may stand for desired speed or relaxation time, and the latter where only it is
@@ -27,22 +29,6 @@ NOWHERE = (1e30, 1e30)
 
 # m: a door so far ahead that everybody walks along `outward` and nobody arrives.
 AHEAD = 1e29
-
-
-def _in_order(people: tuple[int, int]) -> tuple[int, int]:
-    if people[0] > people[1]:
-        raise ValueError(f"{people[0]} to {people[1]}. The first comes first")
-    return people
-
-
-class Some(Schema):
-    """Name some people: by their ids, the first and the last."""
-
-    people: Annotated[tuple[Count, Count], pydantic.AfterValidator(_in_order), IN_ORDER]
-
-    def of(self, ids: Indices) -> Flags:
-        """Who (n,) of these ids (n,) is named."""
-        return (ids >= self.people[0]) & (ids <= self.people[1])
 
 
 class Exit(Schema):
@@ -111,10 +97,6 @@ class Stop(Some):
 
     time_s: Positive
 
-    def shifted(self, by: int) -> Stop:
-        """Return it for people whose ids are larger by so much."""
-        return self.model_copy(update={"people": tuple(who + by for who in self.people)})
-
 
 class Push(Schema):
     """Say with how much people push.
@@ -157,7 +139,7 @@ class Pace(Schema):
         return rest | {"relaxation_time_s": time, "speed_m_per_s": push * time / mass}
 
 
-class Drive(Exit, Pace):
+class Drive(Distance, Exit, Pace):
     """Drive people with m(u_d − u)/τ: u_d points to the nearest point of the door (or to its
     centre), and along `outward` for those who have passed the line of the door.
 
@@ -169,13 +151,17 @@ class Drive(Exit, Pace):
     goals: doors of those who go to another one
     stops: who wants to go nowhere from a time on
     clearance_m: m, kept from corners of walls on the way; who has a wall before the door then walks
-        the shortest way that is wide enough, where left out straight at that wall"""
+        the shortest way that is wide enough, where left out straight at that wall
+
+    Who keeps a distance (`time_gap_s`, see `Distance`) has another u_d."""
 
     aim: Literal["nearest", "centre"] = "nearest"
     goals: tuple[Goal, ...] = ()
     stops: tuple[Stop, ...] = ()
     clearance_m: Annotated[Number, pydantic.Field(ge=0, le=100)] | None = None
     _way: Way | None = pydantic.PrivateAttr(None)
+    _walls: Walls | None = pydantic.PrivateAttr(None)
+    _cores: dict[bytes, _core.Drive] = pydantic.PrivateAttr(default_factory=dict)
 
     @pydantic.model_validator(mode="after")
     def _one_goal_each(self) -> Drive:
@@ -185,7 +171,8 @@ class Drive(Exit, Pace):
             raise ValueError("clearance_m: a way leads to a door. Give door_start_m and door_end_m")
         if self.clearance_m is not None and len(self.gates) < len(self.doors):
             raise ValueError("clearance_m: only where there are doors to walk to")
-        for name, parts in (("goals", self.goals), ("stops", self.stops)):
+        for name in ("goals", "stops", "pushers"):
+            parts: tuple[Some, ...] = getattr(self, name)
             ranges = sorted(part.people for part in parts)
             for (_, last), (first, _) in pairwise(ranges):
                 if first <= last:
@@ -195,9 +182,11 @@ class Drive(Exit, Pace):
     def check_people(self, ids: Iterable[Indices], before: str = "", where: str = "") -> None:
         """Raise ValueError naming a goal or a stop of people who are nowhere among these ids (n,), frame
         by frame; before, where: of the message."""
-        both, frames = (("goals", self.goals), ("stops", self.stops)), iter(ids)
+        frames, kinds = iter(ids), ("goals", "stops", "pushers")
         parts = [
-            (f"drive.{key}: number {k + 1}", p) for key, one in both for k, p in enumerate(one)
+            (f"drive.{key}: number {k + 1}", p)
+            for key in kinds
+            for k, p in enumerate(getattr(self, key))
         ]
         while parts and (frame := next(frames, None)) is not None:
             parts = [(name, part) for name, part in parts if not part.of(frame).any()]
@@ -238,24 +227,28 @@ class Drive(Exit, Pace):
 
     @property
     def needs_way(self) -> bool:
-        """Whether people walk on a way that is not found yet."""
-        return self.clearance_m is not None and self._way is None
+        """Whether walls are needed that are not known yet, for a way or a distance."""
+        has_way = self.clearance_m is not None and self._way is None
+        return has_way or (self.keeps_distance and self._walls is None)
 
     @property
     def way(self) -> Way | None:
         """The way on which people go; None where they go straight. Raises ValueError where walls
         and radii are not known yet (`routed`)."""
-        if self.needs_way:
+        if self.clearance_m is not None and self._way is None:
             raise ValueError("drive.clearance_m: the way needs walls and radii. Use Drive.routed")
         return self._way
 
     def routed(self, walls: Walls, radius: float) -> Drive:
-        """Return the drive with ways between walls for a radius (m), where it has a clearance."""
-        if self.clearance_m is None:
+        """Return the drive with ways between walls for a radius (m), where it has a clearance, and with
+        the walls from which people keep their distance."""
+        if self.clearance_m is None and not self.keeps_distance:
             return self
         doors = np.array([(*exit_.door, exit_.outward) for exit_ in self.doors], dtype=float)
         routed = self.model_copy()
-        routed._way = way_of(walls, doors, radius, self.clearance_m)
+        routed._walls, routed._cores = walls, {}
+        if self.clearance_m is not None:
+            routed._way = way_of(walls, doors, radius, self.clearance_m)
         return routed
 
     def straight(self) -> Drive:
@@ -307,14 +300,23 @@ class Drive(Exit, Pace):
         return legs
 
     def desired_velocity(
-        self, position: Floats, ids: Indices | None = None, time: Floats | float = 0.0
+        self,
+        position: Floats,
+        ids: Indices | None = None,
+        time: Floats | float = 0.0,
+        radius: Floats | None = None,
     ) -> Floats:
-        """Compute u_d of disks at position (n,2) m with ids (n,) at a time (s; (n,) or one), in m/s,
-        shape (n,2); ids are needed where there are goals or stops."""
+        """Compute u_d of disks at position (n,2) m with ids (n,) and radii (n,) m at a time (s; (n,) or
+        one), in m/s, shape (n,2); ids are needed where there are goals or stops, and radii where
+        people keep their distance, from those of the same time."""
         place = np.array(position, dtype=np.float64, order="C")
-        if ids is None and (self.goals or self.stops):
-            raise ValueError("goals, stops: the ids of people say who goes where")
+        if ids is None and (self.goals or self.stops or self.keeps_distance):
+            raise ValueError("goals, stops, time_gap_s: the ids of people say who goes where")
         who = np.arange(len(place)) if ids is None else ids
+        if self.keeps_distance:
+            if radius is None:
+                raise ValueError("drive.time_gap_s: the radii of people say how far they are apart")
+            return self._at_a_distance(place, who, np.broadcast_to(time, len(place)), radius)
         velocity, speed = np.zeros_like(place), self.speed_m_per_s
         if self.way:
             legs = self.legs(place, who)
@@ -327,11 +329,51 @@ class Drive(Exit, Pace):
         velocity[self.stopped(who, time)] = 0.0
         return velocity
 
+    def _at_a_distance(self, place: Floats, ids: Indices, time: Floats, radius: Floats) -> Floats:
+        """The same of people who keep their distance from those of their time; a time that nobody knows
+        is 0."""
+        velocity = np.empty_like(place)
+        if self.stops or self.noisy:
+            self._check_times(time)
+        known = np.nan_to_num(time)
+        for now in np.unique(known):
+            mine = known == now
+            core, width = self._core(ids[mine]), np.ascontiguousarray(radius[mine])
+            velocity[mine] = core.desired(np.ascontiguousarray(place[mine]), width, float(now))
+        return velocity
+
+    def _check_times(self, time: Floats | float) -> None:
+        if np.isnan(time).any():
+            key = "stops" if self.stops else "heading_sd_rad, jostling_m_per_s"
+            raise ValueError(f"drive.{key}: the time of the frame is not known")
+
+    def _core(self, ids: Indices) -> _core.Drive:
+        """The drive of people with these ids as the core takes it."""
+        if self.needs_way or self._walls is None:
+            raise ValueError("drive.time_gap_s: the distance needs walls. Use Drive.routed")
+        key = np.asarray(ids, dtype=np.int64).tobytes()
+        if key not in self._cores:
+            goes, stop = np.zeros(len(ids)), np.full(len(ids), np.inf)
+            exits = self.exits(ids)
+            for number, (_, mine) in enumerate(exits):
+                goes[mine] = number
+            for one in self.stops:
+                stop[one.of(ids)] = one.time_s
+            rows = [[*self.target(to), to.outward, to.door_start_m] for to, _ in exits]
+            places, way = np.array(rows, dtype=float).reshape(-1, 8), None
+            if self.way:
+                way = self.way.numbers()
+            people = goes, stop, ids.astype(float), self.push_shares(ids)
+            walls, law = connected(self._walls), self.numbers()
+            self._cores.clear()
+            self._cores[key] = _core.Drive(places, self.speed_m_per_s, walls, people, law, way)
+        return self._cores[key]
+
     def stopped(self, ids: Indices, time: Floats | float) -> Flags:
         """Tell who (n,) of people with these ids (n,) wants to go nowhere at a time (s; (n,) or one).
         Raises ValueError where it is not known."""
-        if self.stops and np.isnan(time).any():
-            raise ValueError("drive.stops: the time of the frame is not known")
+        if self.stops:
+            self._check_times(time)
         there = np.zeros(len(ids), dtype=bool)
         for stop in self.stops:
             there |= stop.of(ids) & (np.asarray(time) >= stop.time_s - INSTANT)

@@ -17,6 +17,7 @@ import tomli_w
 from pydantic import ConfigDict, Field, Strict, ValidationError
 
 from analysis.scene.anthropometry import apart, bodies_of
+from analysis.scene.distance import Distance
 from analysis.scene.drive import Drive
 from analysis.scene.fields import FileName, Means, Schema
 from analysis.scene.lammps_data import read_data, write_data, written_mass
@@ -102,8 +103,8 @@ class Scene(Room):
 
     def rerouted(self) -> Scene:
         """Return the scene with the ways of its people between its walls, where its drive has a
-        clearance and somebody is there."""
-        if self.drive is None or self.drive.clearance_m is None or not len(self.snapshot):
+        clearance or they keep their distance, and somebody is there."""
+        if self.drive is None or not len(self.snapshot):
             return self
         radius = float(self.snapshot.radius.max())
         return self.model_copy(update={"drive": self.drive.routed(self.wall_segments(), radius)})
@@ -295,6 +296,8 @@ def _entries(part: Schema) -> dict[str, Any]:
     """What a table of a scene file says: keys that have something to say."""
     said = {key: value for key, value in part.model_dump(exclude_none=True).items() if value != ()}
     if isinstance(part, Drive):
+        if not part.keeps_distance:
+            said = {key: value for key, value in said.items() if key not in Distance.model_fields}
         for exit_, table in zip(part.doors, (said, *said.get("goals", ())), strict=True):
             for key in () if exit_.has_door else ("door_start_m", "door_end_m"):
                 del table[key]

@@ -38,13 +38,22 @@ class Way:
     next: (doors, rows, columns) row of `corners` to which people go from a cell to a door; 0 where
         they go straight to the door, −1 where no way leads to it
     corners: (k,2) m; the first stands for the door
-    length: (doors, rows, columns) m, from the middle of a cell"""
+    length: (doors, rows, columns) m, from the middle of a cell
+    onward: (doors, k) m, from a corner; infinite without a way"""
 
     origin: Floats
     cell: float
     next: Indices
     corners: Floats
     length: Floats
+    onward: Floats
+
+    def numbers(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """Give it as the core takes it: origin, cell, rows and columns (5,), next corners (doors,
+        cells), corners, onward."""
+        doors, rows, columns = self.next.shape
+        grid = np.array([*self.origin, self.cell, rows, columns])
+        return grid, self.next.reshape(doors, -1).astype(float), self.corners, self.onward
 
     def at(self, position: Floats, door: int, table: Floats | Indices) -> Floats:
         """Look up a table of the way to a door at (n,2) m; 0 beyond the grid."""
@@ -113,10 +122,8 @@ def _found(start: bytes, end: bytes, doors: bytes, radius: float, clearance: flo
     middles = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     corners = _corners(walls, radius, clearance)
     shut = _with_shut_gaps(walls, 2 * radius)
-    found = [
-        _Search(shut, exits, number, radius, reach, cell).ways(corners, middles, len(x))
-        for number in range(len(exits))
-    ]
+    searches = [_Search(shut, exits, number, radius, reach, cell) for number in range(len(exits))]
+    found = [one.ways(corners, middles, len(x)) for one in searches]
     codes, lengths = (
         np.stack(each).reshape(-1, len(y), len(x)) for each in zip(*found, strict=True)
     )
@@ -125,7 +132,8 @@ def _found(start: bytes, end: bytes, doors: bytes, radius: float, clearance: flo
     renumbered[used] = np.arange(1, len(used) + 1)
     codes = np.where(codes > 0, renumbered[codes], codes)
     corners = np.concatenate([np.zeros((1, 2)), corners[used - 1]])
-    return Way(low, cell, codes, corners, lengths)
+    onward = np.stack([one.length for one in searches])[:, np.concatenate([[0], used])]
+    return Way(low, cell, codes, corners, lengths, onward)
 
 
 def _corners(walls: Walls, radius: float, clearance: float) -> Floats:

@@ -62,7 +62,7 @@ def motion_of(scene: Scene, state: Snapshot) -> Motion:
 
     def desired(place: Floats) -> Floats:
         assert drive is not None
-        return drive.desired_velocity(place, state.ids, motion.time)
+        return drive.desired_velocity(place, state.ids, motion.time, state.radius)
 
     motion = Motion(
         state,
@@ -185,7 +185,7 @@ class _Run:
             moves = bodies.mean(moves, disks.mass)[bodies.number]
             columns += [part[bodies.number] for part in (bodies.ids, bodies.inertia)]
         if drive := self.scene.drive:
-            desired = drive.desired_velocity(now.centres, disks.ids, motion.time)
+            desired = drive.desired_velocity(now.centres, disks.ids, motion.time, disks.radius)
             names = names + DRIVE_COLUMNS
             push = disks.mass[:, None] * (desired - moves) / drive.relaxation_time_s
             columns += [*push.T]

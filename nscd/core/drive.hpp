@@ -1,0 +1,50 @@
+// Where people want to go and how fast: to their doors, straight or by corners, pushing for ever or keeping their distance.
+// The law is written out in analysis.scene.drive.Drive.
+#pragma once
+
+#include <array>
+
+#include "geometry.hpp"
+
+namespace nscd {
+
+// s: a stop as late as this before an instant counts as there, since instants are rounded.
+inline constexpr double INSTANT = 1e-9;
+
+// What people who keep their distance have in common; a time gap of 0: nobody keeps one.
+struct Distance {
+    double time_gap = 0.0, heading_sd = 0.0, heading_hold = 1.0;  // s, rad, s
+    double jostling = 0.0, length = 1.0, period = 1.0;            // m/s, m, s
+    double seed = 0.0;
+};
+
+class Drive {
+public:
+    double speed = 0.0;                  // m/s, U
+    Numbers exits;                       // (d·8) m: target start, end, outward, place on the line behind which all walk outward
+    Numbers goes, stop;                  // (n) row of exits; s, from when on somebody wants to go nowhere
+    Numbers grid, next, corners, onward; // of a way: origin, cell, rows, columns; (d·cells), (k·2) m; (d·k) m, left from corners
+    Segments walls;
+    Numbers share, ids;                  // (n) of push, p; numbers that noise goes by
+
+    // Take the law; its waves are drawn.
+    void keep(const Distance& law);
+    // Velocities (n·2) m/s of people at x (n·2) m who go straight on for ever: U e.
+    Numbers wished(In x, double time) const;
+    // Velocities (n·2) m/s that people of such radii (m) want at a time (s).
+    Numbers desired(In x, In radius, double time) const;
+
+private:
+    struct Leg { double start[2], end[2], outward[2], place[2]; bool corner; };
+    struct Wave { double x, y, turning, cosine[2], sine[2]; };  // rad/m, rad/s; of the phases of both components
+    int corner_of(const double* at, int door) const;
+    Leg leg(const double* at, int door) const;
+    double left(double x, double y, int door) const;
+    void heading(const double* at, int door, double radius, double (&e)[2]) const;
+    void jostle(In x, const Flags& before, double time, Out u) const;
+
+    Distance law_;
+    std::vector<Wave> waves_;
+};
+
+}  // namespace nscd
