@@ -74,9 +74,11 @@ def test_a_push_of_one_is_todays_drive_to_the_last_bit_and_shares_mix_both():
     assert half == pytest.approx((never + pushing) / 2, abs=1e-14)
     some = drive(pushers=[{"people": (3, 5), "push_share": 1.0}])
     mixed = wanted(some, *crowd)
-    assert np.array_equal(mixed[2:5], pushing[2:5]) and np.array_equal(mixed[6:], never[6:])
+    assert np.array_equal(mixed[2:5], pushing[2:5])
+    assert np.array_equal(mixed[6:], never[6:])
     share = drive(push_share=0.4, pushing_people=0.3).push_shares(np.arange(2000))
-    assert set(share) == {0.0, 0.4} and np.mean(share > 0) == pytest.approx(0.3, abs=0.04)
+    assert set(share) == {0.0, 0.4}
+    assert np.mean(share > 0) == pytest.approx(0.3, abs=0.04)
 
 
 def test_the_law_knows_no_direction_of_its_own_and_no_one_out_of_reach():
@@ -96,9 +98,8 @@ def test_oncoming_people_are_before_each_other_until_they_have_passed():
         {"people": (2, 2), "door_start_m": (-9, -1), "door_end_m": (-9, 1), "outward": (-1, 0)}
     ]
     both = wanted(drive(goals=goals), (-5, 0.01), (-5 + 2 * RADIUS + 0.5, -0.01))
-    assert (
-        np.abs(both[:, 0]) == pytest.approx(0.5 / GAP_S, rel=0.02) and both[0, 0] > 0 > both[1, 0]
-    )
+    assert np.abs(both[:, 0]) == pytest.approx(0.5 / GAP_S, rel=0.02)
+    assert both[0, 0] > 0 > both[1, 0]
     past = wanted(drive(goals=goals), (-5, 0.01), (-5.6, -0.01))
     assert np.abs(past[:, 0]) == pytest.approx(SPEED, rel=1e-3)
 
@@ -115,9 +116,8 @@ def test_headings_have_their_spread_and_are_held_by_everybody_from_another_insta
             for t in np.arange(0, 3, 0.05)
         ]
     )
-    assert angles.mean() == pytest.approx(0, abs=0.02) and angles.std() == pytest.approx(
-        0.2, rel=0.05
-    )
+    assert angles.mean() == pytest.approx(0, abs=0.02)
+    assert angles.std() == pytest.approx(0.2, rel=0.05)
     changes = (np.diff(angles, axis=0) != 0).mean()
     assert changes == pytest.approx(0.05 / 0.5, rel=0.05)
     one = wanted(of, places[9], time=0.7, ids=ids[9:10])
