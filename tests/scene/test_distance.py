@@ -93,13 +93,20 @@ def test_the_law_knows_no_direction_of_its_own_and_no_one_out_of_reach():
     assert np.array_equal(far[:60], here)
 
 
-def test_oncoming_people_are_before_each_other_until_they_have_passed():
+def test_people_who_meet_give_way_to_each_other_until_they_have_passed():
     goals = [
         {"people": (2, 2), "door_start_m": (-9, -1), "door_end_m": (-9, 1), "outward": (-1, 0)}
     ]
-    both = wanted(drive(goals=goals), (-5, 0.01), (-5 + 2 * RADIUS + 0.5, -0.01))
-    assert np.abs(both[:, 0]) == pytest.approx(0.5 / GAP_S, rel=0.02)
-    assert both[0, 0] > 0 > both[1, 0]
+    gap, off = 0.5, 0.02
+    apart = np.sqrt((2 * RADIUS + gap) ** 2 - off**2)
+    both = wanted(drive(goals=goals), (-5, off / 2), (-5 + apart, -off / 2))
+    aside = 5 * np.exp(-gap / 0.3) * (1 - off / (2 * RADIUS))
+    expected = SPEED * np.array([1, aside]) / np.hypot(1, aside)
+    to_posts = wanted(drive(goals=goals), (-5, off / 2))[0] / SPEED  # all but along x
+    assert to_posts == pytest.approx([1, 0], abs=1e-12)
+    assert both == pytest.approx(np.stack([expected, -expected]), rel=1e-12)
+    head_on = wanted(drive(goals=goals), (-5, 0), (-5 + 2 * RADIUS + gap, 0))
+    assert head_on[0, 1] < 0 < head_on[1, 1]  # each to the right
     past = wanted(drive(goals=goals), (-5, 0.01), (-5.6, -0.01))
     assert np.abs(past[:, 0]) == pytest.approx(SPEED, rel=1e-3)
 
