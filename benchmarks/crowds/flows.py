@@ -151,7 +151,7 @@ def counterflow(seeds: int) -> None:
 def _agents() -> Iterator[tuple[str, Any, Callable[..., Any]]]:
     """JuPedSim's models, and what makes an agent of each from place, exit and journey. It takes nobody
     nearer than the radii, and ours differ by a tenth."""
-    import jupedsim as jps  # noqa: PLC0415  (an optional peer)
+    import jupedsim as jps
 
     keys = {"radius": 0.9 * RADIUS, "time_gap": LAW["time_gap_s"], "desired_speed": SPEED}
     for version in ("", "V2", "V3"):
@@ -161,7 +161,7 @@ def _agents() -> Iterator[tuple[str, Any, Callable[..., Any]]]:
 
 def peers(seeds: int) -> None:
     """Print flow and density of JuPedSim's speed models in the same rooms, with their defaults."""
-    import jupedsim as jps  # noqa: PLC0415
+    import jupedsim as jps
 
     for name, model, agent in _agents():
         for width in DOORS_M:
