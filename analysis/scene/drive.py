@@ -14,7 +14,6 @@ from analysis.scene.fields import Number, Point, Positive, Schema, means_of
 from analysis.scene.way import Way, way_of
 from nscd import Snapshot, Walls, _core
 from nscd.arrays import Flags, Floats, Indices
-from nscd.contacts import connected
 from nscd.segments import dots, lengths, nearest_on_segment
 
 # The key that may stand for desired speed or relaxation time, and the latter where only it is
@@ -195,6 +194,11 @@ class Drive(Distance, Exit, Pace):
             raise ValueError(f"{before}{name}: nobody{where} has an id from {first} to {last}")
 
     @property
+    def fastest(self) -> float:
+        """Give the fastest speed (m/s) that anybody wants."""
+        return self.speed_m_per_s + self.jostled
+
+    @property
     def doors(self) -> tuple[Exit, ...]:
         """All doors, the drive's own first; those far ahead too."""
         return (self, *self.goals)
@@ -308,7 +312,8 @@ class Drive(Distance, Exit, Pace):
     ) -> Floats:
         """Compute u_d of disks at position (n,2) m with ids (n,) and radii (n,) m at a time (s; (n,) or
         one), in m/s, shape (n,2); ids are needed where there are goals or stops, and radii where
-        people keep their distance, from those of the same time."""
+        people keep their distance, from those of the same time. Disks at one centre are then one
+        body, as wide as its widest."""
         place = np.array(position, dtype=np.float64, order="C")
         if ids is None and (self.goals or self.stops or self.keeps_distance):
             raise ValueError("goals, stops, time_gap_s: the ids of people say who goes where")
@@ -338,8 +343,15 @@ class Drive(Distance, Exit, Pace):
         known = np.nan_to_num(time)
         for now in np.unique(known):
             mine = known == now
-            core, width = self._core(ids[mine]), np.ascontiguousarray(radius[mine])
-            velocity[mine] = core.desired(np.ascontiguousarray(place[mine]), width, float(now))
+            at, who, width = np.ascontiguousarray(place[mine]), ids[mine], radius[mine]
+            body: Indices | slice = slice(None)
+            if len(np.unique(at[:, 0])) < len(at):  # there may be bodies of several disks
+                at, first, of = np.unique(at, axis=0, return_index=True, return_inverse=True)
+                body, widest = of.ravel(), np.zeros(len(at))
+                np.maximum.at(widest, body, width)
+                who, width = who[first], widest
+            core = self._core(who)
+            velocity[mine] = core.desired(at, np.ascontiguousarray(width), float(now))[body]
         return velocity
 
     def _check_times(self, time: Floats | float) -> None:
@@ -349,25 +361,30 @@ class Drive(Distance, Exit, Pace):
 
     def _core(self, ids: Indices) -> _core.Drive:
         """The drive of people with these ids as the core takes it."""
-        if self.needs_way or self._walls is None:
-            raise ValueError("drive.time_gap_s: the distance needs walls. Use Drive.routed")
         key = np.asarray(ids, dtype=np.int64).tobytes()
         if key not in self._cores:
-            goes, stop = np.zeros(len(ids)), np.full(len(ids), np.inf)
-            exits = self.exits(ids)
-            for number, (_, mine) in enumerate(exits):
-                goes[mine] = number
-            for one in self.stops:
-                stop[one.of(ids)] = one.time_s
-            rows = [[*self.target(to), to.outward, to.door_start_m] for to, _ in exits]
-            places, way = np.array(rows, dtype=float).reshape(-1, 8), None
-            if self.way:
-                way = self.way.numbers()
-            people = goes, stop, ids.astype(float), self.push_shares(ids)
-            walls, law = connected(self._walls), self.numbers()
             self._cores.clear()
-            self._cores[key] = _core.Drive(places, self.speed_m_per_s, walls, people, law, way)
+            self._cores[key] = _core.Drive(self.row(ids))
         return self._cores[key]
+
+    def row(self, ids: Indices) -> Floats:
+        """Give the numbers of people with these ids who keep their distance in a row, as the core reads
+        them, in every engine."""
+        if self.needs_way or self._walls is None:
+            raise ValueError("drive.time_gap_s: the distance needs walls. Use Drive.routed")
+        goes, stop = np.zeros(len(ids)), np.full(len(ids), np.inf)
+        exits, walls = self.exits(ids), self._walls
+        for number, (_, mine) in enumerate(exits):
+            goes[mine] = number
+        for one in self.stops:
+            stop[one.of(ids)] = one.time_s
+        low, high = walls.period_x or (0.0, 0.0)
+        corners = len(self.way.corners) if self.way else 0
+        head = len(exits), len(ids), len(walls), corners, low, high - low, self.speed_m_per_s
+        places = [np.ravel([*self.target(to), to.outward, to.door_start_m]) for to, _ in exits]
+        parts = [head, self.numbers(), np.hstack([walls.start, walls.end]), *places]
+        parts += [goes, stop, ids, self.push_shares(ids), *(self.way.numbers() if self.way else ())]
+        return np.concatenate([np.ravel(np.asarray(part, dtype=float)) for part in parts])
 
     def stopped(self, ids: Indices, time: Floats | float) -> Flags:
         """Tell who (n,) of people with these ids (n,) wants to go nowhere at a time (s; (n,) or one).

@@ -199,7 +199,7 @@ class Scene(Room):
             raise SceneError(f"{origin}: walls: two walls have the same name")
         if self.contact.arms and self.snapshot.bodies is not None:
             raise SceneError(f"{origin}: contact.arm_reach_m: only for people of one disk each")
-        for name in ("goals", "stops") if self.drive else ():
+        for name in ("goals", "stops", "pushers") if self.drive else ():
             for number, part in enumerate(getattr(self.drive, name), start=1):
                 mine = part.of(self.snapshot.ids)
                 if (wide := self.snapshot.wide) is not None:

@@ -1,6 +1,8 @@
 #include "drive.hpp"
 
 #include <algorithm>
+#include <cstring>
+#include <utility>
 
 #include "contacts.hpp"
 #include "rounding.hpp"
@@ -48,12 +50,45 @@ double decayed(double t) {
 
 }  // namespace
 
+std::optional<Drive> Drive::of(In numbers) {
+    constexpr std::size_t HEAD = 7, LAW = sizeof(Distance) / sizeof(double);
+    if (numbers.size() < HEAD + LAW) return {};
+    const double doors = numbers[0], people = numbers[1], walls = numbers[2], k = numbers[3];
+    if (!(doors >= 0.0 && people >= 0.0 && walls >= 0.0 && k >= 0.0)) return {};
+    double whole = double(HEAD + LAW) + 4 * walls + 8 * doors + 4 * people, cells = 0.0;
+    if (k > 0.0) {
+        if (!(whole + 5 <= double(numbers.size()))) return {};
+        cells = doors * numbers[std::size_t(whole) + 3] * numbers[std::size_t(whole) + 4];
+        whole += 5 + cells + 2 * k + doors * k;
+    }
+    if (whole != double(numbers.size())) return {};
+    std::size_t at = HEAD + LAW;
+    const auto taken = [&](double count) {
+        const In some = numbers.subspan(std::exchange(at, at + std::size_t(count)), std::size_t(count));
+        return Numbers(some.begin(), some.end());
+    };
+    Drive drive;
+    drive.walls = connected(taken(4 * walls), numbers[4], numbers[5]), drive.speed = numbers[6];
+    drive.exits = taken(8 * doors), drive.goes = taken(people), drive.stop = taken(people), drive.ids = taken(people), drive.share = taken(people);
+    if (k > 0.0) drive.grid = taken(5), drive.next = taken(cells), drive.corners = taken(2 * k), drive.onward = taken(doors * k);
+    for (const double door : drive.goes)
+        if (!(door >= 0.0 && door < doors)) return {};
+    for (const double corner : drive.next)
+        if (!(corner < k)) return {};
+    Distance law;
+    std::memcpy(static_cast<void*>(&law), &numbers[HEAD], sizeof law);
+    drive.keep(law);
+    return drive;
+}
+
 void Drive::keep(const Distance& law) {
     law_ = law, waves_.clear();
     if (!(law.jostling > 0.0)) return;
     Draws draw(law.seed, -1.0, 0.0);
     for (int k = 0; k < WAVES; ++k) {
         Wave wave{draw.normal() / law.length, draw.normal() / law.length, draw.normal() * TURN / law.period, {}, {}};
+        // as often as they fit into a period
+        if (walls.period > 0.0) wave.x = TURN / walls.period * std::floor(wave.x * walls.period / TURN + 0.5);
         for (int a = 0; a < 2; ++a) {
             const Turn phase = turn_by(TURN * draw.uniform());
             wave.cosine[a] = phase.cosine, wave.sine[a] = phase.sine;
@@ -128,7 +163,10 @@ void Drive::jostle(In x, const Flags& before, double time, Out u) const {
     for (std::size_t c = 0; c < x.size(); ++c) u[c] += size * added[c];
 }
 
-Numbers Drive::desired(In x, In radius, double time) const {
+Numbers Drive::desired(In at, In radius, double time) const {
+    Numbers x(at.begin(), at.end());
+    if (walls.period > 0.0)
+        for (std::size_t i = 0; i < x.size(); i += 2) x[i] -= walls.period * std::floor((x[i] - walls.low) / walls.period);
     Numbers u = wished(x, time);
     if (!(law_.time_gap > 0.0)) return u;
     const std::size_t n = radius.size();
@@ -141,7 +179,8 @@ Numbers Drive::desired(In x, In radius, double time) const {
         heading(&x[2 * i], int(goes[i]), radius[i], way);
         for (int a = 0; a < 2; ++a) e[2 * i + a] = direction[2 * i + a] = way[a];
         mine[i] = left(x[2 * i], x[2 * i + 1], int(goes[i]));
-        before[i] = time < stop[i] - INSTANT && mine[i] > 0.0;
+        const double* of = &exits[8 * int(goes[i])];
+        before[i] = time < stop[i] - INSTANT && (mine[i] > 0.0 || std::abs(of[6]) + std::abs(of[7]) > FAR);
     }
     // of both sides of each pair: whether a wall is between, or the other is nearer to the own goal
     const std::size_t pairs = near.pairs < 0 ? 0 : std::size_t(near.pairs);
@@ -152,10 +191,14 @@ Numbers Drive::desired(In x, In radius, double time) const {
         const double px = x[2 * i], py = x[2 * i + 1];
         for (std::size_t c = pairs + of_walls[i]; c < pairs + of_walls[i + 1]; ++c) {
             const std::size_t w = 2 * (near.second[c]);
-            const double ax = walls.along[w], ay = walls.along[w + 1], sx = walls.start[w] - px, sy = walls.start[w + 1] - py;
-            const double side = (dx * sy - dy * sx) * (dx * (sy + ay) - dy * (sx + ax));
-            const double other = (ax * -sy + ay * sx) * (ax * (dy - sy) - ay * (dx - sx));
-            if (side < 0.0 && other < 0.0) return true;
+            const double ax = walls.along[w], ay = walls.along[w + 1], sy = walls.start[w + 1] - py;
+            for (const double round : {0.0, walls.period, -walls.period}) {
+                const double sx = walls.start[w] + round - px;
+                const double side = (dx * sy - dy * sx) * (dx * (sy + ay) - dy * (sx + ax));
+                const double other = (ax * -sy + ay * sx) * (ax * (dy - sy) - ay * (dx - sx));
+                if (side < 0.0 && other < 0.0) return true;
+                if (!(walls.period > 0.0)) break;
+            }
         }
         return false;
     };
