@@ -111,7 +111,9 @@ class Distance(Schema):
 
     def push_shares(self, ids: Indices) -> Floats:
         """Give p (n,) of people with these ids (n,)."""
-        share = np.where(_uniform(self.seed, ids) < self.pushing_people, self.push_share, 0.0)
+        share = np.full(len(ids), self.push_share)
+        if self.pushing_people < 1:
+            share[_uniform(self.seed, ids) >= self.pushing_people] = 0.0
         for some in self.pushers:
             share[some.of(ids)] = some.push_share
         return share

@@ -321,7 +321,7 @@ class Drive(Distance, Exit, Pace):
         if self.keeps_distance:
             if radius is None:
                 raise ValueError("drive.time_gap_s: the radii of people say how far they are apart")
-            return self._at_a_distance(place, who, np.broadcast_to(time, len(place)), radius)
+            return self._at_a_distance(place, who, time, radius)
         velocity, speed = np.zeros_like(place), self.speed_m_per_s
         if self.way:
             legs = self.legs(place, who)
@@ -334,25 +334,29 @@ class Drive(Distance, Exit, Pace):
         velocity[self.stopped(who, time)] = 0.0
         return velocity
 
-    def _at_a_distance(self, place: Floats, ids: Indices, time: Floats, radius: Floats) -> Floats:
+    def _at_a_distance(
+        self, place: Floats, ids: Indices, time: Floats | float, radius: Floats
+    ) -> Floats:
         """The same of people who keep their distance from those of their time; a time that nobody knows
         is 0."""
-        velocity = np.empty_like(place)
         if self.stops or self.noisy:
             self._check_times(time)
         known = np.nan_to_num(time)
-        for now in np.unique(known):
-            mine = known == now
-            at, who, width = np.ascontiguousarray(place[mine]), ids[mine], radius[mine]
-            body: Indices | slice = slice(None)
-            if len(np.unique(at[:, 0])) < len(at):  # there may be bodies of several disks
-                at, first, of = np.unique(at, axis=0, return_index=True, return_inverse=True)
-                body, widest = of.ravel(), np.zeros(len(at))
-                np.maximum.at(widest, body, width)
-                who, width = who[first], widest
-            core = self._core(who)
-            velocity[mine] = core.desired(at, np.ascontiguousarray(width), float(now))[body]
-        return velocity
+        if known.ndim:
+            velocity = np.empty_like(place)
+            for now in np.unique(known):
+                of = known == now
+                velocity[of] = self._at_a_distance(place[of], ids[of], float(now), radius[of])
+            return velocity
+        centre = place.view(np.complex128).ravel()
+        if len(np.unique(centre)) == len(place):
+            return self._core(ids).desired(place, np.ascontiguousarray(radius), float(known))
+        # bodies of several disks, in the order of their first
+        _, first, body = np.unique(centre, return_index=True, return_inverse=True)
+        body = np.argsort(np.argsort(first))[body.ravel()]
+        np.maximum.at(widest := np.zeros(len(first)), body, radius)
+        first = np.sort(first)
+        return self._core(ids[first]).desired(place[first], widest, float(known))[body]
 
     def _check_times(self, time: Floats | float) -> None:
         if np.isnan(time).any():

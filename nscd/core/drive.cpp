@@ -40,12 +40,26 @@ struct Draws {
 };
 
 // e^−t, |t| ≤ 64, as a series at t/64 and six squares.
-double decayed(double t) {
+inline double decayed(double t) {
+    static constexpr double PART[] = {1.0, 1.0 / 2, 1.0 / 3, 1.0 / 4, 1.0 / 5, 1.0 / 6, 1.0 / 7, 1.0 / 8, 1.0 / 9, 1.0 / 10, 1.0 / 11, 1.0 / 12};
     const double q = t / 64.0;
     double sum = 1.0;
-    for (int i = 12; i > 0; --i) sum = 1.0 - q / i * sum;
+    for (int i = 11; i >= 0; --i) sum = 1.0 - q * PART[i] * sum;
     for (int i = 0; i < 6; ++i) sum *= sum;
     return sum;
+}
+
+// As turn_by, of any angle, without a branch: the compiler does several at once.
+inline Turn turned(double angle) {
+    constexpr double WHOLE = 6755399441055744.0;  // added and taken away, it rounds to whole numbers
+    const double a = (angle - TURN * ((angle * (1.0 / TURN) + WHOLE) - WHOLE)) * (1.0 / 32), q = a * a;
+    double sine = a * (1.0 - q * (1.0 / 6) * (1.0 - q * (1.0 / 20) * (1.0 - q * (1.0 / 42) * (1.0 - q * (1.0 / 72)))));
+    double less = 0.5 * q * (1.0 - q * (1.0 / 12) * (1.0 - q * (1.0 / 30) * (1.0 - q * (1.0 / 56) * (1.0 - q * (1.0 / 90)))));
+    for (int doublings = 5; doublings > 0; --doublings) {
+        const double half = sine;
+        sine = 2.0 * half * (1.0 - less), less = 2.0 * half * half;
+    }
+    return {1.0 - less, sine};
 }
 
 }  // namespace
@@ -151,16 +165,16 @@ void Drive::heading(const double* at, int door, double radius, double (&e)[2]) c
 }
 
 void Drive::jostle(In x, const Flags& before, double time, Out u) const {
-    Numbers added(x.size(), 0.0);
+    const std::size_t n = before.size();
+    Numbers along(n, 0.0), across(n, 0.0);
     for (const Wave& wave : waves_)
-        for (std::size_t i = 0; 2 * i < x.size(); ++i) {
-            if (!before[i]) continue;
-            const double angle = wave.x * x[2 * i] + wave.y * x[2 * i + 1] - wave.turning * time;
-            const Turn at = turn_by(angle - TURN * std::floor(angle / TURN + 0.5));
-            for (int a = 0; a < 2; ++a) added[2 * i + a] += at.cosine * wave.cosine[a] - at.sine * wave.sine[a];
+        for (std::size_t i = 0; i < n; ++i) {
+            const Turn at = turned(wave.x * x[2 * i] + wave.y * x[2 * i + 1] - wave.turning * time);
+            along[i] += at.cosine * wave.cosine[0] - at.sine * wave.sine[0], across[i] += at.cosine * wave.cosine[1] - at.sine * wave.sine[1];
         }
     const double size = law_.jostling * std::sqrt(2.0 / WAVES);
-    for (std::size_t c = 0; c < x.size(); ++c) u[c] += size * added[c];
+    for (std::size_t i = 0; i < n; ++i)
+        if (before[i]) u[2 * i] += size * along[i], u[2 * i + 1] += size * across[i];
 }
 
 Numbers Drive::desired(In at, In radius, double time) const {
@@ -182,7 +196,7 @@ Numbers Drive::desired(In at, In radius, double time) const {
         const double* of = &exits[8 * int(goes[i])];
         before[i] = time < stop[i] - INSTANT && (mine[i] > 0.0 || std::abs(of[6]) + std::abs(of[7]) > FAR);
     }
-    // of both sides of each pair: whether a wall is between, or the other is nearer to the own goal
+    // of both sides of a pair: whether a wall is between, and whether the other is nearer to the own goal
     const std::size_t pairs = near.pairs < 0 ? 0 : std::size_t(near.pairs);
     std::vector<std::size_t> of_walls(n + 1, 0);
     for (std::size_t c = pairs; c < near.size(); ++c) ++of_walls[near.first[c] + 1];
@@ -202,45 +216,46 @@ Numbers Drive::desired(In at, In radius, double time) const {
         }
         return false;
     };
-    Flags seen(2 * pairs, 0);  // 0: hidden; 1: further from the own goal; 2: nearer
+    const auto nearer = [&](std::size_t i, std::size_t j, double dx, double dy) {
+        const bool same = goes[i] == goes[j] && !(walls.period > 0.0);
+        return (same ? mine[j] : left(x[2 * i] + dx, x[2 * i + 1] + dy, int(goes[i]))) < mine[i];
+    };
     const auto turn = [&](std::size_t i, double ux, double uy, double size, bool round) {
         const double against = round ? std::max(0.0, ux * e[2 * i] + uy * e[2 * i + 1]) : 0.0;
         direction[2 * i] -= size * (ux - against * e[2 * i]);
         direction[2 * i + 1] -= size * (uy - against * e[2 * i + 1]);
     };
+    // several at once, which branches would not let the compiler do
+    Numbers repelled(near.size());
+    for (std::size_t c = 0; c < pairs; ++c) repelled[c] = FROM_PEOPLE * decayed(std::min(near.gap[c] * (1.0 / PEOPLE_DECAY), FADED));
+    for (std::size_t c = pairs; c < near.size(); ++c) repelled[c] = FROM_WALLS * decayed(std::min(near.gap[c] * (1.0 / WALL_DECAY), FADED));
     for (std::size_t c = 0; c < near.size(); ++c) {
         const std::size_t i = std::size_t(near.first[c]), j = std::size_t(near.second[c]);
         const double dx = near.vector[2 * c], dy = near.vector[2 * c + 1], s = near.distance[c];
-        if (!(s > 0.0)) continue;
-        if (c >= pairs) {
-            // walls turn people, and never back
-            if (near.gap[c] < FADED * WALL_DECAY) turn(i, dx / s, dy / s, FROM_WALLS * decayed(near.gap[c] / WALL_DECAY), true);
-            continue;
-        }
-        if (hidden(i, dx, dy) || hidden(j, -dx, -dy)) continue;
-        const double size = near.gap[c] < FADED * PEOPLE_DECAY ? FROM_PEOPLE * decayed(near.gap[c] / PEOPLE_DECAY) : 0.0;
-        const bool nearer = left(x[2 * i] + dx, x[2 * i + 1] + dy, int(goes[i])) < mine[i];
-        const bool other = left(x[2 * j] - dx, x[2 * j + 1] - dy, int(goes[j])) < mine[j];
-        seen[2 * c] = 1 + nearer, seen[2 * c + 1] = 1 + other;
-        turn(i, dx / s, dy / s, size, !nearer), turn(j, -dx / s, -dy / s, size, !other);
+        if (!(s > 0.0) || near.gap[c] >= FADED * (c < pairs ? PEOPLE_DECAY : WALL_DECAY)) continue;
+        const double ux = dx / s, uy = dy / s;
+        // walls turn people, and never back
+        if (c >= pairs) turn(i, ux, uy, repelled[c], true);
+        else if (!hidden(i, dx, dy) && !hidden(j, -dx, -dy)) turn(i, ux, uy, repelled[c], !nearer(i, j, dx, dy)), turn(j, -ux, -uy, repelled[c], !nearer(j, i, -dx, -dy));
     }
     for (std::size_t i = 0; i < n; ++i) {
         const double size = length(direction[2 * i], direction[2 * i + 1]);
         for (int a = 0; a < 2; ++a) direction[2 * i + a] = size > 0.0 ? direction[2 * i + a] / size : e[2 * i + a];
     }
-    const auto stands_before = [&](std::size_t i, double dx, double dy, double wide, double gap) {
+    const auto before_me = [&](std::size_t i, double dx, double dy, double wide, double gap) {
         const double nx = direction[2 * i], ny = direction[2 * i + 1];
-        if (dx * nx + dy * ny >= 0.0 && std::abs(dx * ny - dy * nx) <= ABREAST * wide) ahead[i] = std::min(ahead[i], gap);
+        return gap < ahead[i] && dx * nx + dy * ny >= 0.0 && std::abs(dx * ny - dy * nx) <= ABREAST * wide;
+    };
+    const auto look = [&](std::size_t i, std::size_t j, double dx, double dy, double gap) {
+        // nobody waits for who has stopped
+        if (before_me(i, dx, dy, radius[i] + radius[j], gap) && time < stop[j] - INSTANT && nearer(i, j, dx, dy) && !hidden(i, dx, dy) && !hidden(j, -dx, -dy))
+            ahead[i] = gap;
     };
     for (std::size_t c = 0; c < near.size(); ++c) {
         const std::size_t i = std::size_t(near.first[c]), j = std::size_t(near.second[c]);
-        const double dx = near.vector[2 * c], dy = near.vector[2 * c + 1];
-        if (c >= pairs) stands_before(i, dx, dy, radius[i], near.gap[c]);
-        else {
-            // nobody waits for who has stopped
-            if (seen[2 * c] == 2 && time < stop[j] - INSTANT) stands_before(i, dx, dy, radius[i] + radius[j], near.gap[c]);
-            if (seen[2 * c + 1] == 2 && time < stop[i] - INSTANT) stands_before(j, -dx, -dy, radius[i] + radius[j], near.gap[c]);
-        }
+        const double dx = near.vector[2 * c], dy = near.vector[2 * c + 1], gap = near.gap[c];
+        if (c < pairs && near.distance[c] > 0.0) look(i, j, dx, dy, gap), look(j, i, -dx, -dy, gap);
+        else if (c >= pairs && before_me(i, dx, dy, radius[i], gap)) ahead[i] = gap;
     }
     for (std::size_t i = 0; i < n; ++i) {
         if (time >= stop[i] - INSTANT) continue;
