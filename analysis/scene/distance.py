@@ -95,6 +95,11 @@ class Distance(Schema):
         return self.time_gap_s is not None
 
     @property
+    def jostled(self) -> float:
+        """Give the speed (m/s) beyond which nobody is jostled, 5 standard deviations."""
+        return 5.0 * self.jostling_m_per_s
+
+    @property
     def noisy(self) -> bool:
         """Whether what people want depends on the time."""
         return self.heading_sd_rad > 0 or self.jostling_m_per_s > 0
@@ -108,7 +113,9 @@ class Distance(Schema):
 
     def push_shares(self, ids: Indices) -> Floats:
         """Give p (n,) of people with these ids (n,)."""
-        share = np.where(_uniform(self.seed, ids) < self.pushing_people, self.push_share, 0.0)
+        share = np.full(len(ids), self.push_share)
+        if self.pushing_people < 1:
+            share[_uniform(self.seed, ids) >= self.pushing_people] = 0.0
         for some in self.pushers:
             share[some.of(ids)] = some.push_share
         return share
