@@ -398,16 +398,15 @@ class Distance:
     `percussions run` writes beside this script."""
 
     def __init__(self, path):
-        numbers = Path(__file__).with_name("drive.bin")
+        numbers = Path(__file__).with_name("drive.txt")
         if "NSCD_LIBRARY" not in os.environ or not numbers.exists():
             what = "people who keep their distance run by `percussions run` only"
             raise SceneFileError(f"{path}: drive.time_gap_s: {what}")
-        self.core, row = ctypes.CDLL(os.environ["NSCD_LIBRARY"]), np.fromfile(numbers)
+        self.core, row = ctypes.CDLL(os.environ["NSCD_LIBRARY"]), np.loadtxt(numbers)
         self.core.nscd_drive_new.restype = ctypes.c_void_p
         self.core.nscd_message.restype = ctypes.c_char_p
-        self.law = ctypes.c_void_p(
-            self.core.nscd_drive_new(self._at(row), ctypes.c_size_t(len(row)))
-        )
+        count = ctypes.c_size_t(len(row))
+        self.law = ctypes.c_void_p(self.core.nscd_drive_new(self._at(row), count))
         if not self.law:
             raise SceneFileError(f"{path}: drive.time_gap_s: {self.core.nscd_message().decode()}")
 
@@ -417,10 +416,10 @@ class Distance:
 
     def wanted(self, position, radius, time):
         """Desired velocities (n,2) m/s of people at (n,2) m with radii (n,) m at a time (s)."""
-        place, velocity = np.ascontiguousarray(position), np.empty_like(position, order="C")
-        arrays = map(self._at, (place, np.ascontiguousarray(radius)))
+        place, size = np.ascontiguousarray(position), np.ascontiguousarray(radius)
         count, now = ctypes.c_size_t(len(place)), ctypes.c_double(time)
-        if not self.core.nscd_drive_desired(self.law, count, *arrays, now, self._at(velocity)):
+        where = self._at(place), self._at(size), now, self._at(velocity := np.empty_like(place))
+        if not self.core.nscd_drive_desired(self.law, count, *where):
             raise RuntimeError(self.core.nscd_message().decode())
         return velocity
 

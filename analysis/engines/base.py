@@ -13,7 +13,6 @@ from analysis.scene.scene import Scene
 from analysis.support.files import shipped
 
 
-
 def bodies_apart(scene: Scene) -> str:
     """Say that people of several disks who keep their distance are not for engines with springs;
     nothing of others."""
@@ -79,7 +78,8 @@ class Engine:
         for deck in self.decks():
             shutil.copyfile(deck, decks / deck.name)
         if scene.drive and scene.drive.keeps_distance:
-            scene.drive.row(np.sort(scene.snapshot.ids)).tofile(decks / DISTANCE)
+            row = scene.drive.row(np.sort(scene.snapshot.ids))
+            np.savetxt(decks / DISTANCE, row, "%.17g")
 
     def command(
         self, folder: Path, time_step_s: float, *, decks: str, out: str = ".", guard: bool = True

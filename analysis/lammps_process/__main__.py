@@ -54,7 +54,7 @@ def main(words: Sequence[str]) -> int:
             look = _Look(engine, path.read_text(encoding="utf-8").splitlines(), file)
             engine.set_fix_external_callback(LOOK, look.step, None)
         if (path := Path(decks) / DISTANCE).exists():
-            wish = _Wish(engine, np.fromfile(path))
+            wish = _Wish(engine, np.loadtxt(path))
             engine.set_fix_external_callback(WISH, wish.step, None)
         engine.command(f"include {decks}/run.in")
     engine.close()

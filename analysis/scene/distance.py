@@ -95,11 +95,6 @@ class Distance(Schema):
         return self.time_gap_s is not None
 
     @property
-    def jostled(self) -> float:
-        """Give the speed (m/s) beyond which nobody is jostled, 5 standard deviations."""
-        return 5.0 * self.jostling_m_per_s
-
-    @property
     def noisy(self) -> bool:
         """Whether what people want depends on the time."""
         return self.heading_sd_rad > 0 or self.jostling_m_per_s > 0

@@ -47,7 +47,7 @@ const double *nscd_spins(const nscd_crowd *crowd);
 /* The larger of the residual of the law and the error of momentum, dimensionless, recomputed from the answer. */
 double nscd_error(const nscd_crowd *crowd);
 
-/* Where people want to go who keep their distance, from the numbers that `percussions run` writes for its engines (drive.bin).
+/* Where people want to go who keep their distance, from the numbers that `percussions run` writes for its engines (drive.txt).
  * Velocities (n, 2) m/s of people at (n, 2) m of radii (n) m at a time (s); 0 where it failed. */
 typedef struct nscd_drive nscd_drive;
 nscd_drive *nscd_drive_new(const double *numbers, size_t count);
