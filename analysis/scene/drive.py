@@ -257,7 +257,7 @@ class Drive(Distance, Exit, Pace):
             return self
         doors = np.array([(*exit_.door, exit_.outward) for exit_ in self.doors], dtype=float)
         routed = self.model_copy()
-        routed._walls, routed._cores = walls, {}
+        routed._walls, routed._cores = walls if self.keeps_distance else None, {}
         if self.clearance_m is not None:
             routed._way = way_of(walls, doors, radius, self.clearance_m)
         return routed

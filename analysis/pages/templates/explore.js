@@ -476,12 +476,13 @@
   // Flow (per metre and second) and largest contact of late, in words, beside what was measured.
   function tell() {
     const gates = new Map(exits(scene.content).filter((one) => !one.ahead).map((one) => [`${one.door_start_m} ${one.door_end_m}`, gap(one.door_start_m, one.door_end_m)]));
-    const widths = [...gates.values()], [t, now] = run.flow.at(-1), [from, then] = run.flow.find(([one]) => one >= Math.max(run.since, t - FLOW_S) - 1e-9) || [t];
-    const most_ = most(run.peak.filter(([one]) => one > t - 1 + 1e-9).map((one) => one[1])), known = widths.length && t - from > 1 - 1e-9 && now < scene.disks.id.length;
-    const flow = known ? (now - then) / (t - from) / widths.reduce((sum, one) => sum + one) : null, [low, high] = MEASURED, far = +(flow || 0).toFixed(1);
-    const verdict = known && least(widths) >= WIDE_M - 1e-9 ? (far > high ? " No measured crowd flows so fast." : far < low ? " This one flows less." : " <b>This one flows so.</b>") : "";
-    $("crowd").innerHTML = `${widths.length ? `Flow <b>${flow === null ? "–" : far.toFixed(1)} people per metre and second</b>, largest` : "Largest"} contact of the last second <b>${number(rounded(most_))} N</b>.${
-      widths.length ? ` Measured crowds: ${low} to ${high} through doors from ${WIDE_M} m.${verdict}` : ""}`;
+    const widths = [...gates.values()], [t, now] = run.flow.at(-1), [from, then] = run.flow.find(([one]) => one >= Math.max(run.since, t - FLOW_S) - 1e-9) || [t, now];
+    const peak = most(run.peak.filter(([one]) => one > t - 1 + 1e-9).map((one) => one[1])), over = widths.reduce((sum, one) => sum + one, 0) * (t - from), count = now - then;
+    const known = t - from > 1 - 1e-9 && now > 0 && now < scene.disks.id.length, [low, high] = MEASURED;
+    // one person more or less makes no verdict
+    const verdict = !known || least(widths) < WIDE_M - 1e-9 ? "" : (count - 1) / over > high ? " No measured crowd flows so fast." : (count + 1) / over < low ? " This one flows less." : " <b>This one flows so.</b>";
+    const flow = `Flow <b>${known ? (count / over).toFixed(1) : "–"} people per metre and second</b>, largest`, load = `contact of the last second <b>${number(rounded(peak))} N</b>.`;
+    $("crowd").innerHTML = widths.length ? `${flow} ${load} Measured crowds: ${low} to ${high} through doors from ${WIDE_M} m.${verdict}` : `Largest ${load}`;
   }
   function curve(on, points, title, told = (one) => one) {
     const sharp = devicePixelRatio || 1, [wide, high] = [on.clientWidth, on.clientHeight], pen = on.getContext("2d");

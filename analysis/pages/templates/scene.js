@@ -270,7 +270,7 @@ function outside(people, lines, doors) {
 }
 
 // ---- files and links
-// TOML as scene files have it, without dotted keys, tables in braces and strings of several lines: tables without prototype.
+// TOML as scene files have it, without dotted keys and strings of several lines: tables without prototype.
 function fromToml(given) {
   const text = given.replace(/\r\n/g, "\n"), top = Object.create(null), kinds = new Map([[top, "head"]]);
   let at = 0, deep = 0, current = top;
@@ -285,12 +285,25 @@ function fromToml(given) {
     --deep;
     return found;
   };
+  const braces = () => {
+    const one = Object.create(null);
+    if (++deep > 50) fail();
+    do {
+      const [, key] = need(/[ \t]*([\w-]+)[ \t]*=[ \t]*/y);
+      if (has(one, key)) fail();
+      one[key] = value();
+    } while (eat(/[ \t]*,/y));
+    need(/[ \t]*\}/y), --deep;
+    return one;
+  };
   function value() {
     const from = at, quoted = eat(/"(?!"")(?:\\.|[^"\\\n])*"/y), literal = quoted || eat(/'(?!'')([^'\n]*)'/y);
     if (quoted && /\\(?:\/|u[dD][89a-fA-F])/.test(quoted[0])) fail(from);
     if (quoted) try { return JSON.parse(quoted[0].replace(/\t/g, "\\t")); } catch { fail(from); }
     if (literal) return literal[1];
     if (eat(/\[/y)) return list();
+    if (eat(/\{[ \t]*\}/y)) return Object.create(null);
+    if (eat(/\{/y)) return braces();
     const [word] = need(/[\w.+-]+/y), size = Number(word.replace(/_/g, "").replace(/inf$/, "Infinity"));
     if (word === "true" || word === "false") return word === "true";
     const [, part] = /^[-+]?(?:(?:0|[1-9](?:_?\d)*)((?:\.\d(?:_?\d)*)?(?:[eE][-+]?\d(?:_?\d)*)?)|inf|nan)$/.exec(word) || fail(from);
