@@ -9,128 +9,76 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import expit, logit
 
-from analysis.infer.crowd import PRIOR, Ran, Site, crowd_of, simulate, uniform
-from analysis.infer.posterior import FITS, INTERVAL, Posterior, Reference
+from analysis.infer.crowd import PRIOR, Ran, Site, crowd_of, simulate
+from analysis.infer.posterior import INTERVAL, Posterior, Reference
 from analysis.support.machine import cores
 from analysis.support.parallel import Progress, Task, do_all, workers
 from nscd.arrays import Floats
 
-# What follows from a crowd, after the parameters of PRIOR; N, added before logarithms are taken.
+# What follows from a crowd, after the parameters of PRIOR; N that is added before logarithms are taken.
 FORCES, SOFT_N = ("contact_N", "wall_N"), 20.0
 NAMES = (*PRIOR, *FORCES)
-# Least quotient of the ends of an interval of a wall load: a wrong rule for walls is not seen.
+# A crowd farther from the runs than such a share of them is from others fits nothing.
+FITS = 0.95
+# Least quotient of the bounds of a wall load: a wrong rule for walls is not seen.
 WALL_FACTOR = 1.5
-SMALLEST, EDGE = 1e-3, 1e-6
-FEWEST_RUNS = 60
-# CPU seconds of a person's second.
-COST_S = 2.5e-4
+SMALLEST, EDGE, FEWEST_RUNS = 1e-3, 1e-6, 60
+COST_S = 2.5e-4  # CPU seconds of a person's second
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Inferred:
-    """Hold what runs say of a crowd that was seen.
+    """Hold what runs say of a crowd that was seen. Quantiles (3,) are 5, 50 and 95 %, by NAMES.
 
-    site, seen: where, and its statistics by name
-    drawn: (n,k) numbers from 0 to 1 of PRIOR
-    statistics: (n,s) of the runs, in the order of `seen`
-    forces: (n,2) N, of FORCES
-    unsolved: how many runs had no answer, or nobody to be measured
-    left_out: (n,3,k+2) quantiles of each run, inferred from the others, of coordinates"""
+    seen: statistics by name; statistics: (n,s) of the runs
+    values: (n,k+2) parameters of the runs and forces (N), as NAMES
+    unsolved: runs that had no solution, or nobody to be measured
+    beyond: share of runs that are nearer to others than what was seen is to any
+    prior, found: quantiles; of wall loads no finer than a factor 1.5; alone: from some statistics
+    width: of the intervals, as a share of the prior's (of forces in their logarithm)
+    coverage: share of runs that lie in the 90 % interval inferred from the others
+    owed: share of the scatter of the contact force that goes with a parameter"""
 
-    site: Site
     seen: Mapping[str, float]
-    drawn: Floats
     statistics: Floats
-    forces: Floats
+    values: Floats
     unsolved: int
-    left_out: Floats
-
-    @property
-    def coordinates(self) -> Floats:
-        """Parameters and forces (n,k+2) without bounds: logit, and log(F + 20 N)."""
-        return _coordinates(self.drawn, self.forces)
-
-    def reference(self, names: Sequence[str] = ()) -> Reference:
-        """Give the runs as the inference takes them, with some of the statistics, or all."""
-        chosen = [list(self.seen).index(name) for name in names or self.seen]
-        every = _comparable(list(self.seen), self.statistics)[:, chosen]
-        return Reference(coordinates=self.coordinates, statistics=every)
-
-    def posterior(self, names: Sequence[str] = ()) -> Posterior:
-        """Infer parameters (as they are) and forces (N) from some of the statistics, or all."""
-        chosen = {name: self.seen[name] for name in names or self.seen}
-        seen = _comparable(list(chosen), np.array([list(chosen.values())]))[0]
-        found = self.reference(names).posterior(seen)
-        return found._replace(sample=_values(found.sample))
-
-    @property
-    def beyond(self) -> float:
-        """The share of runs that are nearer to others than what was seen is to any."""
-        seen = _comparable(list(self.seen), np.array([list(self.seen.values())]))[0]
-        return self.reference().misfit(seen)
+    beyond: float
+    prior: Mapping[str, Floats]
+    found: Mapping[str, Floats]
+    alone: Mapping[tuple[str, ...], Mapping[str, Floats]]
+    width: Mapping[str, float]
+    coverage: Mapping[str, float]
+    owed: Mapping[str, float]
 
     @property
     def fits(self) -> bool:
         """Whether what was seen lies within the runs; where not, nothing follows."""
         return self.beyond < FITS
 
-    def intervals(self, names: Sequence[str] = ()) -> dict[str, Floats]:
-        """Give 5, 50 and 95 % (3,) of each of NAMES; of the wall load no finer than 1.5."""
-        columns = self.posterior(names).quantiles().T
-        found = dict(zip(NAMES, columns, strict=True))
-        low, middle, high = found["wall_N"]
-        wider = np.sqrt(max(1.0, WALL_FACTOR * (low + SOFT_N) / (high + SOFT_N)))
-        ends = (low + SOFT_N) / wider - SOFT_N, middle, (high + SOFT_N) * wider - SOFT_N
-        found["wall_N"] = np.maximum(ends, 0.0)
-        return found
 
-    def prior(self) -> dict[str, Floats]:
-        """Give 5, 50 and 95 % (3,) of each of NAMES in all runs."""
-        columns = np.quantile(_values(self.coordinates), INTERVAL, axis=0).T
-        return dict(zip(NAMES, columns, strict=True))
-
-    def coverage(self) -> dict[str, float]:
-        """Give the share of runs whose own value is within the 90 % interval from the others."""
-        low, _, high = np.moveaxis(self.left_out, 1, 0)
-        inside = (low <= self.coordinates) & (self.coordinates <= high)
-        return dict(zip(NAMES, inside.mean(0).tolist(), strict=True))
-
-    def width(self, quantiles: Floats) -> dict[str, float]:
-        """Compare intervals (3,k+2) of coordinates with those of the prior: parameters as uniform numbers,
-        forces in their logarithm."""
-        every, k = self.coordinates, len(PRIOR)
-        span = np.quantile(every[:, k:], INTERVAL, axis=0)
-        shares = [*((expit(quantiles[2, :k]) - expit(quantiles[0, :k])) / (INTERVAL[2] - INTERVAL[0]))]
-        shares += [*((quantiles[2, k:] - quantiles[0, k:]) / (span[2] - span[0]))]
-        return {name: float(share) for name, share in zip(NAMES, shares, strict=True)}
-
-    def widths(self) -> dict[str, float]:
-        """Give the width of the intervals as a share of the prior's."""
-        seen = _comparable(list(self.seen), np.array([list(self.seen.values())]))[0]
-        return self.width(self.reference().posterior(seen).quantiles())
-
-    def owed(self) -> dict[str, float]:
-        """Give what share of the scatter of the contact force goes with each parameter."""
-        shares = self.posterior().owed(NAMES.index("contact_N"))
-        return dict(zip(PRIOR, shares.tolist(), strict=False))
+def uniform(seed: int, number: int) -> Floats:
+    """Draw the numbers (k,) from 0 to 1 of a run's PRIOR: the same on every processor."""
+    return np.random.default_rng([seed, number]).random(len(PRIOR))
 
 
-def _coordinates(drawn: Floats, forces: Floats) -> Floats:
-    bounded = logit(np.clip(drawn, EDGE, 1 - EDGE))
-    return np.concatenate([bounded, np.log(forces + SOFT_N)], axis=1)
+def comparable(names: Sequence[str], statistics: Floats) -> Floats:
+    """Give statistics (…,s) as they are compared: logarithms, but of what may be below 0."""
+    signed = [name == "correlation" for name in names]
+    return np.where(signed, statistics, np.log(np.maximum(statistics, SMALLEST)))
 
 
 def _values(coordinates: Floats) -> Floats:
     """Parameters and forces of coordinates (n,k+2)."""
-    k = len(PRIOR)
-    crowds = [list(crowd_of(row).values()) for row in expit(coordinates[:, :k])]
-    return np.concatenate([crowds, np.maximum(np.exp(coordinates[:, k:]) - SOFT_N, 0.0)], axis=1)
+    crowds = [[*crowd_of(row).values()] for row in expit(coordinates[:, : len(PRIOR)])]
+    return np.concatenate([crowds, np.maximum(np.exp(coordinates[:, len(PRIOR) :]) - SOFT_N, 0.0)], axis=1)
 
 
-def _comparable(names: Sequence[str], statistics: Floats) -> Floats:
-    """Statistics (n,s) as they are compared: logarithms, but of what may be below 0."""
-    signed = [name == "correlation" for name in names]
-    return np.where(signed, statistics, np.log(np.maximum(statistics, SMALLEST)))
+def _quantiles(found: Posterior) -> dict[str, Floats]:
+    named = dict(zip(NAMES, found._replace(sample=_values(found.sample)).quantiles().T, strict=True))
+    low, middle, high = named["wall_N"] + SOFT_N
+    wider = np.sqrt(max(1.0, WALL_FACTOR * low / high))
+    return named | {"wall_N": np.maximum(np.array([low / wider, middle, high * wider]) - SOFT_N, 0.0)}
 
 
 def one_run(site: Site, seed: int, number: int) -> Ran | None:
@@ -139,63 +87,58 @@ def one_run(site: Site, seed: int, number: int) -> Ran | None:
 
 
 def run_prior(
-    site: Site, runs: int, seed: int, progress: Progress | None = None, processes: int | None = None
+    site: Site, runs: int = 200, seed: int = 1, progress: Progress | None = None, processes: int | None = None
 ) -> list[Ran | None]:
-    """Run so many crowds of the prior, in parallel."""
-    tasks = [Task(call=one_run, arguments=(site, seed, k), work=1.0) for k in range(runs)]
-    alone = (processes or cores()) == 1
-    with nullcontext() if alone else workers(processes) as executor:
+    """Run so many crowds of the prior, in parallel; None where a step is not solved."""
+    tasks = [Task(call=one_run, arguments=(site, seed, number), work=1.0) for number in range(runs)]
+    with nullcontext() if (processes or cores()) == 1 else workers(processes) as executor:
         return do_all(tasks, executor, "simulations", progress)
 
 
-def infer_from(
-    site: Site,
-    seen: Mapping[str, float],
-    ran: Sequence[Ran | None],
-    seed: int,
-    progress: Progress | None = None,
-) -> Inferred:
-    """Infer the push of a crowd that was seen from runs of `run_prior` with the same seed.
-
-    Raises ValueError where fewer than 60 runs can be compared."""
-    good = [
-        (uniform(seed, number), [one.statistics[name] for name in seen], one[1:])
-        for number, one in enumerate(ran)
-        if one is not None and all(np.isfinite(one.statistics[name]) for name in seen)
-    ]
-    if len(good) < FEWEST_RUNS:
-        raise ValueError(f"runs: {len(good)} can be compared. At least {FEWEST_RUNS} are needed")
-    drawn, statistics, forces = (np.array(part, dtype=float) for part in zip(*good, strict=True))
-    if progress:
-        progress("each run inferred from the others", 0.0)
-    coordinates = _coordinates(drawn, forces)
-    every = Reference(coordinates=coordinates, statistics=_comparable(list(seen), statistics))
-    left_out = every.left_out()
-    if progress:
-        progress("each run inferred from the others", 1.0)
-    return Inferred(
-        site=site, seen=dict(seen), drawn=drawn, statistics=statistics, forces=forces,
-        unsolved=len(ran) - len(good), left_out=left_out,
-    )  # fmt: skip
-
-
 def infer(
-    site: Site,
-    seen: Mapping[str, float],
-    *,
-    runs: int = 200,
-    seed: int = 1,
-    progress: Progress | None = None,
-    processes: int | None = None,
+    seen: Mapping[str, float], ran: Sequence[Ran | None], seed: int = 1, progress: Progress | None = None
 ) -> Inferred:
     """Infer the push of a crowd from its statistics, and the contact forces and wall loads that follow.
 
-    site, seen: see `analysis.infer.seen.see`
-    runs: simulations of the same place, drawn from PRIOR by the seed
+    seen: of `seen.see`; ran: of `run_prior` at the same place with the same seed
 
-    Raises ValueError where too few runs can be compared."""
-    ran = run_prior(site, runs, seed, progress, processes)
-    return infer_from(site, seen, ran, seed, progress)
+    Raises ValueError where fewer than 60 runs can be compared."""
+    names = [name for name, value in seen.items() if np.isfinite(value)]
+    good = [
+        (uniform(seed, k), [one.statistics[name] for name in names], one[1:])
+        for k, one in enumerate(ran)
+        if one is not None and all(np.isfinite(one.statistics[name]) for name in names)
+    ]
+    if len(good) < FEWEST_RUNS:
+        raise ValueError(f"runs: {len(good)} of {len(ran)} can be compared. At least {FEWEST_RUNS} are needed")
+    drawn, statistics, forces = (np.array(part, dtype=float) for part in zip(*good, strict=True))
+    bounded = logit(np.clip(drawn, EDGE, 1 - EDGE))
+    coordinates = np.concatenate([bounded, np.log(forces + SOFT_N)], axis=1)
+    every = Reference(coordinates, comparable(names, statistics))
+    crowd = comparable(names, np.array([seen[name] for name in names]))
+    report = progress or (lambda label, share: None)
+    report("each run from the others", 0.0)
+    left_out = every.left_out()
+    report("each run from the others", 1.0)
+    posterior, k = every.posterior(crowd), len(PRIOR)
+    inside = (left_out[:, 0] <= coordinates) & (coordinates <= left_out[:, 2])
+    low, _, high = posterior.quantiles()
+    widths = np.diff(np.quantile(coordinates[:, k:], (INTERVAL[0], INTERVAL[2]), axis=0), axis=0)[0]
+    share = [*(expit(high[:k]) - expit(low[:k])) / (INTERVAL[2] - INTERVAL[0]), *(high[k:] - low[k:]) / widths]
+    alone = {
+        tuple(names[:n]): _quantiles(Reference(coordinates, every.statistics[:, :n]).posterior(crowd[:n]))
+        for n in range(1, len(names))
+    }
+    values = _values(coordinates)
+    return Inferred(
+        seen={name: seen[name] for name in names}, statistics=statistics, values=values,
+        unsolved=len(ran) - len(good), beyond=every.misfit(crowd),
+        prior=dict(zip(NAMES, np.quantile(values, INTERVAL, axis=0).T, strict=True)),
+        found=_quantiles(posterior), alone=alone,
+        width=dict(zip(NAMES, map(float, share), strict=True)),
+        coverage=dict(zip(NAMES, inside.mean(0).tolist(), strict=True)),
+        owed=dict(zip(PRIOR, posterior.owed(k).tolist(), strict=False)),
+    )  # fmt: skip
 
 
 def expected_seconds(site: Site, runs: int) -> float:

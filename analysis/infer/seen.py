@@ -1,11 +1,11 @@
-"""What was seen of a crowd: tracks of a film or trajectory, or the three numbers of a table."""
+"""What was seen of a crowd: tracks of a film or trajectory, or the numbers of a table."""
 
 from __future__ import annotations
 
 import csv
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
@@ -19,12 +19,11 @@ from analysis.support.reading import UnreadableError
 from nscd.arrays import Floats
 from nscd.segments import lengths
 
-# Columns of a table of crowds, and what they are called here.
-FLOW, PEOPLE = "flow_per_s", ("people", "n")
-COLUMNS = {FLOW: "flow", "density_per_m2": "density", "speed_m_per_s": "speed"}
-ZONE = ("zone_start_m", "zone_end_m")
-# More people per metre of door and second, people per m², and m/s, has no crowd.
-MOST = {"flow": 8.0, "density": 15.0, "speed": 3.0}
+# Columns of a table of crowds, what they are called here, and what no crowd has more of: people per s
+# and metre of door, per m², m/s.
+FLOW = "flow_per_s"
+COLUMNS = {FLOW: ("flow", 8.0), "density_per_m2": ("density", 15.0), "speed_m_per_s": ("speed", 3.0)}
+PEOPLE, ZONE, MOST_PEOPLE = ("people", "n"), ("zone_start_m", "zone_end_m"), 2000
 # s: frames may be so far apart; and the share of people who may come late.
 LONGEST_S, LATE = 0.5, 0.2
 
@@ -48,35 +47,29 @@ def seen_in_tracks(recording: Recording, room: Room, path: str) -> Seen:
         raise TrajectoryError(f"{file}: frames are {step:.3g} s apart. At most {LONGEST_S:g} s is needed")
     position = _sampled(recording)
     there = np.isfinite(position[..., 0])
-    if not there.any():
-        raise TrajectoryError(f"{file}: nobody is seen")
     gate = gate_of(room, path, position[there])
-    flat = shapely.contains_xy(gate.floor, np.where(there, position[..., 0], 1e9), position[..., 1])
-    waiting = flat & there & (gate.ahead(position) > 0)
-    position, waiting = position[:, waiting.any(0)], waiting[:, waiting.any(0)]
-    count = waiting.sum(1)
-    if not count.any():
+    before = there & (gate.ahead(position) > 0)
+    before &= shapely.contains_xy(gate.floor, np.where(there, position[..., 0], 1e9), position[..., 1])
+    position, before = position[:, before.any(0)], before[:, before.any(0)]
+    if not before.any():
         raise TrajectoryError(f"{file}: nobody is before the door of {path}. Is the unit right (m, cm)?")
+    count = before.sum(1)
     first = len(count) - 1 - int(count[::-1].argmax())
-    late = int((~waiting[: first + 1].any(0)).sum())
-    position, notes = position[first:], []
-    if late > LATE * position.shape[1]:
+    late = int((~before[: first + 1].any(0)).sum())
+    if late > LATE * len(before[0]):
         raise TrajectoryError(
-            f"{file}: {late} of {position.shape[1]} people come after most are there. Give a part of it "
-            "in which a crowd leaves"
+            f"{file}: {late} of {len(before[0])} people come when most are there. Give the part in which a "
+            "crowd leaves"
         )
-    if late:
-        notes = [f"{late} people come later and are not simulated"]
+    position, start = position[first:], position[first, before[first]]
+    left = departures(gate, position)
     try:
-        left = departures(gate, position)
-        span = span_of(left)
+        span = span_of(int(np.isfinite(left).sum()))
     except ValueError as error:
         raise TrajectoryError(f"{file}: {error}") from None
-    start = position[0, waiting[first]]
-    site = Site(
-        room=room, gate=gate, people=len(start), span=span, start=start,
-        duration_s=STEP_S * float(np.sort(left)[span[1]]),
-    )  # fmt: skip
+    duration = STEP_S * float(np.sort(left)[span[1]])
+    site = Site(room=room, gate=gate, people=len(start), span=span, start=start, duration_s=duration)
+    notes = [f"{late} people come later and are not simulated"] if late else []
     return Seen(site, measure(gate, position, span), notes)
 
 
@@ -88,12 +81,10 @@ def _sampled(recording: Recording) -> Floats:
     tracks = []
     for _, one in rows.groupby("id"):
         when = one.time.to_numpy()
-        after = np.clip(np.searchsorted(when, time - 1e-6), 1, len(when) - 1) if len(when) > 1 else 0
         track = np.stack([np.interp(time, when, one[axis].to_numpy()) for axis in "xy"], axis=1)
-        gone = (time < when[0] - 1e-6) | (time > when[-1] + 1e-6)
-        if len(when) > 1:
-            gone |= when[after] - when[after - 1] > LONGEST_S + 1e-6
-        track[gone] = np.nan
+        after = np.clip(np.searchsorted(when, time - 1e-6), 0, len(when) - 1)
+        gap = when[after] - when[np.maximum(after - 1, 0)]
+        track[(time < when[0] - 1e-6) | (time > when[-1] + 1e-6) | (gap > LONGEST_S + 1e-6)] = np.nan
         tracks.append(track)
     return np.stack(tracks, axis=1)
 
@@ -103,60 +94,45 @@ def seen_in_table(file: Path, room: Room, path: str, row: str | None = None) -> 
 
     row: of several, by its first cell. Raises UnreadableError naming the column, for what is missing
     and for numbers that no crowd has."""
-    rows = csv.DictReader(reading.read_text(file).splitlines())
-    names = list(rows.fieldnames or ())
-    found = [one for one in rows if row is None or one[names[0]] == row]
+    table = csv.DictReader(reading.read_text(file).splitlines())
+    names = list(table.fieldnames or ())
+    found = [one for one in table if row is None or one[names[0]] == row]
     if len(found) != 1:
-        which = f"{len(found)} rows" if row is None else f"{len(found)} rows of {names[0]} {row!r}"
-        raise UnreadableError(f"{file}: {which}. Name one with --row")
-    used = [*COLUMNS, *ZONE, next((name for name in PEOPLE if name in names), PEOPLE[0])]
-    reading.note_unused(file, "columns", [name for name in names[1:] if name not in used])
-    cells = {name: _number(file, name, found[0][name]) for name in used if found[0].get(name)}
-    for name in (FLOW, used[-1]):
-        if name not in cells:
-            raise UnreadableError(f"{file}: {name}: a number is needed")
-    people = cells[used[-1]]
-    if people != round(people) or not FEWEST <= people <= 5000:
-        raise UnreadableError(f"{file}: {used[-1]}: {people:g}. A whole number from 5 to 5000 is needed")
-    gate = gate_of(room, path, np.zeros((0, 2)))
+        raise UnreadableError(f"{file}: {len(found)} rows{f' {row!r}' if row else ''}. Name one of its rows with --row")
+    used = [*COLUMNS, *ZONE, who := next((name for name in PEOPLE if name in names), PEOPLE[0])]
+    reading.note_unused(file, "columns", [name for name in names[found[0][names[0]] == row :] if name not in used])
+    cells: dict[str, float] = {}
+    for name in used:
+        cell = (found[0].get(name) or "").strip()
+        if (cell or name in (FLOW, who)) and not reading.NUMBER.fullmatch(cell):
+            raise UnreadableError(f"{file}: {name}: {cell[:40]!r}. A number is needed")
+        cells |= {name: float(cell)} if cell else {}
+    if cells[who] != round(cells[who]) or not FEWEST <= cells[who] <= MOST_PEOPLE:
+        raise UnreadableError(f"{file}: {who}: {cells[who]:g}. A whole number from {FEWEST} to {MOST_PEOPLE} is needed")
+    gate, people = gate_of(room, path, np.zeros((0, 2))), int(cells[who])
     low, high = (cells.get(name, usual) for name, usual in zip(ZONE, gate.zone, strict=True))
-    if not 0 <= low < high:
-        raise UnreadableError(f"{file}: {ZONE[0]}: {low:g} m is not below {ZONE[1]}, {high:g} m")
     gate = replace(gate, zone=(low, high), strip=True)
-    if not gate.area > 0:
-        raise UnreadableError(f"{file}: {ZONE[0]}: no floor is so far before the door")
-    statistics = {COLUMNS[name]: value for name, value in cells.items() if name in COLUMNS}
-    width = float(lengths(gate.end - gate.start))
-    for column, name in COLUMNS.items():
-        value, most = statistics.get(name, 0.5 * MOST[name]), MOST[name]
-        most *= width if name == "flow" else 1.0
-        if not 0 < value <= most:
-            raise UnreadableError(
-                f"{file}: {column}: {value:g}. No crowd has more than {most:.3g}, or 0 and less"
-            )
-    count = int(people)
-    span = int(0.1 * count), min(count - 1, int(0.9 * count))
+    if not (0 <= low < high and gate.area > 0):
+        raise UnreadableError(f"{file}: {', '.join(ZONE)}: from {low:g} to {high:g} m before the door is no floor")
+    for column in COLUMNS.keys() & cells.keys():
+        most = COLUMNS[column][1] * (float(lengths(gate.end - gate.start)) if column == FLOW else 1.0)
+        if not 0 < cells[column] <= most:
+            raise UnreadableError(f"{file}: {column}: {cells[column]:g}. No crowd has that: above 0 to {most:.3g} is needed")
+    statistics = {name: cells[column] for column, (name, _) in COLUMNS.items() if column in cells}
+    span = span_of(people)
     duration = (span[1] + 1) / statistics["flow"] + 2.0
-    return Seen(Site(room=room, gate=gate, people=count, span=span, duration_s=duration), statistics, [])
+    return Seen(Site(room=room, gate=gate, people=people, span=span, duration_s=duration), statistics, [])
 
 
-def _number(file: Path, name: str, cell: str) -> float:
-    if not reading.NUMBER.fullmatch(cell.strip()):
-        raise UnreadableError(f"{file}: {name}: {cell[:40]!r} is no number")
-    return float(cell)
-
-
-def see(file: Path, room: Path, row: str | None = None, **of_file: object) -> Seen:
-    """Read what was seen: a table that has a column flow_per_s, or else tracks; of_file: see
-    `Recording.read`.
+def see(file: Path, room: Path, row: str | None = None, **of_tracks: Any) -> Seen:
+    """Read what was seen: a table that has a column flow_per_s, else tracks; of_tracks: see `Recording.read`.
 
     Raises ValueError in one line naming the file, and the line, column or person."""
     stated, _ = read_room(room, whole=False)
-    head = reading.start_of(file, reading.LONGEST_LINE).partition(b"\n")[0]
-    if FLOW.encode() in head:
-        if given := [name for name, value in of_file.items() if value not in (None, False, "s")]:
-            raise ValueError(f"--{given[0].replace('_', '-')}: only of a trajectory")
-        return seen_in_table(file, stated, str(room), row)
-    if row is not None:
-        raise ValueError("--row: only of a table with a column flow_per_s")
-    return seen_in_tracks(Recording.read(file, **of_file), stated, str(room))  # type: ignore[arg-type]
+    if FLOW.encode() not in reading.start_of(file, reading.LONGEST_LINE).partition(b"\n")[0]:
+        if row is not None:
+            raise ValueError(f"--row: only of a table with a column {FLOW}")
+        return seen_in_tracks(Recording.read(file, **of_tracks), stated, str(room))
+    if of_tracks:
+        raise ValueError(f"--{next(iter(of_tracks)).replace('_', '-')}: only of a trajectory, and {file} is a table")
+    return seen_in_table(file, stated, str(room), row)
