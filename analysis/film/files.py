@@ -241,12 +241,10 @@ def of_heads(recording: Recording, given: Given) -> FrameFile:
     if not room.walls:
         room = _with_walls_inside(room, file, needed=given.room is None)
     shift = max(0, 1 - int(recording.data.id.min()))  # ids of disks begin at 1
-    if room.drive and room.drive.stops:
+    if room.drive:
         ids = recording.data.id.to_numpy()
         room.drive.check_people([ids], f"{given.room}: ", f" in {file}")
-        stops = tuple(one.shifted(shift) for one in room.drive.stops)
-        drive = room.drive.model_copy(update={"stops": stops})
-        room = room.model_copy(update={"drive": drive})
+        room = room.model_copy(update={"drive": room.drive.shifted(shift)})
     scene, origin = _empty(room, name), str(given.room or file)
     kind = Setting.in_room(room).kind
     measured = kind == "dump"

@@ -51,7 +51,9 @@ class Distance(Schema):
     e points along the way, n is e − Σ 5 exp(−gap/0.1 m) u over people in the directions u, and over
     walls with 0.05 m, normalised; walls, and people who are no nearer to one's own goal, turn nobody
     back. v = min(U, gap/T) max(0, n·e), with the least gap of who stands before: who is nearer to
-    one's own goal and less than 0.8 of both radii beside n, or a wall. Collision-free speed model
+    one's own goal and less than 0.8 of both radii beside n, or a wall. Two who meet, each before the
+    other, give way to the side (5 exp(−gap/0.3 m)), where n·e does not count, and shuffle on as with a
+    gap of 0.2 m. Collision-free speed model
     (Tordeux, Chraibi, Seyfried 2016) with the order of ways.
 
     time_gap_s: s, T; left out, everybody pushes with m U/τ for ever

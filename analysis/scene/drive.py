@@ -86,6 +86,8 @@ class Goal(Exit, Some):
 
 # s: a stop as late as this before an instant counts as there, since instants are rounded.
 INSTANT = 1e-9
+# Keys whose tables name people.
+NAMING = ("goals", "stops", "pushers")
 
 
 class Stop(Some):
@@ -171,7 +173,7 @@ class Drive(Distance, Exit, Pace):
             raise ValueError("clearance_m: a way leads to a door. Give door_start_m and door_end_m")
         if self.clearance_m is not None and len(self.gates) < len(self.doors):
             raise ValueError("clearance_m: only where there are doors to walk to")
-        for name in ("goals", "stops", "pushers"):
+        for name in NAMING:
             parts: tuple[Some, ...] = getattr(self, name)
             ranges = sorted(part.people for part in parts)
             for (_, last), (first, _) in pairwise(ranges):
@@ -179,13 +181,18 @@ class Drive(Distance, Exit, Pace):
                     raise ValueError(f"{name}: person {first} has two")
         return self
 
+    def shifted(self, by: int) -> Drive:
+        """Return it for people whose ids are larger by so much."""
+        named = {key: tuple(part.shifted(by) for part in getattr(self, key)) for key in NAMING}
+        return self.model_copy(update=named)
+
     def check_people(self, ids: Iterable[Indices], before: str = "", where: str = "") -> None:
         """Raise ValueError naming a goal or a stop of people who are nowhere among these ids (n,), frame
         by frame; before, where: of the message."""
-        frames, kinds = iter(ids), ("goals", "stops", "pushers")
+        frames = iter(ids)
         parts = [
             (f"drive.{key}: number {k + 1}", p)
-            for key in kinds
+            for key in NAMING
             for k, p in enumerate(getattr(self, key))
         ]
         while parts and (frame := next(frames, None)) is not None:

@@ -18,7 +18,7 @@ from pydantic import ConfigDict, Field, Strict, ValidationError
 
 from analysis.scene.anthropometry import apart, bodies_of
 from analysis.scene.distance import Distance
-from analysis.scene.drive import Drive
+from analysis.scene.drive import NAMING, Drive
 from analysis.scene.fields import FileName, Means, Schema
 from analysis.scene.lammps_data import read_data, write_data, written_mass
 from analysis.scene.law import LAWS
@@ -182,6 +182,7 @@ class Scene(Room):
             ("walls.mass_kg", self.giving()),
             ("period_x_m", self.period_x_m),
             ("drive.stops", self.drive and self.drive.stops),
+            ("drive.time_gap_s", self.drive and self.drive.keeps_distance),
             (
                 "drive.outward without a door",
                 self.drive and len(self.drive.gates) < len(self.drive.doors),
@@ -199,7 +200,7 @@ class Scene(Room):
             raise SceneError(f"{origin}: walls: two walls have the same name")
         if self.contact.arms and self.snapshot.bodies is not None:
             raise SceneError(f"{origin}: contact.arm_reach_m: only for people of one disk each")
-        for name in ("goals", "stops") if self.drive else ():
+        for name in NAMING if self.drive else ():
             for number, part in enumerate(getattr(self.drive, name), start=1):
                 mine = part.of(self.snapshot.ids)
                 if (wide := self.snapshot.wide) is not None:

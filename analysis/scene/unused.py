@@ -3,6 +3,7 @@
 from collections.abc import Collection
 from pathlib import Path
 
+from analysis.scene.distance import Distance
 from analysis.scene.scene import file_content
 from analysis.support.reading import note_unused
 
@@ -17,7 +18,8 @@ INSTANTS = SPRINGS | {"run", "analysis.time_s"}
 CROWD = frozenset(["disks", "reconciliation", "other_frames"])
 PRESSING = frozenset(
     ["body_force", "contact.arm_reach_m", "contact.arm_force_N", "drive.speed_m_per_s", "drive.push_N",
-     "drive.aim", "drive.relaxation_time_s", "drive.goals", "drive.stops", "drive.clearance_m"]
+     "drive.aim", "drive.relaxation_time_s", "drive.goals", "drive.stops", "drive.clearance_m",
+     *(f"drive.{key}" for key in Distance.model_fields)]
 )  # fmt: skip
 # By the command, or by the left velocity of percussions.
 UNUSED = {

@@ -11,6 +11,7 @@ namespace nscd {
 namespace {
 
 constexpr double FROM_PEOPLE = 5.0, PEOPLE_DECAY = 0.1, FROM_WALLS = 5.0, WALL_DECAY = 0.05;  // repulsion in directions; m
+constexpr double MEETING_DECAY = 0.3, SHUFFLE = 0.2;  // m; m, the least space before who meets somebody
 constexpr double FADED = 10.0;   // decay lengths, where a repulsion ends
 constexpr double ABREAST = 0.8;  // of the radii: who is less far beside the way is before me
 constexpr double FAR = 1e28;     // m: a door that far is none, and people walk outward
@@ -143,7 +144,6 @@ Numbers Drive::desired(In x, In radius, double time) const {
         mine[i] = left(x[2 * i], x[2 * i + 1], int(goes[i]));
         before[i] = time < stop[i] - INSTANT && mine[i] > 0.0;
     }
-    // of both sides of each pair: whether a wall is between, or the other is nearer to the own goal
     const std::size_t pairs = near.pairs < 0 ? 0 : std::size_t(near.pairs);
     std::vector<std::size_t> of_walls(n + 1, 0);
     for (std::size_t c = pairs; c < near.size(); ++c) ++of_walls[near.first[c] + 1];
@@ -159,11 +159,19 @@ Numbers Drive::desired(In x, In radius, double time) const {
         }
         return false;
     };
-    Flags seen(2 * pairs, 0);  // 0: hidden; 1: further from the own goal; 2: nearer
+    // of both sides of each pair: 0: hidden; 1: further from the own goal; 2: nearer; 3: and the other comes
+    Flags seen(2 * pairs, 0), meets(n, 0);
     const auto turn = [&](std::size_t i, double ux, double uy, double size, bool round) {
         const double against = round ? std::max(0.0, ux * e[2 * i] + uy * e[2 * i + 1]) : 0.0;
         direction[2 * i] -= size * (ux - against * e[2 * i]);
         direction[2 * i + 1] -= size * (uy - against * e[2 * i + 1]);
+    };
+    // who meets somebody gives way, to the right where the other is not to the right, and goes aside for that
+    const auto pass = [&](std::size_t i, double dx, double dy, double wide, double size) {
+        const double left = e[2 * i] * dy - e[2 * i + 1] * dx, free = std::max(0.0, 1.0 - std::abs(left) / wide);
+        const double side = left >= 0.0 ? size * free : -size * free;
+        direction[2 * i] += side * e[2 * i + 1], direction[2 * i + 1] -= side * e[2 * i];
+        meets[i] = meets[i] || free > 0.0;
     };
     for (std::size_t c = 0; c < near.size(); ++c) {
         const std::size_t i = std::size_t(near.first[c]), j = std::size_t(near.second[c]);
@@ -178,8 +186,11 @@ Numbers Drive::desired(In x, In radius, double time) const {
         const double size = near.gap[c] < FADED * PEOPLE_DECAY ? FROM_PEOPLE * decayed(near.gap[c] / PEOPLE_DECAY) : 0.0;
         const bool nearer = left(x[2 * i] + dx, x[2 * i + 1] + dy, int(goes[i])) < mine[i];
         const bool other = left(x[2 * j] - dx, x[2 * j + 1] - dy, int(goes[j])) < mine[j];
-        seen[2 * c] = 1 + nearer, seen[2 * c + 1] = 1 + other;
-        turn(i, dx / s, dy / s, size, !nearer), turn(j, -dx / s, -dy / s, size, !other);
+        const bool meet = nearer && other && e[2 * i] * e[2 * j] + e[2 * i + 1] * e[2 * j + 1] < 0.0;
+        seen[2 * c] = 1 + nearer + meet, seen[2 * c + 1] = 1 + other + meet;
+        const double wide = radius[i] + radius[j], aside = meet ? FROM_PEOPLE * decayed(near.gap[c] / MEETING_DECAY) : 0.0;
+        if (meet) pass(i, dx, dy, wide, aside), pass(j, -dx, -dy, wide, aside);
+        else turn(i, dx / s, dy / s, size, !nearer), turn(j, -dx / s, -dy / s, size, !other);
     }
     for (std::size_t i = 0; i < n; ++i) {
         const double size = length(direction[2 * i], direction[2 * i + 1]);
@@ -195,13 +206,14 @@ Numbers Drive::desired(In x, In radius, double time) const {
         if (c >= pairs) stands_before(i, dx, dy, radius[i], near.gap[c]);
         else {
             // nobody waits for who has stopped
-            if (seen[2 * c] == 2 && time < stop[j] - INSTANT) stands_before(i, dx, dy, radius[i] + radius[j], near.gap[c]);
-            if (seen[2 * c + 1] == 2 && time < stop[i] - INSTANT) stands_before(j, -dx, -dy, radius[i] + radius[j], near.gap[c]);
+            const double wide = radius[i] + radius[j], gap = seen[2 * c] == 3 ? std::max(SHUFFLE, near.gap[c]) : near.gap[c];
+            if (seen[2 * c] > 1 && time < stop[j] - INSTANT) stands_before(i, dx, dy, wide, gap);
+            if (seen[2 * c + 1] > 1 && time < stop[i] - INSTANT) stands_before(j, -dx, -dy, wide, gap);
         }
     }
     for (std::size_t i = 0; i < n; ++i) {
         if (time >= stop[i] - INSTANT) continue;
-        const double along = std::max(0.0, direction[2 * i] * e[2 * i] + direction[2 * i + 1] * e[2 * i + 1]);
+        const double along = meets[i] ? 1.0 : std::max(0.0, direction[2 * i] * e[2 * i] + direction[2 * i + 1] * e[2 * i + 1]);
         const double walked = (1.0 - share[i]) * along * std::min(speed, std::max(0.0, ahead[i]) / law_.time_gap);
         double own[2];
         for (int a = 0; a < 2; ++a) own[a] = walked * direction[2 * i + a] + share[i] * u[2 * i + a];

@@ -189,7 +189,9 @@ def test_floors_of_jupedsim(tmp_path):
         read_floor(base_of(tmp_path / "none.sqlite", []))
     stays = base_of(tmp_path / "stays.sqlite", [], geometry=halves, floors=[1, 1])
     assert read_floor(stays).polygon.bounds == (2, 0, 4, 3)  # of its two floors it uses one
-    with pytest.raises(SceneError, match=r"grows\.sqlite: frame_data: a floor that changes is not r"):
+    with pytest.raises(
+        SceneError, match=r"grows\.sqlite: frame_data: a floor that changes is not r"
+    ):
         read_floor(base_of(tmp_path / "grows.sqlite", [], geometry=halves, floors=[0, 0, 1]))
     with pytest.raises(SceneError, match=r"bad\.sqlite: geometry: ParseException"):
         read_floor(base_of(tmp_path / "bad.sqlite", [], geometry=["POLYGON (("]))

@@ -202,7 +202,12 @@ def test_missing_frame_file_columns_and_window(tmp_path):
     for name, frame, window, says in (
         ("metres.txt", 9, 0.4, "metres.txt: there is no frame 9. The frames go from 0 to 4"),
         ("none.txt", 2, 0.4, "none.txt: no such file"),
-        (tmp_path / "odd.csv", 0, 0.4, "odd.csv: no column for x, y, frame or time among person, when, px, py"),
+        (
+            tmp_path / "odd.csv",
+            0,
+            0.4,
+            "odd.csv: no column for x, y, frame or time among person, when, px, py",
+        ),
         ("metres.txt", 2, 1e300, r"a window of 1e\+300 s is 1e\+301 frames"),
     ):
         with pytest.raises(TrajectoryError, match=says):

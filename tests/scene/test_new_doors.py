@@ -164,7 +164,10 @@ def circle(x, y):
 
 BAD = {
     "shape": ({"obstacles": [{"id": 5, "shape": {"type": "LINE"}}]}, "obstacle 5: shape 'LINE'"),
-    "far": ({"targets": [{"id": i, "shape": circle(15, 5)} for i in (7, 8)]}, "target 7: it does not lie at the"),
+    "far": (
+        {"targets": [{"id": i, "shape": circle(15, 5)} for i in (7, 8)]},
+        "target 7: it does not lie at the",
+    ),
     "missing": ({"targets": [{"id": 7}]}, "topography: KeyError: 'shape'"),
     "bounds": ({"attributes": {}}, "topography: KeyError: 'bounds'"),
     "no_target": ({"targets": []}, "source 3: targetIds: [7]. One target is needed"),
@@ -184,7 +187,10 @@ def test_a_scenario_that_is_no_room_is_one_line(refused, tmp_path, bad):
 def test_people_of_a_source_stand_all_over_it(tmp_path):
     """Behind a gap they stood in the line of sight; uniform over 6 m they scatter by 6/√12 m."""
     walls = [{"id": n, "shape": shape(11, y, 0.5, 4)} for n, y in enumerate((0.5, 6.5))]
-    changes = {"obstacles": walls, "sources": [{"id": 3, "shape": shape(2, 2, 6, 6), "targetIds": [8]}]}
+    changes = {
+        "obstacles": walls,
+        "sources": [{"id": 3, "shape": shape(2, 2, 6, 6), "targetIds": [8]}],
+    }
     (tmp_path / "gap.scenario").write_text(json.dumps(vadere(**changes)))
     floor = read_floor(tmp_path / "gap.scenario")
     place = from_geometry("gap", floor.polygon, floor.doors, Crowd(people=60)).snapshot.position
@@ -212,7 +218,10 @@ def test_a_floor_that_is_packed_and_cut_off_is_damaged(tmp_path):
         ("--stream --door 9", "door: 9 m. It needs 0 to the side of 6 m"),
         ("--door 1 --block=-1,1,-1,2", "block: -1,1,-1,2. Two opposite corners are needed"),
         ("--door 1 --barrier=-1,1,1,2", "barrier: a part of it is not on the floor"),
-        ("--door 1 --block=-6,-9,-5,9", "area: one polygon in one piece is needed, not MultiPolygon"),
+        (
+            "--door 1 --block=-6,-9,-5,9",
+            "area: one polygon in one piece is needed, not MultiPolygon",
+        ),
     ],
 )
 def test_what_cannot_be_made_is_one_line(refused, words, says):

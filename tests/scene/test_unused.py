@@ -20,6 +20,7 @@ from analysis.engines.record import EngineError
 from analysis.film.files import Given, open_any
 from analysis.percussions import percussions_of
 from analysis.percussions.setting import setting_beside
+from analysis.scene.distance import Pusher
 from analysis.scene.drive import Drive, Goal, Push, Stop
 from analysis.scene.scene import Scene, read_room, read_scene
 from analysis.scene.schema import Analysis, BodyForce, ContactModel, Material, Room, Run, Wall
@@ -100,7 +101,7 @@ COMMANDS = {
 def leaves(model, place=""):
     """The keys of a table, with those of the tables in it."""
     inner = {"walls": Wall, "drive": Drive, "body_force": BodyForce, "contact": ContactModel, "run": Run,
-             "analysis": Analysis, "goals": Goal, "stops": Stop}  # fmt: skip
+             "analysis": Analysis, "goals": Goal, "stops": Stop, "pushers": Pusher}  # fmt: skip
     for key in model.model_fields:
         yield from leaves(inner[key], f"{place}{key}.") if key in inner else [f"{place}{key}"]
 
