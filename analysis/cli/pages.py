@@ -531,7 +531,7 @@ def infer(
     say_expected(inference.expected_seconds(seen.site, runs), f"{runs} simulated crowds", jobs)
     with progress() as bars:
         ran = inference.run_prior(seen.site, runs, seed, bars, jobs)
-        found = inference.infer(seen.statistics, ran, seed, bars)
+        found = inference.infer(seen.site, seen.statistics, ran, seed, bars)
     *files, written = page.write_inferred(found, file.name, seen.notes, out, command_line())
     show(page.HEAD, page.rows(found), title=f"{file.name}: median (5–95 %)")
     print(page.verdict(found).replace("**", ""), *files, sep="\n")

@@ -38,6 +38,8 @@ SWAYS, SWAY_HZ = 4, (0.3, 1.0)
 AFTER_S, PATIENCE = 1.5, 1.8
 # Where nobody was seen at the start: people per m², from so many m before the door on.
 START_PER_M2, FREE_M = 3.0, 0.5
+# Of the 5 % nearest distance of heads, the largest radius.
+OF_NEAREST = 0.6
 # In a tenth of the time largest contacts and wall loads are above.
 HIGH = 0.9
 
@@ -49,7 +51,8 @@ class Site:
     room: walls and a door; gate: the door, and where it is measured; people: how many
     span: numbers of the departures between which is measured
     duration_s: of what was seen, from the start to the last of these
-    start: (n,2) m, heads at the beginning; without, each run begins elsewhere (`waiting`)"""
+    start: (n,2) m, heads at the beginning; without, each run begins elsewhere (`waiting`)
+    largest_m: m, of mean radii: heads were seen nearer to each other than wider people stand"""
 
     room: Room
     gate: Gate
@@ -57,6 +60,7 @@ class Site:
     span: tuple[int, int]
     duration_s: float
     start: Floats | None = None
+    largest_m: float = 0.2
 
 
 class Ran(NamedTuple):
@@ -90,12 +94,12 @@ def waiting(gate: Gate, people: int, seed: int) -> Floats:
     return places(gate.floor, [], [Doorway(ends=ends, start=free)], [people], radius, seed)
 
 
-def crowd_of(drawn: Floats) -> dict[str, float]:
-    """Give the parameters of PRIOR that numbers (k,) from 0 to 1 stand for."""
+def crowd_of(drawn: Floats, largest_m: float = np.inf) -> dict[str, float]:
+    """Give the parameters of PRIOR that numbers (k,) from 0 to 1 stand for; largest_m: see `Site`."""
     crowd: dict[str, float] = {}
     for (name, (low, high, power)), u in zip(PRIOR.items(), drawn.tolist(), strict=True):
-        top = min(high, crowd["time_gap_s"]) if name == "relaxation_time_s" else high
-        crowd[name] = low + (top - low) * (u * u if power == 2 else u)
+        most = {"relaxation_time_s": crowd.get("time_gap_s", high), "radius_m": largest_m}.get(name, high)
+        crowd[name] = low + (min(high, most) - low) * (u * u if power == 2 else u)
     return crowd
 
 

@@ -23,7 +23,7 @@ FITS = 0.95
 # Least quotient of the bounds of a wall load: a wrong rule for walls is not seen.
 WALL_FACTOR = 1.5
 SMALLEST, EDGE, FEWEST_RUNS = 1e-3, 1e-6, 60
-COST_S = 2.5e-4  # CPU seconds of a person's second
+COST_S = 5e-4  # CPU seconds of a person's second
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -68,14 +68,14 @@ def comparable(names: Sequence[str], statistics: Floats) -> Floats:
     return np.where(signed, statistics, np.log(np.maximum(statistics, SMALLEST)))
 
 
-def _values(coordinates: Floats) -> Floats:
+def _values(coordinates: Floats, largest_m: float) -> Floats:
     """Parameters and forces of coordinates (n,k+2)."""
-    crowds = [[*crowd_of(row).values()] for row in expit(coordinates[:, : len(PRIOR)])]
+    crowds = [[*crowd_of(row, largest_m).values()] for row in expit(coordinates[:, : len(PRIOR)])]
     return np.concatenate([crowds, np.maximum(np.exp(coordinates[:, len(PRIOR) :]) - SOFT_N, 0.0)], axis=1)
 
 
-def _quantiles(found: Posterior) -> dict[str, Floats]:
-    named = dict(zip(NAMES, found._replace(sample=_values(found.sample)).quantiles().T, strict=True))
+def _quantiles(found: Posterior, largest_m: float) -> dict[str, Floats]:
+    named = dict(zip(NAMES, found._replace(sample=_values(found.sample, largest_m)).quantiles().T, strict=True))
     low, middle, high = named["wall_N"] + SOFT_N
     wider = np.sqrt(max(1.0, WALL_FACTOR * low / high))
     return named | {"wall_N": np.maximum(np.array([low / wider, middle, high * wider]) - SOFT_N, 0.0)}
@@ -83,7 +83,8 @@ def _quantiles(found: Posterior) -> dict[str, Floats]:
 
 def one_run(site: Site, seed: int, number: int) -> Ran | None:
     """Run the crowd of this number; its own random numbers follow from both."""
-    return simulate(site, crowd_of(uniform(seed, number)), 1 + (seed * 100_003 + number) % 3_999_999_999)
+    crowd = crowd_of(uniform(seed, number), site.largest_m)
+    return simulate(site, crowd, 1 + (seed * 100_003 + number) % 3_999_999_999)
 
 
 def run_prior(
@@ -96,11 +97,11 @@ def run_prior(
 
 
 def infer(
-    seen: Mapping[str, float], ran: Sequence[Ran | None], seed: int = 1, progress: Progress | None = None
+    site: Site, seen: Mapping[str, float], ran: Sequence[Ran | None], seed: int = 1, progress: Progress | None = None
 ) -> Inferred:
     """Infer the push of a crowd from its statistics, and the contact forces and wall loads that follow.
 
-    seen: of `seen.see`; ran: of `run_prior` at the same place with the same seed
+    site, seen: of `seen.see`; ran: of `run_prior` with the same seed
 
     Raises ValueError where fewer than 60 runs can be compared."""
     names = [name for name, value in seen.items() if np.isfinite(value)]
@@ -126,15 +127,15 @@ def infer(
     widths = np.diff(np.quantile(coordinates[:, k:], (INTERVAL[0], INTERVAL[2]), axis=0), axis=0)[0]
     share = [*(expit(high[:k]) - expit(low[:k])) / (INTERVAL[2] - INTERVAL[0]), *(high[k:] - low[k:]) / widths]
     alone = {
-        tuple(names[:n]): _quantiles(Reference(coordinates, every.statistics[:, :n]).posterior(crowd[:n]))
+        tuple(names[:n]): _quantiles(Reference(coordinates, every.statistics[:, :n]).posterior(crowd[:n]), site.largest_m)
         for n in range(1, len(names))
     }
-    values = _values(coordinates)
+    values = _values(coordinates, site.largest_m)
     return Inferred(
         seen={name: seen[name] for name in names}, statistics=statistics, values=values,
         unsolved=len(ran) - len(good), beyond=every.misfit(crowd),
         prior=dict(zip(NAMES, np.quantile(values, INTERVAL, axis=0).T, strict=True)),
-        found=_quantiles(posterior), alone=alone,
+        found=_quantiles(posterior, site.largest_m), alone=alone,
         width=dict(zip(NAMES, map(float, share), strict=True)),
         coverage=dict(zip(NAMES, inside.mean(0).tolist(), strict=True)),
         owed=dict(zip(PRIOR, posterior.owed(k).tolist(), strict=False)),

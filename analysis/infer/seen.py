@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import shapely
 
-from analysis.infer.crowd import Site, gate_of
+from analysis.infer.crowd import OF_NEAREST, PRIOR, Site, gate_of
 from analysis.infer.tracks import FEWEST, STEP_S, departures, measure, span_of
 from analysis.scene.real.trajectory import Recording, TrajectoryError
 from analysis.scene.scene import Room, read_room
@@ -67,10 +67,14 @@ def seen_in_tracks(recording: Recording, room: Room, path: str) -> Seen:
         span = span_of(int(np.isfinite(left).sum()))
     except ValueError as error:
         raise TrajectoryError(f"{file}: {error}") from None
-    duration = STEP_S * float(np.sort(left)[span[1]])
-    site = Site(room=room, gate=gate, people=len(start), span=span, start=start, duration_s=duration)
-    notes = [f"{late} people come later and are not simulated"] if late else []
-    return Seen(site, measure(gate, position, span), notes)
+    statistics = measure(gate, position, span)
+    near = np.nan_to_num(statistics["nearest_5"], nan=1.0)
+    site = Site(
+        room=room, gate=gate, people=len(start), span=span, start=start,
+        duration_s=STEP_S * float(np.sort(left)[span[1]]),
+        largest_m=float(np.clip(OF_NEAREST * near, 1.2 * PRIOR["radius_m"][0], PRIOR["radius_m"][1])),
+    )  # fmt: skip
+    return Seen(site, statistics, [f"{late} people come later and are not simulated"] if late else [])
 
 
 def _sampled(recording: Recording) -> Floats:
