@@ -82,8 +82,8 @@ def gate_of(room: Room, path: str, heads: Floats) -> Gate:
             raise SceneError(f"{path}: {name}: a push is inferred on a level floor with one door")
     if not (rooms := rooms_of(heads, room.wall_segments(), room.door())):
         raise SceneError(f"{path}: walls: with the door they must enclose a room")
-    ends = (np.array(part) for part in (drive.door_start_m, drive.door_end_m, drive.outward))
-    return Gate(**dict(zip(("start", "end", "outward"), ends, strict=True)), floor=shapely.union_all(rooms))
+    start, end, outward = (np.array(part) for part in (drive.door_start_m, drive.door_end_m, drive.outward))
+    return Gate(start=start, end=end, outward=outward, floor=shapely.union_all(rooms))
 
 
 def waiting(gate: Gate, people: int, seed: int) -> Floats:

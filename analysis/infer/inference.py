@@ -113,32 +113,27 @@ def infer(
     if len(good) < FEWEST_RUNS:
         raise ValueError(f"runs: {len(good)} of {len(ran)} can be compared. At least {FEWEST_RUNS} are needed")
     drawn, statistics, forces = (np.array(part, dtype=float) for part in zip(*good, strict=True))
-    bounded = logit(np.clip(drawn, EDGE, 1 - EDGE))
-    coordinates = np.concatenate([bounded, np.log(forces + SOFT_N)], axis=1)
-    every = Reference(coordinates, comparable(names, statistics))
+    coordinates = np.concatenate([logit(np.clip(drawn, EDGE, 1 - EDGE)), np.log(forces + SOFT_N)], axis=1)
+    every, k = Reference(coordinates, comparable(names, statistics)), len(PRIOR)
     crowd = comparable(names, np.array([seen[name] for name in names]))
     report = progress or (lambda label, share: None)
     report("each run from the others", 0.0)
-    left_out = every.left_out()
+    left_out, posterior = every.left_out(), every.posterior(crowd)
     report("each run from the others", 1.0)
-    posterior, k = every.posterior(crowd), len(PRIOR)
     inside = (left_out[:, 0] <= coordinates) & (coordinates <= left_out[:, 2])
-    low, _, high = posterior.quantiles()
-    widths = np.diff(np.quantile(coordinates[:, k:], (INTERVAL[0], INTERVAL[2]), axis=0), axis=0)[0]
-    share = [*(expit(high[:k]) - expit(low[:k])) / (INTERVAL[2] - INTERVAL[0]), *(high[k:] - low[k:]) / widths]
-    alone = {
-        tuple(names[:n]): _quantiles(Reference(coordinates, every.statistics[:, :n]).posterior(crowd[:n]), site.largest_m)
-        for n in range(1, len(names))
-    }
+    # widths: of parameters as uniform numbers
+    flat = (np.concatenate([expit(q[:, :k]), q[:, k:]], axis=1) for q in (posterior.quantiles(), coordinates))
+    after, before = next(flat), np.quantile(next(flat), INTERVAL, axis=0)
+    by_name = [(after[2] - after[0]) / (before[2] - before[0]), inside.mean(0), posterior.owed(k)]
+    width, coverage, owed = (dict(zip(NAMES, each.tolist(), strict=True)) for each in by_name)
+    some = (Reference(coordinates, every.statistics[:, :n]).posterior(crowd[:n]) for n in range(1, len(names)))
+    alone = {tuple(names[: n + 1]): _quantiles(each, site.largest_m) for n, each in enumerate(some)}
     values = _values(coordinates, site.largest_m)
     return Inferred(
-        seen={name: seen[name] for name in names}, statistics=statistics, values=values,
-        unsolved=len(ran) - len(good), beyond=every.misfit(crowd),
-        prior=dict(zip(NAMES, np.quantile(values, INTERVAL, axis=0).T, strict=True)),
-        found=_quantiles(posterior, site.largest_m), alone=alone,
-        width=dict(zip(NAMES, map(float, share), strict=True)),
-        coverage=dict(zip(NAMES, inside.mean(0).tolist(), strict=True)),
-        owed=dict(zip(PRIOR, posterior.owed(k).tolist(), strict=False)),
+        seen={name: seen[name] for name in names}, statistics=statistics, values=values, unsolved=len(ran) - len(good),
+        beyond=every.misfit(crowd), prior=dict(zip(NAMES, np.quantile(values, INTERVAL, axis=0).T, strict=True)),
+        found=_quantiles(posterior, site.largest_m), alone=alone, width=width, coverage=coverage,
+        owed={name: owed[name] for name in PRIOR},
     )  # fmt: skip
 
 
