@@ -38,7 +38,7 @@ RANKS = [
     ["analysis/exposure"],
     ["analysis/motion"],
     ["analysis/work_precision", "analysis/stability", "analysis/standards", "analysis/paper", "analysis/push",
-     "analysis/measured"],
+     "analysis/measured", "analysis/infer"],
     ["analysis/advice", "analysis/film", "analysis/explore"],
     ["analysis/report"],
     ["analysis/cli", "crowd_percussions"],

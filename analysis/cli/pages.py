@@ -1,4 +1,4 @@
-"""Commands that write a page: report, chart, stability, standards, advise, paper, push, measured, explore."""
+"""Commands that write a page: report, chart, stability, standards, advise, paper, push, measured, explore, infer."""
 
 from __future__ import annotations
 
@@ -7,11 +7,20 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from analysis.cli.app import command_line, progress, say_expected, say_runs, show, show_page, warn
+from analysis.cli.app import (
+    command_line,
+    drop_none,
+    progress,
+    say_expected,
+    say_runs,
+    show,
+    show_page,
+    warn,
+)
 from analysis.cli.options import (
     InputFile,
     NotNegative,
@@ -20,7 +29,9 @@ from analysis.cli.options import (
     Processes,
     Replicates,
     RigidLaw,
+    Seed,
     Share,
+    Unit,
 )
 from analysis.support.machine import cores
 
@@ -480,3 +491,49 @@ def measured(
     show(HEAD, summary(judged), title=f"{folder.name}: mean of {len(judged)} steps")
     print(*tables, sep="\n")
     show_page(page)
+
+
+def infer(
+    file: InputFile,
+    *,
+    room: InputFile,
+    row: str | None = None,
+    runs: Annotated[int, typer.Option(min=60, max=10_000)] = 200,
+    seed: Seed = 1,
+    unit: Unit | None = None,
+    frame_rate: Positive | None = None,
+    columns: str | None = None,
+    time_unit: Literal["s", "ms"] | None = None,
+    take_as_is: bool = False,
+    jobs: Processes | None = None,
+    out: Out = Path("infer"),
+) -> None:
+    """Infer how hard a crowd pushes before a door, and how large contact forces are, from what is seen.
+
+    Crowds that keep their distance are simulated in the same room and compared with what was seen.
+    Exit status 1 if none looks like it. There is no force then.
+
+    Writes a page, infer.json and runs.csv.
+
+    file: Trajectory of heads, or a table (CSV) with the columns people, flow_per_s and, if known,
+        density_per_m2 and speed_m_per_s (from zone_start_m to zone_end_m before the door).
+    room: TOML file with the walls and the door.
+    row: Of a table: the first cell of the row that is meant.
+    runs: Simulated crowds.
+    columns: What each column is, as 'frame id x y', where names do not say.
+
+    Example: percussions infer scenes/gate_excerpt.txt --room scenes/rooms/gate.toml"""
+    from analysis.infer import inference, page
+    from analysis.infer.seen import see
+
+    given = drop_none(unit=unit, frame_rate=frame_rate, columns=columns, time_unit=time_unit, take_as_is=take_as_is or None)
+    seen = see(file, room, row, **given)
+    say_expected(inference.expected_seconds(seen.site, runs), f"{runs} simulated crowds", jobs)
+    with progress() as bars:
+        ran = inference.run_prior(seen.site, runs, seed, bars, jobs)
+        found = inference.infer(seen.site, seen.statistics, ran, seed, bars)
+    *files, written = page.write_inferred(found, file.name, seen.notes, out, command_line())
+    show(page.HEAD, page.rows(found), title=f"{file.name}: median (5–95 %)")
+    print(page.verdict(found).replace("**", ""), *files, sep="\n")
+    show_page(written)
+    raise typer.Exit(not found.fits)

@@ -1,0 +1,121 @@
+"""The page of an inferred push, and its numbers as CSV and JSON."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from analysis.infer.crowd import PRIOR
+from analysis.infer.inference import FITS, NAMES, WALL_FACTOR, Inferred
+from analysis.infer.posterior import INTERVAL
+from analysis.infer.tracks import STATISTICS
+from analysis.pages import drawing
+from analysis.pages.html import write_html
+from analysis.pages.numbers import between, percent, significant, two
+from analysis.pages.ranges import Chart
+from analysis.pages.section import Section
+from analysis.pages.words import Words
+from analysis.support.files import write_columns, write_json
+from nscd.arrays import Floats
+
+# Before the others, and as bars on the first screen; a number is odd beyond so many runs.
+SHOWN, BARS, ODD = ("contact_N", "wall_N", *PRIOR), 4, 0.025
+HEAD = ["quantity", "before", "inferred", "width", "holds"]
+
+
+def interval(found: Floats) -> str:
+    """Write a median and its interval: 46 (18–71)."""
+    return f"{two(found[1])} ({between(found[0], found[2])})"
+
+
+def rows(found: Inferred) -> list[list[str]]:
+    """Give the rows of HEAD: quantiles before and after, the width as a share, and the coverage."""
+    said = Words(__package__).parts("names")
+    after = {name: interval(found.found[name]) if found.fits else "–" for name in SHOWN}
+    shares = {name: [percent(each[name], 2) for each in (found.width, found.coverage)] for name in SHOWN}
+    return [[said[name], interval(found.prior[name]), after[name], *shares[name]] for name in SHOWN]
+
+
+def verdict(found: Inferred) -> str:
+    """Say in Markdown what was inferred: the force first, then the push; or that nothing fits."""
+    words = Words(__package__)
+    odd = [words.parts("names")[name] for name, share in below(found).items() if not ODD <= share <= 1 - ODD]
+    named = {name: interval(found.found[name]) for name in NAMES}
+    return words.text("verdict", found=found, beyond=found.beyond, named=named, odd=odd, owed=_owed(found)[:3])
+
+
+def below(found: Inferred) -> dict[str, float]:
+    """Give the share of runs below what was seen, by statistic."""
+    seen = np.array([*found.seen.values()])
+    return dict(zip(found.seen, (found.statistics < seen).mean(0).tolist(), strict=True))
+
+
+def _owed(found: Inferred) -> list[tuple[str, str]]:
+    said, ranked = Words(__package__).parts("names"), sorted(found.owed.items(), key=lambda one: -one[1])
+    return [(said[name].split(" (")[0], percent(share, 2)) for name, share in ranked]
+
+
+def write_inferred(found: Inferred, name: str, notes: Sequence[str], folder: Path, command: str) -> list[Path]:
+    """Write `index.html`, its picture, `runs.csv` and `infer.json`; return the paths, the page last."""
+    words, said, shares = Words(__package__), Words(__package__).parts("names"), below(found)
+    spans = np.quantile(found.statistics, INTERVAL, axis=0).T
+    statistics = [
+        [f"{said[one]} ({STATISTICS[one]})", significant(seen), interval(span), percent(shares[one], 2)]
+        for (one, seen), span in zip(found.seen.items(), spans, strict=True)
+    ]
+    alone = [
+        [", ".join(said[one] for one in names), *(interval(each[key]) for key in SHOWN[:BARS])]
+        for names, each in (*found.alone.items(), (tuple(found.seen), found.found))
+    ]
+    charts = []
+    for key in SHOWN[:BARS] if found.fits else ():
+        bars = {of: (q[1], q[0], q[2]) for of, q in (("before", found.prior[key]), ("inferred", found.found[key]))}
+        title, _, unit = said[key].partition(" (")
+        charts.append(Chart(title, unit.strip(")"), bars))
+    about: dict[str, Any] = {
+        "runs": len(found.statistics), "unsolved": found.unsolved, "factor": WALL_FACTOR, "most": FITS, "owed": _owed(found),
+        "holds": [percent(found.coverage[key], 2) for key in SHOWN[:3]],
+    }  # fmt: skip
+    tables = [words.table("table_statistics", statistics), words.table("table_alone", alone)]
+    parts = {
+        "result": Section(number="result", title=words.text("title"), introduction=[verdict(found)], charts=charts,
+                          warnings=notes, pictures=[words.picture("seen", _seen(found, said))]),
+        "inferred": Section(number="inferred", title=words.text("title_inferred"),
+                            tables=[words.table("table_inferred", rows(found))]),
+        "statistics": Section(number="statistics", title=words.text("title_statistics"), tables=tables[: 1 + found.fits]),
+        "sure": Section(number="sure", title=words.text("title_sure"), words=words.items("sure", **about),
+                        introduction=words.items("assumptions"), files=["runs.csv"]),
+    }  # fmt: skip
+    columns = np.concatenate([found.statistics, found.values], axis=1).T
+    write_columns(folder / "runs.csv", dict(zip((*found.seen, *NAMES), columns, strict=True)))
+    write_json(folder / "infer.json", content(found))
+    first, *folds = parts.values()
+    page = folder / "index.html"
+    write_html(page, "infer.html", [first, *folds], command=command, name=name, first=first, folds=folds)
+    return [folder / "runs.csv", folder / "infer.json", page]
+
+
+def content(found: Inferred) -> dict[str, Any]:
+    """Give what infer.json holds: quantiles 5, 50 and 95 %; nothing inferred where nothing fits."""
+    left = ("statistics", "values", "alone", *(() if found.fits else ("found", "width", "owed")))
+    kept = {one.name: getattr(found, one.name) for one in fields(found) if one.name not in left}
+    return {"fits": found.fits, "runs": len(found.statistics)} | {
+        key: {name: np.asarray(each).tolist() for name, each in value.items()} if isinstance(value, Mapping) else value
+        for key, value in kept.items()
+    }
+
+
+def _seen(found: Inferred, said: Mapping[str, str]) -> Figure:
+    """Each statistic of the runs, and what was seen."""
+    figure, every = drawing.panels(7.2, 3.8, 2, 4)
+    for axes in every[len(found.seen) :]:
+        axes.set_axis_off()
+    for axes, (name, seen), runs in zip(every, found.seen.items(), found.statistics.T, strict=False):
+        axes.hist(runs, bins=16, color=drawing.GREY, label="simulated crowds")
+        axes.axvline(seen, color=drawing.VERMILION, lw=2, label="seen")
+        axes.set(xlabel=f"{said[name]} ({STATISTICS[name]})", yticks=[])
+    drawing.legend_below(figure, every[0], 2)
+    return figure
