@@ -171,6 +171,8 @@ class Drive(Distance, Exit, Pace):
             raise ValueError("clearance_m: a way leads to a door. Give door_start_m and door_end_m")
         if self.clearance_m is not None and len(self.gates) < len(self.doors):
             raise ValueError("clearance_m: only where there are doors to walk to")
+        if self.keeps_distance and len(self.gates) < len(self.doors):
+            raise ValueError("time_gap_s: who has no door ahead keeps no distance. Give door_start_m")
         for name in ("goals", "stops", "pushers"):
             parts: tuple[Some, ...] = getattr(self, name)
             ranges = sorted(part.people for part in parts)
@@ -193,6 +195,11 @@ class Drive(Distance, Exit, Pace):
         for name, part in parts:
             first, last = part.people
             raise ValueError(f"{before}{name}: nobody{where} has an id from {first} to {last}")
+
+    @property
+    def fastest_m_per_s(self) -> float:
+        """The fastest desired speed (m/s): jostling adds five standard deviations at most."""
+        return self.speed_m_per_s + 5 * self.jostling_m_per_s
 
     @property
     def doors(self) -> tuple[Exit, ...]:

@@ -52,6 +52,7 @@ const CHECKS = {
   },
   _one_goal_each(made) {
     if (has(made, "clearance_m") && ![made, ...(made.goals || [])].every(hasDoor)) wrong("clearance_m: a way leads to a door. Give door_start_m and door_end_m");
+    if (has(made, "time_gap_s") && ![made, ...(made.goals || [])].every(hasDoor)) wrong("time_gap_s: who has no door ahead keeps no distance. Give door_start_m");
     for (const name of ["goals", "stops"]) {
       const ranges = (made[name] || []).map((one) => one.people).sort(([a, b], [c, d]) => a - c || b - d);
       ranges.slice(1).forEach(([first], k) => { if (first <= ranges[k][1]) wrong(`${name}: person ${first} has two`); });
