@@ -21,6 +21,7 @@ from analysis.exposure.loads import MEASURES
 from analysis.film.frame import Reel
 from analysis.film.page import charts_and_notes, draw_still, force_notes, packed
 from analysis.motion.study import (
+    CROWD,
     FACTORS,
     Model,
     MotionStudy,
@@ -31,12 +32,19 @@ from analysis.motion.study import (
 )
 from analysis.pages.drawing import NARROW_IN, legend_below, look, panels
 from analysis.pages.html import drawn, write_html
-from analysis.pages.numbers import NONE, significant, two, whole
+from analysis.pages.numbers import NONE, between, significant, two, whole
 from analysis.pages.ranges import Chart
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
 from analysis.report.contacts import contacts_section, runs_of
-from analysis.scene.scene import Scene
+from analysis.scene.named_crowds import (
+    CROWDS,
+    MEASURED_FLOW,
+    crowd_label,
+    crowds_beside,
+    door_width,
+)
+from analysis.scene.scene import Scene, is_shipped
 from analysis.scene.shipped_scenes import how_varied
 from analysis.support.files import write_json, write_text
 from analysis.support.parallel import Progress
@@ -121,10 +129,13 @@ def charts(study: MotionStudy, *, every: bool = False) -> list[Chart]:
     return made
 
 
-def lead(scene: Scene) -> str:
+def lead(scene: Scene, motion: MotionStudy | None = None) -> str:
     """Say what was simulated and what pushes."""
     return Words(__name__).text(
         "lead",
+        crowds=motion is not None and CROWD in {one.factor for one in motion.models},
+        shipped=is_shipped(scene),
+        drive=scene.drive,
         people=len(scene.people),
         filmed=scene.reconciliation is not None,
         push=scene.mean_push,
@@ -133,15 +144,62 @@ def lead(scene: Scene) -> str:
     )
 
 
+def crowds_of(study: MotionStudy) -> Mapping[str, list[Model]]:
+    """Give the models of each crowd by its label; nothing where crowds were not varied."""
+    every = {one.label: one for one in study.models if one.factor == CROWD}
+    if not every:
+        return {}
+    names, found = list(crowds_beside(study.scene)), dict[str, list[Model]]()
+    if not any(same for *_, same in names):
+        found["as in the scene"] = [study.models[0]]
+    for name, share, same in names:
+        model = study.models[0] if same else every.get(crowd_label(name, share))
+        if model is not None:
+            found.setdefault(CROWDS[name].label, []).append(model)
+    return found
+
+
+def crowds_table(study: MotionStudy) -> Table | None:
+    """Say how hard the people of each crowd push and why, how many leave, and the largest force; a
+    flow that no measured crowd has is said."""
+    rows, does = list[list[Cell]](), {one.label: one.does for one in CROWDS.values()}
+    for label, models in crowds_of(study).items():
+        assert study.scene.drive is not None
+        width = door_width(study.scene.drive)
+        found = [one.flows(width) for one in models]
+        pushes = [end for one in models for end in one.runs[0].scene.push_range]
+        ends = [end for one in models for end in _ends(one, "contact_largest")]
+        what = f"{label}: {does[label]}" if label in does else label
+        forces = [between(min(each), max(each)) for each in (pushes, ends)]
+        rows.append([what, forces[0], _flow(found), forces[1]])
+    words = Words(__name__)
+    return words.table("crowds", rows, measured=MEASURED_FLOW) if rows else None
+
+
+def _flow(found: Sequence[Sequence[float]]) -> str:
+    """Write flows per metre and second of the replicates of models, as one range."""
+    every = [flow for flows in found for flow in flows]
+    if not every:
+        return "nobody leaves"
+    least, most = MEASURED_FLOW
+    unseen = [not least <= float(np.mean(flows)) <= most for flows in found if flows]
+    said = f": {'in part ' if not all(unseen) else ''}no measured crowd"
+    flow = between(min(every), max(every))
+    return f"**{flow}{said}**" if any(unseen) else flow
+
+
 def notes(study: MotionStudy, drawn: Sequence[Chart]) -> list[str]:
     """Say how to read the bars that are drawn, what matters most, and for how long the limit must
     last."""
-    found = range_of(study, "contact_largest").factors
+    found, base = range_of(study, "contact_largest").factors, study.models[0]
     factors = {SAID.get(one, one): ends for one, ends in found.items()}
     varied = {one.factor for one in study.models}
     bars = Words(__name__).text(
         "bars",
-        first=study.models[0].label,
+        first=next(
+            (f"{key}, {base.label}" for key, each in crowds_of(study).items() if base in each),
+            base.label,
+        ),
         last=study.last_s,
         varied=[SAID.get(one, one) for one in FACTORS if one in varied],
         units=[one.unit for one in drawn if one.shown],
@@ -308,7 +366,8 @@ def _screen(
     return {
         "number": f"{scene.name}-at-a-glance",
         "title": scene.title,
-        "lead": lead(scene),
+        "lead": lead(scene, motion),
+        "crowds": crowds_table(motion) if motion else None,
         "film": packed(one.reels, limits, live_of(scene)) if one.reels else "",
         "still": still,
         "charts": bars,

@@ -172,7 +172,9 @@ class Drive(Distance, Exit, Pace):
         if self.clearance_m is not None and len(self.gates) < len(self.doors):
             raise ValueError("clearance_m: only where there are doors to walk to")
         if self.keeps_distance and len(self.gates) < len(self.doors):
-            raise ValueError("time_gap_s: who has no door ahead keeps no distance. Give door_start_m")
+            raise ValueError(
+                "time_gap_s: who has no door ahead keeps no distance. Give door_start_m"
+            )
         for name in ("goals", "stops", "pushers"):
             parts: tuple[Some, ...] = getattr(self, name)
             ranges = sorted(part.people for part in parts)

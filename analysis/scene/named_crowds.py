@@ -35,15 +35,15 @@ class NamedCrowd:
 
 CROWDS = {
     "waiting": NamedCrowd(
-        "waiting", "keep a distance, nobody pushes: like a film (CrowdQueue, run 040)",
+        "waiting", "people keep a distance and nobody pushes, as in a film (CrowdQueue)",
         WALK | {"jostling_m_per_s": 0.06}, (0.0,),
     ),
     "pressing": NamedCrowd(
-        "pressing", "keep a distance, jostle and push with 10 to 40 % (assumed)",
+        "pressing", "people keep a distance, jostle more and push with 10–40 % (assumed)",
         WALK | {"jostling_m_per_s": 0.1}, (0.1, 0.4),
     ),
     "pushing": NamedCrowd(
-        "everybody pushes for ever", "whoever is ahead: the paper's drive, an upper end", {}, (1.0,)
+        "everybody pushes for ever", "the paper's drive, whoever is ahead", {}, (1.0,)
     ),
 }  # fmt: skip
 
@@ -53,6 +53,12 @@ def keys_of(name: str, share: float | None = None) -> dict[str, float]:
     crowd = CROWDS[name]
     own = crowd.shares[0] if share is None else share
     return {**crowd.drive, "push_share": own} if crowd.drive else {}
+
+
+def crowd_label(name: str, share: float) -> str:
+    """Name a crowd in a page, with its share of push where others of that name have another."""
+    crowd = CROWDS[name]
+    return f"{crowd.label}, p = {share:g}" if len(crowd.shares) > 1 else crowd.label
 
 
 def with_crowd(scene: Scene, name: str, share: float | None = None) -> Scene:

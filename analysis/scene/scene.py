@@ -312,6 +312,12 @@ def scene_names() -> list[str]:
     return sorted(path.stem for path in shipped("scenes").glob("*.toml"))
 
 
+def is_shipped(scene: Scene) -> bool:
+    """Tell whether a scene is one of the product's own, of any size."""
+    path = shipped("scenes") / f"{scene.name}.toml"
+    return path.exists() and _read_toml(path)[0].get("source") == scene.source
+
+
 def read_scene(name_or_path: str | Path) -> Scene:
     """Read a scene by its name (`arch`) or the path of its TOML file.
 
