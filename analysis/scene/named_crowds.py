@@ -55,6 +55,30 @@ def keys_of(name: str, share: float | None = None) -> dict[str, float]:
     return {**crowd.drive, "push_share": own} if crowd.drive else {}
 
 
+# Recommended values and ranges, with their sources.
+TIME_GAPS_S, PUSH_SHARES = (0.6, 1.0), (0.0, 0.4)
+RECOMMENDED = (
+    "recommended: drive.time_gap_s 0.6 s as in films, 0.8 s for the standards' 1.33 people per m and "
+    "s (0.6 to 1.0 s, fitted to Weidmann 1993); drive.push_share 0.1, what if 0, 0.1, 0.2, 0.4 (from "
+    "flows of CrowdQueue)"
+)
+
+
+def distance_lines(drive: Drive) -> Iterator[str]:
+    """Say how hard people push, what is outside the recommended ranges, and those."""
+    if drive.time_gap_s is None:
+        yield "push: everybody pushes for ever, as no measured crowd does"
+    else:
+        yield f"push: time gap {drive.time_gap_s:g} s, share {drive.push_share:g} of the push"
+        for key, value, (low, high) in (
+            ("time_gap_s", drive.time_gap_s, TIME_GAPS_S),
+            ("push_share", drive.push_share, PUSH_SHARES),
+        ):
+            if not low <= value <= high:
+                yield f"  drive.{key}: {value:g} is outside {low:g} to {high:g}"
+    yield f"  {RECOMMENDED}"
+
+
 def crowd_label(name: str, share: float) -> str:
     """Name a crowd in a page, with its share of push where others of that name have another."""
     crowd = CROWDS[name]
