@@ -270,8 +270,8 @@ def standards(
 
     chosen = choose(case)
     with progress() as bars:
-        tested = run_tests(chosen, engine, runs, bars, jobs, time_gap_s=time_gap)
-    page = write_page(tested, engine, out, command_line(), time_gap)
+        tested = run_tests(chosen, engine, runs, bars, jobs, time_gap)
+    page = write_page(tested, engine, out, command_line())
     rows = [(one.case.name, *one.called, one.result, one.words["found"]) for one in tested]
     show(("test", "NIST", "ISO", "RiMEA", "result", "found"), rows, numbers_from=6)
     show_page(page)

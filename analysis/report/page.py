@@ -37,13 +37,7 @@ from analysis.pages.ranges import Chart
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
 from analysis.report.contacts import contacts_section, runs_of
-from analysis.scene.named_crowds import (
-    CROWDS,
-    MEASURED_FLOW,
-    crowd_label,
-    crowds_beside,
-    door_width,
-)
+from analysis.scene import named_crowds as named
 from analysis.scene.scene import Scene, is_shipped
 from analysis.scene.shipped_scenes import how_varied
 from analysis.support.files import write_json, write_text
@@ -145,35 +139,30 @@ def lead(scene: Scene, motion: MotionStudy | None = None) -> str:
 
 
 def crowds_of(study: MotionStudy) -> Mapping[str, list[Model]]:
-    """Give the models of each crowd by its label; nothing where crowds were not varied."""
-    every = {one.label: one for one in study.models if one.factor == CROWD}
-    if not every:
-        return {}
-    names, found = list(crowds_beside(study.scene)), dict[str, list[Model]]()
-    if not any(same for *_, same in names):
-        found["as in the scene"] = [study.models[0]]
-    for name, share, same in names:
-        model = study.models[0] if same else every.get(crowd_label(name, share))
+    """Give the models of each named crowd by its label; nothing where crowds were not varied."""
+    models = {one.label: one for one in study.models if one.factor == CROWD}
+    found = dict[str, list[Model]]()
+    for name, share, same in named.crowds_beside(study.scene) if models else ():
+        model = study.models[0] if same else models.get(named.crowd_label(name, share))
         if model is not None:
-            found.setdefault(CROWDS[name].label, []).append(model)
+            found.setdefault(named.CROWDS[name].label, []).append(model)
     return found
 
 
 def crowds_table(study: MotionStudy) -> Table | None:
     """Say how hard the people of each crowd push and why, how many leave, and the largest force; a
     flow that no measured crowd has is said."""
-    rows, does = list[list[Cell]](), {one.label: one.does for one in CROWDS.values()}
+    rows, does = list[list[Cell]](), {one.label: one.does for one in named.CROWDS.values()}
     for label, models in crowds_of(study).items():
         assert study.scene.drive is not None
-        width = door_width(study.scene.drive)
-        found = [one.flows(width) for one in models]
+        width = named.door_width(study.scene.drive)
         pushes = [end for one in models for end in one.runs[0].scene.push_range]
         ends = [end for one in models for end in _ends(one, "contact_largest")]
-        what = f"{label}: {does[label]}" if label in does else label
-        forces = [between(min(each), max(each)) for each in (pushes, ends)]
-        rows.append([what, forces[0], _flow(found), forces[1]])
+        push, force = (between(min(each), max(each)) for each in (pushes, ends))
+        flow = _flow([one.flows(width) for one in models])
+        rows.append([f"{label}: {does[label]}", push, flow, force])
     words = Words(__name__)
-    return words.table("crowds", rows, measured=MEASURED_FLOW) if rows else None
+    return words.table("crowds", rows, measured=named.MEASURED_FLOW) if rows else None
 
 
 def _flow(found: Sequence[Sequence[float]]) -> str:
@@ -181,8 +170,8 @@ def _flow(found: Sequence[Sequence[float]]) -> str:
     every = [flow for flows in found for flow in flows]
     if not every:
         return "nobody leaves"
-    least, most = MEASURED_FLOW
-    unseen = [not least <= float(np.mean(flows)) <= most for flows in found if flows]
+    (least, most), means = named.MEASURED_FLOW, [np.mean(flows) for flows in found if flows]
+    unseen = [not least <= mean <= most for mean in means]
     said = f": {'in part ' if not all(unseen) else ''}no measured crowd"
     flow = between(min(every), max(every))
     return f"**{flow}{said}**" if any(unseen) else flow
@@ -192,14 +181,12 @@ def notes(study: MotionStudy, drawn: Sequence[Chart]) -> list[str]:
     """Say how to read the bars that are drawn, what matters most, and for how long the limit must
     last."""
     found, base = range_of(study, "contact_largest").factors, study.models[0]
+    own = [label for label, models in crowds_of(study).items() if base in models]
     factors = {SAID.get(one, one): ends for one, ends in found.items()}
     varied = {one.factor for one in study.models}
     bars = Words(__name__).text(
         "bars",
-        first=next(
-            (f"{key}, {base.label}" for key, each in crowds_of(study).items() if base in each),
-            base.label,
-        ),
+        first=", ".join([*own, base.label]),
         last=study.last_s,
         varied=[SAID.get(one, one) for one in FACTORS if one in varied],
         units=[one.unit for one in drawn if one.shown],

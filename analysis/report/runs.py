@@ -65,8 +65,7 @@ def motion_of(
         return []
     first = models[0].runs
     base = [run.scene for run in first[:fewer]]
-    pushes = _crowds(scene) if has_crowds(scene, engines) else _pushes(scene)
-    for factor, label, changed in (*pushes, *_variations(scene)):
+    for factor, label, changed in (*_pushes(scene, engines), *_variations(scene)):
         try:
             varied = _own_noise([changed(one) for one in base])
         except (SceneError, StepError, ValueError):
@@ -82,27 +81,19 @@ def _own_noise(scenes: Sequence[Scene]) -> list[Scene]:
     return [one.with_drive(seed=to.seed + n) if to.noisy else one for n, one, to in drives]
 
 
-def has_crowds(scene: Scene, engines: Sequence[str]) -> bool:
-    """Tell whether a report shows named crowds: of rooms that are not the product's, with the rigid
-    engine."""
-    assert scene.drive is not None
-    doors = len(scene.drive.gates) == len(scene.drive.doors)
-    return RIGID in engines and doors and not is_shipped(scene)
-
-
 Variation = tuple[str, str, Callable[[Scene], Scene]]
 
 
-def _crowds(scene: Scene) -> Iterator[Variation]:
-    """The named crowds that the scene has not."""
-    for name, share, same in crowds_beside(scene):
-        if not same:
-            yield CROWD, crowd_label(name, share), partial(with_crowd, name=name, share=share)
-
-
-def _pushes(scene: Scene) -> Iterator[Variation]:
-    """Another push."""
+def _pushes(scene: Scene, engines: Sequence[str]) -> Iterator[Variation]:
+    """How hard people push: in rooms that are not the product's the other named crowds, which the
+    rigid engine has, else another push."""
     assert scene.drive is not None
+    doors = len(scene.drive.gates) == len(scene.drive.doors)
+    if RIGID in engines and doors and not is_shipped(scene):
+        for name, share, same in crowds_beside(scene):
+            if not same:
+                yield CROWD, crowd_label(name, share), partial(with_crowd, name=name, share=share)
+        return
     own = float(scene.drive.push(scene.snapshot.mass).mean())
     push = PUSH_N if abs(own - PUSH_N) > NEAR * PUSH_N else LARGE_N
     yield "push", f"push {significant(push)} N", lambda one: with_push(one, push)

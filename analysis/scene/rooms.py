@@ -220,9 +220,8 @@ def _notes(
     named = CROWDS[crowd.does]
     pushing = f"{named.label} ({named.does})" if named.drive else f"push with {push:g} N"
     notes = f"""{crowd.people} people of radius {radius.mean():.3f} ± {radius.std():.3f} m and mass
-{mass.mean():.1f} ± {mass.std():.1f} kg, {pushing}.
-They begin at random places {where} (seed {crowd.varied.seed}).
-Disks cover {cover_of(radius, floor):.0%} of the floor."""
+{mass.mean():.1f} ± {mass.std():.1f} kg, {pushing}. They wait at random places
+{where} (seed {crowd.varied.seed}). Disks cover {cover_of(radius, floor):.0%} of the floor."""
     if len(ways) > 1:
         counts = np.bincount(going, minlength=len(ways))
         notes += f"\nOf them go to one door after the other: {', '.join(map(str, counts))}."

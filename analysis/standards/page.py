@@ -77,22 +77,17 @@ def run_tests(
     out: Path,
     progress: Progress | None = None,
     processes: int | None = None,
-    *,
     time_gap_s: float = TIME_GAP_S,
-    seeds: Sequence[int] = SEEDS,
 ) -> list[Tested]:
     """Run the scenes of all tests with each seed and judge them; runs are kept in out/standards.
 
     Raises EngineError before anything runs for an engine that is missing or refuses a scene."""
     engine(engine_name)
     kept = out / "standards" / f"T{time_gap_s:g}"
+    ways = [(How(time_gap_s, seed), kept / f"seed_{seed}") for seed in SEEDS]
     runs = {
         case.name: [
-            [
-                EngineRun.of(one, engine_name, kept / f"seed_{seed}")
-                for one in case.scenes(How(time_gap_s, seed))
-            ]
-            for seed in seeds
+            [EngineRun.of(one, engine_name, at) for one in case.scenes(how)] for how, at in ways
         ]
         for case in cases
     }
@@ -144,19 +139,15 @@ def draw(tracks: Sequence[Track]) -> Figure:
     return figure
 
 
-def write_page(
-    tested: Sequence[Tested],
-    engine_name: str,
-    folder: Path,
-    command: str,
-    time_gap_s: float = TIME_GAP_S,
-) -> Path:
+def write_page(tested: Sequence[Tested], engine_name: str, folder: Path, command: str) -> Path:
     """Write standards.html, its figures, standards.csv and standards.json; return the page."""
     words = Words(__package__)
     failed = [one.words["title"].lower() for one in tested if not one.judged.passed]
     passed, title = len(tested) - len(failed), engine(engine_name).TITLE
     lead = words.text("lead", passed=passed, of=len(tested), engine=title, failed=", ".join(failed))
-    how = words.items("how", time_gap=time_gap_s, seeds=len(SEEDS))
+    drives = [track.scene.drive for one in tested for track in one.tracks]
+    gaps = [drive.time_gap_s for drive in drives if drive and drive.time_gap_s]
+    how = words.items("how", time_gap=(gaps or [TIME_GAP_S])[0], seeds=len(SEEDS))
     rows = [
         [f"[{one.words['title']}](#{one.case.name})", *one.called,
          "pass" if one.judged.passed else FAILED, one.words["found"]]
