@@ -168,10 +168,8 @@ class Drive(Distance, Exit, Pace):
     def _one_goal_each(self) -> Drive:
         if self.aim == "centre" and not self.gates:
             raise ValueError("aim: centre of a door, and there is none. Give door_start_m")
-        if self.clearance_m is not None and not all(one.has_door for one in self.doors):
+        if self.clearance_m is not None and not self.all_have_doors:
             raise ValueError("clearance_m: a way leads to a door. Give door_start_m and door_end_m")
-        if self.clearance_m is not None and len(self.gates) < len(self.doors):
-            raise ValueError("clearance_m: only where there are doors to walk to")
         for name in NAMING:
             parts: tuple[Some, ...] = getattr(self, name)
             ranges = sorted(part.people for part in parts)
@@ -214,6 +212,11 @@ class Drive(Distance, Exit, Pace):
     def gates(self) -> list[tuple[Point, Point]]:
         """The ends (m) of the doors that there are, the drive's own first."""
         return [exit_.door for exit_ in self.doors if exit_.has_door]
+
+    @property
+    def all_have_doors(self) -> bool:
+        """Whether everybody has a door to walk to."""
+        return len(self.gates) == len(self.doors)
 
     @property
     def ways(self) -> int:

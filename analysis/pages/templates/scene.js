@@ -94,6 +94,10 @@ const CHECKS = {
     if (straight === slope || slope !== downhill) wrong("acceleration_m_per_s2, or slope_deg and downhill, are needed");
     if (downhill && !isUnit(made.downhill)) wrong("downhill must be a unit vector");
   },
+  _a_door_ahead({ drive, period_x_m: period }) {
+    const ends = drive ? [drive, ...(drive.goals || [])] : [];
+    if (drive && has(drive, "time_gap_s") && !period && !ends.every(hasDoor)) wrong("drive.time_gap_s: who has no door ahead keeps no distance. Give door_start_m");
+  },
   _whole_impact: (made) => made.kind !== "impact" || !made.time_s || wrong("time_s: an impact is compared over its whole run. Leave it out"),
   _one_of_each: ({ frames, after_s, data }) => (frames.length === after_s.length && after_s.length === data.length) || wrong("frames, after_s and data need one entry per frame"),
   _of_one_crowd(made) {
