@@ -232,9 +232,7 @@ def _show_windows(first: Path, every: Mapping[Path, WindowComparison]) -> None:
         span = f"{len(starts)} from {starts[0]:.4g} to {ends[-1]:.4g} s"
         lasting = f"impulses over windows of {significant(ends[0] - starts[0])} s"
         _show_pair(compared, f"{compared.scene}: {lasting}, {span}", "windows")
-        print(
-            "one pair of runs: no verdict. Replicates have one: percussions report SCENE --seeds 5"
-        )
+        print("one pair of runs: no verdict. Replicates have one: percussions report SCENE --seeds 5")
         show(*_window_rows(compared), title="window by window, second against first")
         print(*paths, sep="\n")
 

@@ -274,9 +274,7 @@ def import_(
     from analysis.scene.real.trajectory import Recording, is_fcd
 
     if file.suffix.lower() == ".xml" and not is_fcd(file):
-        refuse_beside(
-            context, OF_HEADS, "of XML only for <fcd-export> of SUMO. Files of LEMONS say it"
-        )
+        refuse_beside(context, OF_HEADS, "of XML only for <fcd-export> of SUMO. Files of LEMONS say it")
         _import_lemons(file, room, name, one_disk, out)
         return
     _refuse_unused(context, people, radius_spread, others)

@@ -9,7 +9,7 @@ namespace {
 
 using namespace nscd;
 
-constexpr double NOWHERE = 1e30, LARGEST_WHOLE = 9007199254740991.0;
+constexpr double RENEWED = 0.05, NOWHERE = 1e30, LARGEST_WHOLE = 9007199254740991.0;
 constexpr double OPENING = 1e-6, PROVEN = 1e-7, STEEP = 1e5;  // m/s over the largest; m/s where 1 is asked for
 
 // What the page fills, by number. SI units.
@@ -25,8 +25,10 @@ struct Whole {
     WindowSums sums{0};
     Report last;         // the last step
     bool begun = false;  // whether the parts were found right since they were filled
+    Numbers wanted;      // m/s, desired velocities (n·2) of who keep their distance
+    int steps = 0, looked = -1;  // since the window began; after how many of these they looked
 } whole, kept;
-auto& [crowd, drive, others, sums, last, begun] = whole;
+auto& [crowd, drive, others, sums, last, begun, wanted, steps, looked] = whole;
 System resting;  // contacts of the last step that stay closed, between disks of 1 kg
 Numbers pressing;
 
@@ -67,7 +69,14 @@ int wrong() {
     return whole_within(drive.next, -1.0, std::max(0.0, double(corners) - 1.0)) ? 0 : NEXT + 1;
 }
 
-Numbers desired(In x) { return drive.desired(x, crowd.radius, crowd.now.time); }
+// As in analysis/engines/programs/rigid.py: who keep their distance look at the start of a window and every RENEWED s after it.
+Numbers desired(In x) {
+    if (!(others[DISTANCE][0] > 0.0)) return drive.desired(x, crowd.radius, crowd.now.time);
+    const double h = law(0);
+    if (steps % std::max(1, int(RENEWED / h + 1e-9)) == 0 && looked != steps)
+        looked = steps, wanted = drive.desired(x, crowd.radius, std::floor(crowd.now.time / h + 1e-6) * h);
+    return wanted;
+}
 
 }  // namespace
 
@@ -87,7 +96,7 @@ EXPORT(back) void back() { whole = kept, others[RESTING].clear(), resting = {}; 
 // Take walls and law as the parts say; the first part that is wrong, from 1 on, or 0.
 EXPORT(reconnect) int reconnect() {
     const int bad = wrong();
-    begun = bad == 0;
+    begun = bad == 0, steps = 0, looked = -1;
     if (!begun) return bad;
     const Numbers& keeps = others[DISTANCE];
     crowd.walls = connected(others[WALLS], law(LOW), law(PERIOD));
@@ -125,6 +134,7 @@ EXPORT(step) int step() {
     const Motion::State before = crowd.now;
     if (!crowd.advance(law(TAU) > 0.0 ? desired : Motion::Desired(), done)) return 0;
     if (!moves() || !finite(done.reaction) || !finite(done.friction)) return crowd.now = before, -1;
+    ++steps;
     sums.add(done.near.first, done.near.second, done.near.wall, done.near.normal, done.near.gap, done.reaction, done.friction);
     sums.add(done.reached.first, done.reached.second, done.reached.wall, done.reached.normal, done.reached.gap, done.push, {});
     return 1;
@@ -179,5 +189,5 @@ EXPORT(window) void window() {
         const bool wall = second >= n;
         rows.insert(rows.end(), {double(first), double(wall ? second - n : second), double(wall), sum.x, sum.y, sum.gap, sum.px, sum.py});
     }
-    crowd.forget();
+    crowd.forget(), steps = 0, looked = -1;
 }

@@ -42,7 +42,7 @@
   function timing({ content, disks }) {
     const { drive, contact, run: asked } = content;
     const start = most(disks.r.map((_, i) => long(disks.u[2 * i], disks.u[2 * i + 1])));
-    const falls = long(...acceleration(content)) * asked.duration_s, speed = drive ? Math.max(start, drive.speed_m_per_s) : start + falls;
+    const falls = long(...acceleration(content)) * asked.duration_s, speed = drive ? Math.max(start, drive.speed_m_per_s + 5 * (drive.jostling_m_per_s || 0)) : start + falls;
     let longest = speed ? 0.06 * mean(disks.r) / speed : asked.duration_s;
     const arms = contact.arm_reach_m ? Math.sqrt(least(disks.m) / (contact.arm_force_N / contact.arm_reach_m)) : Infinity;
     longest = asked.rigid_step_s || Math.min(longest, 0.2 * arms);
