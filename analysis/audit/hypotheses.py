@@ -1,41 +1,40 @@
-"""What may be wrong with forces that do not balance momentum: each hypothesis is a fit with its
-residual."""
+"""What may be wrong with forces that do not balance momentum. Each hypothesis is a fit with a residual."""
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.sparse import coo_array, hstack
 from scipy.sparse.linalg import lsqr
 
-from analysis.audit.motion import Record
+from analysis.audit.record import Record
 from nscd.arrays import Flags, Floats
 
-# Frames by which forces may be late; an engine says its forces before a step, after it, or as means.
+WORDS = tomllib.loads(Path(__file__).with_name("words.toml").read_text(encoding="utf-8"))
+# Frames after the start of an interval at which its forces may be listed, and at which they should be.
 SHIFTS, NOW = (0.5, 0.0, 1.0, -0.5, -1.0, 1.5, 2.0), (0.0, 0.5, 1.0)
-# A factor is one that is named if it is within this, or three times the residual.
-SAME_FACTOR = 1e-4
-# Hypotheses explain alike if their residuals are within this factor, or below what is rounding.
-ALIKE, ROUNDING = 3.0, 1e-7
+# A factor is that of a hypothesis within this, or three residuals. Hypotheses whose residuals are within
+# a factor, or rounding, explain alike.
+SAME_FACTOR, ALIKE, ROUNDING = 1e-4, 3.0, 1e-7
 # What the order of rows shows goes before the general fault that explains the same.
 SHOWN = (("order", "signs of contacts"), ("both directions", "one side"))
-# Of what is needed so large a share must be at the bodies that are left, and of the residual at the others.
-LEFT, ELSEWHERE = 0.01, 0.9
-# Tangential parts below this share are rounding. So many contacts are looked at for those that are not
-# listed, and such a share of equations must be more than unknowns.
+# Where rows are missing, the bodies with all of theirs need this share of all, and the others have this
+# share of the residual. So many numbers must be there.
+LEFT, ELSEWHERE, FEWEST = 0.01, 0.9, 8
+# Tangential parts below this share are rounding. So many contacts are looked at for those not listed, and
+# equations must be more than unknowns by this share.
 ALONG, MOST_ROWS, SPARE, MOST_SUBSTEPS = 1e-3, 2_000, 0.1, 64
-UNITS = {1e-3: "masses in g or lengths in mm, not kg and m", 1e-2: "lengths in cm, not m",
-         1e-5: "dyn, not N", 1e-6: "masses in g and lengths in mm, not kg and m"}  # fmt: skip
 
 
 class Fit(NamedTuple):
-    """Hold a tested hypothesis: the true forces are `factor` times those listed, changed as `faults` say.
+    """Hold a hypothesis: true forces are `factor` times those listed, changed as `faults` (name → words)
+    say, at `shift` frames after the start of an interval.
 
-    faults: what is wrong, by name, and in words; none where forces are as they should be
-    shift: frames after the start of an interval at which the forces are listed
-    residual: what stays unexplained, as a share of what is needed"""
+    residual: what is not explained, as a share of what is needed"""
 
     faults: Mapping[str, str]
     factor: float
@@ -45,191 +44,166 @@ class Fit(NamedTuple):
     @property
     def name(self) -> str:
         """Name what is wrong."""
-        return " and ".join(self.faults) or "as listed"
+        return ", ".join(self.faults) or "as listed"
 
 
-def variants(record: Record, shape: tuple[int, ...]) -> Iterator[tuple[dict[str, str], Floats]]:
-    """Give the sums (f,n,2) N of the forces as they are listed, and changed as each hypothesis has it."""
-    rows, force = record.rows, record.rows.force
-    yield {}, rows.sums(shape, force)
-    pairs = rows.second >= 0
-    if pairs.any():
-        for end, other in (("first", "second"), ("second", "first")):
-            words = f"of each pair only the {end} gets its force: that on the {other} is not true"
-            yield {"one side": words}, rows.sums(shape, force, end)
-    along = np.nan_to_num((force * rows.normal).sum(axis=1))
-    pulls = along < 0
-    share = pulls.sum() / max(1, np.count_nonzero(along))
+def fault(name: str, key: str = "", **values: Any) -> dict[str, str]:
+    """Give a fault and its words, those of another key where there are several."""
+    return {name: WORDS["faults"][key or name].format(**values)}
+
+
+def percent(share: float) -> str:
+    """Write a share for a message."""
+    return f"{100 * share:.2g} %" if share >= 1e-9 else "0 %"
+
+
+def variants(record: Record) -> Iterator[tuple[dict[str, str], Floats]]:
+    """Give the sums (f,n,2) N of forces as they are listed, and changed as a hypothesis has it."""
+    force, first, second = record.force, record.first, record.second
+    pairs = second >= 0
+    yield {}, record.sums(force)
+    for end in ("first", "second") if pairs.any() else ():
+        none = np.where(pairs[:, None], 0.0, -force)
+        yield fault("one side", end=end), record.sums(force * (end == "second"), none if end == "second" else None)  # fmt: skip
+    along = np.nan_to_num((force * record.normal).sum(axis=1))
+    pulls, share = along < 0, (along < 0).sum() / max(1, np.count_nonzero(along))
     if 0 < share < 1:
-        pushed = np.where(pulls[:, None], -force, force)
-        words = f"the sign is turned in {min(share, 1 - share):.2%} of the contacts or more"
-        yield {"signs of contacts": words}, rows.sums(shape, pushed)
-        yield {"signs of contacts": words}, rows.sums(shape, np.where(pulls[:, None], force, -force))
-    yield {"axes": "fx and fy are exchanged"}, rows.sums(shape, force[:, ::-1])
-    turned = pairs & (rows.first > rows.second)
-    low, high = np.where(turned, rows.second, rows.first), np.where(turned, rows.first, rows.second)
-    key = (rows.frame * shape[1] + low) * (shape[1] + 1) + high
+        turned = fault("signs of contacts", share=percent(min(share, 1 - share)))
+        yield turned, record.sums(np.where(pulls[:, None], -force, force))
+    yield fault("axes"), record.sums(force[:, ::-1])
+    n = record.momentum.shape[1] + 1
+    back = pairs & (first > second)
+    key = (record.frame * n + np.minimum(first, second)) * n + np.maximum(first, second)
     _, of, count = np.unique(key, return_inverse=True, return_counts=True)
-    times = np.where(pairs, count[of], 1)
-    if (times > 1).any():
-        both = len(np.unique(key[turned])) and np.isin(key[turned], key[pairs & ~turned]).mean() > 0.9
-        name, words = "contact points", "the rows of several contact points have the whole force each"
-        if both:
-            name, words = "both directions", "each pair is listed in both directions, with its force in each"
-        yield {name: words}, rows.sums(shape, force / times[:, None])
-    if (turned & ~np.isin(key, key[pairs & ~turned])).any():
-        words = "the force is that on the body of the larger id, in whichever order ids are listed"
-        yield {"order": words}, rows.sums(shape, np.where(turned[:, None], -force, force))
+    if (pairs & (count[of] > 1)).any():
+        both = back.any() and np.isin(key[back], key[pairs & ~back]).mean() > ELSEWHERE
+        merged = force / np.where(pairs, count[of], 1)[:, None]
+        yield fault("both directions" if both else "contact points"), record.sums(merged)
+    if (back & (count[of] == 1)).any() and (pairs & ~back).any():
+        yield fault("order"), record.sums(np.where(back[:, None], -force, force))
 
 
-def factors(record: Record, time_step: float | None, substeps: int | None) -> dict[float, tuple[str, str]]:
-    """Give the factors that have a name, and what they then mean."""
-    found: dict[float, tuple[str, str]] = {}
+def factors(record: Record, time_step: float | None) -> list[tuple[float, dict[str, str]]]:
+    """Give the factors from listed to true forces that hypotheses have, with their faults."""
+    found = [(float(unit), fault("units", what=words)) for unit, words in WORDS["units"].items()]
     for h in {float(np.median(record.durations)), time_step or 0.0} - {0.0}:
-        found[1 / h] = "impulse", f"they are impulses (N·s) over {h:.6g} s, not forces"
-        found[h] = "impulse", f"they are divided by {h:.6g} s once too often"
-        found[1 / h**2] = "impulse", f"they are multiplied by the square of {h:.6g} s"
-    for unit, words in UNITS.items():
-        found[unit] = "units", words
-        found[1 / unit] = "units", f"the bodies have {words}"
-    for n in (substeps,) if substeps else range(2, MOST_SUBSTEPS + 1):
-        why = "as of substeps or of contact points" + (", or of both directions" if n == 2 else "")
-        why = f"as of {n} substeps" if substeps else why
-        found.setdefault(1.0 * n, ("substeps", f"they are {n} times too small, {why}"))
-        found.setdefault(1 / n, ("substeps", f"they are {n} times too large, {why}"))
+        for power, key in ((-1, "impulse"), (1, "impulse over time"), (-2, "impulse times time")):
+            found.append((h**power, fault("impulse", key, h=h)))
+    for n in range(2, MOST_SUBSTEPS + 1):
+        found += [(1.0 * n, fault("substeps", n=n)), (1 / n, fault("substeps", "substeps summed", n=n))]
     return found
 
 
-def at_shift(record: Record, sums: Floats, shift: float, intervals: int) -> tuple[Floats, Flags]:
-    """Take the forces (i,n,2) N of a shift, and which intervals have them."""
-    at = np.arange(intervals) + record.base + shift
-    good, last = (at >= 0) & (at <= len(sums) - 1), len(sums) - 1
-    early, late = np.floor(at).astype(int).clip(0, last), np.ceil(at).astype(int).clip(0, last)
-    return 0.5 * (sums[early] + sums[late]), good
+def meanings(factor: float, residual: float, named: list[Any]) -> list[tuple[dict[str, str], float]]:
+    """Give what a factor may mean: faults, and the exact factor of each. A number of substeps is no
+    meaning where others are."""
+    way, near = float(np.sign(factor) or 1.0), max(SAME_FACTOR, 3 * residual)
+    turned = fault("sign") if factor < 0 else {}
+    if abs(abs(factor) - 1) <= near:
+        return [(turned, way)]
+    found = [(turned | one, way * c) for c, one in named if abs(abs(factor) / c - 1) <= near]
+    found = [each for each in found if "substeps" not in each[0]] or found
+    return found or [(turned | fault("factor", factor=1 / abs(factor)), factor)]
 
 
-def fit_all(
-    record: Record, named: Mapping[float, tuple[str, str]], keep: Flags | None = None
-) -> list[Fit]:
-    """Fit every variant at every shift, by least squares of impulses. The best is first.
+def at_shift(record: Record, sums: Floats, shift: float) -> tuple[Floats, Flags]:
+    """Take the forces (i,n,2) N listed at a shift, and which intervals have them."""
+    at, last = np.arange(len(record.durations)) + record.moved + shift, len(sums) - 1
+    early, late = (each(at).astype(int).clip(0, last) for each in (np.floor, np.ceil))
+    return 0.5 * (sums[early] + sums[late]), (at >= 0) & (at <= last)
+
+
+def fit_all(record: Record, named: list[Any], keep: Flags | None = None) -> list[Fit]:
+    """Fit every variant at every shift by least squares of impulses. The best is first.
 
     named: see `factors`; keep: (i,n) the bodies and intervals that count"""
-    needed, weight = record.needed(), record.durations[:, None, None]
-    shape, found = (len(record.times), len(record.ids)), []
+    needed, weight, found = record.needed(), record.durations[:, None, None], []
     here = ~np.isnan(needed).any(axis=2) & (True if keep is None else keep)
-    for faults, disks in variants(record, shape):
-        sums = record.joined(disks)
+    for faults, sums in variants(record):
         for shift in SHIFTS:
-            given, good = at_shift(record, sums, shift, len(needed))
+            given, good = at_shift(record, sums, shift)
             some = here & good[:, None]
             a, b = (weight * needed)[some].ravel(), (weight * given)[some].ravel()
-            if not (some.any() and a.any() and b.any()):
+            if len(a) < (FEWEST if keep is not None else 1) or not (a.any() and b.any()):
                 continue
-            factor = float(a @ b / (b @ b))
-            residual = float(np.linalg.norm(a - factor * b) / np.linalg.norm(a))
-            late = {} if shift in NOW else {"step": _late(shift)}
+            size, factor = float(np.linalg.norm(a)), float(a @ b / (b @ b))
+            residual = float(np.linalg.norm(a - factor * b)) / size
+            late = {} if shift in NOW else fault("step before" if shift > 1 else "step after")
             for more, exact in meanings(factor, residual, named):
-                if "signs of contacts" in faults and exact < 0:
-                    continue
-                left = float(np.linalg.norm(a - exact * b) / np.linalg.norm(a))
-                found.append(Fit(faults | more | late, exact, shift, max(left, residual)))
+                left = float(np.linalg.norm(a - exact * b)) / size
+                if exact > 0 or "signs of contacts" not in faults:
+                    found.append(Fit(faults | more | late, exact, shift, left))
     return sorted(found, key=lambda fit: fit.residual)
 
 
-def _late(shift: float) -> str:
-    return "they are those of the step before" if shift > 1 else "they are those of the step after"
-
-
-def meanings(
-    factor: float, residual: float, named: Mapping[float, tuple[str, str]]
-) -> list[tuple[dict[str, str], float]]:
-    """Give what a factor may mean: faults, and the exact factor of each."""
-    turned = {"sign": "the sign is turned"} if factor < 0 else {}
-    size, way = abs(factor), np.sign(factor) or 1.0
-    near = max(SAME_FACTOR, 3 * residual)
-    if abs(size - 1) <= near:
-        return [(turned, float(way))]
-    every = [(one, what) for one, what in named.items() if abs(size / one - 1) <= near]
-    found = [(turned | {name: words}, float(way * one)) for one, (name, words) in every]
-    return found or [(turned | {"factor": f"the factor to the true forces is {factor:.4g}"}, factor)]
-
-
 def chosen(fits: list[Fit], within: float) -> list[Fit]:
-    """Take of the fits that explain what is needed those with the fewest faults, one a name."""
+    """Take of the fits that explain what is needed those with the fewest faults, one a name. One of a
+    factor that nothing has is taken alone, and only of forces that are else as they are listed."""
     good = [fit for fit in fits if fit.residual <= within and "factor" not in fit.faults]
     if not good:
-        return []
-    most = max(ALIKE * good[0].residual, ROUNDING)
-    alike = [fit for fit in good if fit.residual <= most]
+        lone = [fit for fit in fits if fit.residual <= within and {*fit.faults} <= {"factor", "sign"}]
+        return lone[:1]
+    alike = [fit for fit in good if fit.residual <= max(ALIKE * good[0].residual, ROUNDING)]
     fewest = min(len(fit.faults) for fit in alike)
-    names = {fit.name: fit for fit in reversed(alike) if len(fit.faults) == fewest}
+    named = {(*fit.faults.values(),): fit for fit in reversed(alike) if len(fit.faults) == fewest}
     for shown, general in SHOWN:
-        if any(shown in one.faults for one in names.values()):
-            names = {name: one for name, one in names.items() if general not in one.faults}
-    return sorted(names.values(), key=lambda fit: fit.residual)
+        if any(shown in one.faults for one in named.values()):
+            named = {words: one for words, one in named.items() if general not in one.faults}
+    return sorted(named.values(), key=lambda fit: fit.residual)
 
 
-def without(record: Record, needed: Floats) -> dict[str, Flags]:
-    """Give which bodies and intervals (i,n) are left without those that touch what has no row: a wall,
-    another body, either."""
-    pairs, walls = record.unlisted()
-    kept = {}
-    for name, open_ in (("walls missing", walls), ("contacts missing", pairs | walls)):
-        if record.body is not None:
-            open_ = record.joined(np.repeat(open_[..., None], 2, axis=2).astype(float))[..., 0] > 0
-        around = np.pad(open_, ((1, 3), (0, 0)))
-        near = np.lib.stride_tricks.sliding_window_view(around, 4 + record.base, axis=0).any(axis=-1)
-        kept[name] = ~near[: len(needed)]
-    return kept
+def with_rows_missing(record: Record, named: list[Any], within: float) -> Iterator[tuple[list[Fit], list[Fit]]]:
+    """Fit the bodies that touch no wall, and no other body, without a row: the fits, and those that
+    explain all but the others. Then tangential forces that are not listed."""
+    needed, sums = record.needed(), record.sums(record.force)
+    open_pairs, open_walls = record.unlisted
+    for name, missing in (("walls missing", open_walls), ("contacts missing", open_pairs | open_walls)):
+        around = np.pad(missing, ((1, 3), (0, 0)))
+        near = np.lib.stride_tricks.sliding_window_view(around, 4 + record.moved, axis=0).any(axis=-1)
+        keep = ~near[: len(needed)]
+        fits, good = fit_all(record, named, keep) if not keep.all() else [], []
+        for one in chosen(fits, within):
+            given, here = at_shift(record, sums, one.shift)
+            off, all_ = (np.nan_to_num(x)[here] ** 2 for x in (needed - one.factor * given, needed))
+            enough = all_[keep[here]].sum() >= LEFT * all_.sum() and given[here][keep[here]].any()
+            if enough and off[~keep[here]].sum() >= ELSEWHERE * off.sum():
+                good.append(one._replace(faults=one.faults | fault(name)))
+        yield [one._replace(faults=one.faults | fault(name)) for one in fits[:5]], good
+    extra = [fit for shift in NOW if (fit := _with_tangential(record, shift))]
+    best = min(extra, key=lambda fit: fit.residual, default=None)
+    if best is not None:
+        ways = meanings(best.factor, best.residual, named)
+        fits = [best._replace(faults=best.faults | more, factor=exact) for more, exact in ways]
+        yield fits, fits if best.residual <= within and "factor" not in fits[0].faults else []
 
 
-def elsewhere(record: Record, fit: Fit, keep: Flags, sums: Floats) -> bool:
-    """Tell whether what a fit leaves unexplained is at the bodies that are not kept, and enough is
-    needed at those kept."""
-    needed = record.needed()
-    given, good = at_shift(record, sums, fit.shift, len(needed))
-    off = np.nan_to_num(needed - fit.factor * given)[good] ** 2
-    all_, mine = np.nan_to_num(needed)[good] ** 2, keep[good]
-    enough = all_[mine].sum() >= LEFT * all_.sum() and np.count_nonzero(given[good][mine]) >= 8
-    return bool(enough and off[~mine].sum() >= ELSEWHERE * off.sum())
-
-
-def with_tangential(record: Record) -> Fit | None:
-    """Fit a tangential force to each contact that is listed with its normal part only, from momentum and
-    spins of the first frames. None where a listed force has a tangential part, or equations are too few."""
-    rows, (f, n) = record.rows, record.spin.shape
-    tangent = np.column_stack([-rows.normal[:, 1], rows.normal[:, 0]])
-    across = np.abs((rows.force * tangent).sum(axis=1))
-    if not across.max(initial=0.0) <= ALONG * np.abs(rows.force).max(initial=0.0):
+def _with_tangential(record: Record, shift: float) -> Fit | None:
+    """Fit a tangential force to each contact listed with its normal part only, from momentum and spins of
+    the first frames. None where a listed force has another part, or equations are too few."""
+    f, n, _ = record.momentum.shape
+    across = np.abs(record.normal[:, 0] * record.force[:, 1] - record.normal[:, 1] * record.force[:, 0])
+    most = int(np.searchsorted(np.cumsum(np.bincount(record.frame, minlength=f)), MOST_ROWS))
+    turned = 0.5 * np.diff(record.turning, axis=0)[:most] / record.durations[:most, None]  # N, of discs
+    largest = float(np.abs(record.force).max())
+    if record.moved or not np.nan_to_num(turned).any() or not across.max() <= ALONG * largest:
         return None
-    most = int(np.searchsorted(np.cumsum(np.bincount(rows.frame, minlength=f)), MOST_ROWS))
-    spun, some = np.diff(record.spin, axis=0)[:most], rows.frame <= most
-    if record.moved or record.body is not None or not np.nan_to_num(spun).any():
+    a = np.concatenate([record.needed()[:most], turned[..., None]], axis=2)
+    here = ~np.isnan(a.ravel())
+    listed = at_shift(record, record.sums(record.force / largest), shift)[0][:most]
+    columns = [coo_array(np.pad(listed, ((0, 0), (0, 0), (0, 1))).reshape(-1, 1))]
+    tangent = np.column_stack([-record.normal[:, 1], record.normal[:, 0]])
+    shape, unknown = (a.size, len(record.frame)), 0
+    for early in (0, 1) if shift == 0.5 else (int(shift),):
+        at = record.frame - early
+        for place, sign in ((record.first, -1.0), (record.second, 1.0)):
+            who = np.flatnonzero((at >= 0) & (at < len(a)) & (place >= 0))
+            row = (at[who] * n + place[who]) * 3
+            for axis, value in enumerate((*(sign * tangent[who].T), -np.ones(len(who)))):
+                columns.append(coo_array((value, (row + axis, who)), shape=shape))
+            unknown = max(unknown, len(np.unique(record.frame[who])) and len(who))
+    if (spare := int(here.sum()) - unknown - 1) < SPARE * here.sum():
         return None
-    torque = 0.5 * record.mass * record.radius * spun / record.durations[:most, None]  # over r: N
-    a = np.concatenate([record.needed()[:most], torque[..., None]], axis=2)
-    here, frame, tangent = ~np.isnan(a.ravel()), rows.frame[some], tangent[some]
-    sums, best = rows.sums((f, n), rows.force), None
-    scale = float(np.abs(rows.force).max())
-    for shift in NOW:
-        given, _ = at_shift(record, sums, shift, len(a))
-        listed = np.concatenate([given / scale, np.zeros_like(a[..., :1])], axis=2).reshape(-1, 1)
-        entries: list[tuple[Floats, ...]] = []
-        for early in (0, 1) if shift == 0.5 else (int(shift),):
-            for place, sign in ((rows.first[some], -1.0), (rows.second[some], 1.0)):
-                good = (frame >= early) & (frame - early < len(a)) & (place >= 0)
-                at, who = ((frame - early) * n + place)[good] * 3, np.flatnonzero(good)
-                for axis, value in enumerate((*(sign * tangent[good].T), -np.ones(len(at)))):
-                    entries.append((value, at + axis, who))
-        value, row, of = (np.concatenate(one) for one in zip(*entries, strict=True))
-        matrix = coo_array((value, (row, of)), shape=(a.size, len(frame))).tocsr()
-        spare = int(here.sum()) - len(np.unique(of)) - 1
-        if spare < SPARE * here.sum():
-            return None
-        x, _, _, left, *_ = lsqr(hstack([matrix, coo_array(listed)]).tocsr()[here], a.ravel()[here],
-                                 atol=1e-9, btol=1e-9, iter_lim=500)  # fmt: skip
-        share = float(left / np.sqrt(spare) / np.sqrt((a.ravel()[here] ** 2).mean()))
-        if best is None or share < best.residual:
-            words = "only the normal parts are listed: forces along the surfaces are missing"
-            best = Fit({"normal part only": words}, float(x[-1] / scale), shift, share)
-    return best
+    matrix = hstack([columns[0], sum(columns[2:], columns[1])]).tocsr()[here]
+    x, _, _, left, *_ = lsqr(matrix, a.ravel()[here], atol=1e-9, btol=1e-9, iter_lim=500)
+    share = float(left / np.sqrt(spare) / np.sqrt((a.ravel()[here] ** 2).mean()))
+    return Fit(fault("normal part only"), float(x[0] / largest), shift, share)
