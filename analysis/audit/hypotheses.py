@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -36,7 +36,7 @@ class Fit(NamedTuple):
 
     residual: what is not explained, as a share of what is needed"""
 
-    faults: Mapping[str, str]
+    faults: dict[str, str]
     factor: float
     shift: float
     residual: float
@@ -54,7 +54,7 @@ def fault(name: str, key: str = "", **values: Any) -> dict[str, str]:
 
 def percent(share: float) -> str:
     """Write a share for a message."""
-    return f"{100 * share:.2g} %" if share >= 1e-9 else "0 %"
+    return f"{100 * share:.3g} %" if share >= 1e-9 else "0 %"
 
 
 def variants(record: Record) -> Iterator[tuple[dict[str, str], Floats]]:
@@ -160,7 +160,7 @@ def with_rows_missing(record: Record, named: list[Any], within: float) -> Iterat
     for name, missing in (("walls missing", open_walls), ("contacts missing", open_pairs | open_walls)):
         around = np.pad(missing, ((1, 3), (0, 0)))
         near = np.lib.stride_tricks.sliding_window_view(around, 4 + record.moved, axis=0).any(axis=-1)
-        keep = ~near[: len(needed)]
+        keep: Flags = ~np.asarray(near)[: len(needed)]
         fits, good = fit_all(record, named, keep) if not keep.all() else [], []
         for one in chosen(fits, within):
             given, here = at_shift(record, sums, one.shift)
@@ -204,6 +204,6 @@ def _with_tangential(record: Record, shift: float) -> Fit | None:
     if (spare := int(here.sum()) - unknown - 1) < SPARE * here.sum():
         return None
     matrix = hstack([columns[0], sum(columns[2:], columns[1])]).tocsr()[here]
-    x, _, _, left, *_ = lsqr(matrix, a.ravel()[here], atol=1e-9, btol=1e-9, iter_lim=500)
+    x, _, _, left, *_ = lsqr(matrix, a.ravel()[here], atol=1e-7, btol=1e-7, iter_lim=200)
     share = float(left / np.sqrt(spare) / np.sqrt((a.ravel()[here] ** 2).mean()))
     return Fit(fault("normal part only"), float(x[0] / largest), shift, share)

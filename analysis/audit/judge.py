@@ -123,8 +123,8 @@ def judge(
         if found:
             break
     shift = next((fit.shift for fit in (*found, *fits) if fit.shift in tested.NOW), 0.5)
-    given, good = tested.at_shift(record, record.sums(record.force), shift)
-    needed, given, weight = needed[good], given[good], record.durations[good][:, None, None]
+    given, here = tested.at_shift(record, record.sums(record.force), shift)
+    needed, given, weight = needed[here], given[here], record.durations[here][:, None, None]
     off, all_ = (np.linalg.norm(np.nan_to_num(weight * x)) for x in (needed - given, needed))
     best = {one.name: one for one in reversed([*fits, *found])}
     seen = (found[0].residual if found else 1.0) * float(np.sqrt(np.nanmean(needed**2)))
@@ -174,7 +174,7 @@ def _remarks(record: Record, best: Fit, friction: float | None) -> list[str]:
         out = float((across > 1.001 * friction * np.abs(along) + 1e-6 * force)[known].mean())
         said += [WORDS["cone"].format(share=percent(out), friction=friction)] if out else []
     turned = np.diff(record.turning, axis=0)
-    if record.moved or not known.all() or {*best.faults} - {"sign", "impulse", "units", "substeps"}:
+    if record.moved or np.isnan(along).any() or {*best.faults} - {"sign", "impulse", "units", "substeps"}:
         return said
     torque = record.normal[:, 1] * record.force[:, 0] - record.normal[:, 0] * record.force[:, 1]
     sums = record.sums(best.factor * torque[:, None], best.factor * torque[:, None])

@@ -100,7 +100,7 @@ def record_of(
         momentum[1:] = momentum[0] + np.cumsum(mass[1:, :, None] * walls.shortest(way).reshape(-1, n, 2), axis=0)  # fmt: skip
     momentum[mass == 0] = np.nan
     names = ("frame", "first", "second", "force", "normal")
-    columns = {name: np.concatenate(each) for name, each in zip(names, zip(*parts, strict=True), strict=True)}
+    columns: dict[str, Any] = {name: np.concatenate(each) for name, each in zip(names, zip(*parts, strict=True), strict=True)}
     return Record(times=times, momentum=momentum, mass=mass.max(axis=0), external=acting, turning=turning,
                   unlisted=unlisted, moved=not has_velocity, stated=external is not None, **columns, **rest)  # fmt: skip
 
