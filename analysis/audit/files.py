@@ -134,9 +134,10 @@ def write_audit(found: Audit, name: str, folder: Path, command: str) -> list[Pat
     first = Section(
         number="result", title=words.text("title"), introduction=[words.text("lead", seen=found.smallest_fault)],
         words=[f"**{found.words[0].upper()}{found.words[1:]}.**"], warnings=[f"{one}." for one in found.remarks],
-        pictures=[words.picture("forces", _picture(found))], tables=[words.table("table_fits", rows)], files=["audit.json"],
+        pictures=[words.picture("forces", _picture(found))],
     )  # fmt: skip
-    last = Section(number="assumptions", title=words.text("title_assumptions"), introduction=words.items("assumptions"))
+    last = Section(number="assumptions", title=words.text("title_assumptions"), files=["audit.json"],
+                   introduction=words.items("assumptions"), tables=[words.table("table_fits", rows)])  # fmt: skip
     write_json(folder / "audit.json", found.to_dict())
     page = render("audit.html", command=command, first=first, folds=[last], name=name,
                   contents=[(one.number, one.title) for one in (first, last)],

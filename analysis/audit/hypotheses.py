@@ -179,24 +179,26 @@ def with_rows_missing(record: Record, named: list[Any], within: float) -> Iterat
 
 def _with_tangential(record: Record, shift: float) -> Fit | None:
     """Fit a tangential force to each contact listed with its normal part only, from momentum and spins of
-    the first frames. None where a listed force has another part, or equations are too few."""
+    the first frames. None where a pair has another part, or equations are too few."""
     f, n, _ = record.momentum.shape
-    across = np.abs(record.normal[:, 0] * record.force[:, 1] - record.normal[:, 1] * record.force[:, 0])
+    across = record.normal[:, :1] * record.force[:, 1:] - record.normal[:, 1:] * record.force[:, :1]
     most = int(np.searchsorted(np.cumsum(np.bincount(record.frame, minlength=f)), MOST_ROWS))
     turned = 0.5 * np.diff(record.turning, axis=0)[:most] / record.durations[:most, None]  # N, of discs
-    largest = float(np.abs(record.force).max())
-    if record.moved or not np.nan_to_num(turned).any() or not across.max() <= ALONG * largest:
+    largest, pairs = float(np.abs(record.force).max()), record.second >= 0
+    lone = np.abs(across[:, 0]) <= ALONG * largest
+    if record.moved or not np.nan_to_num(turned).any() or not (pairs.any() and lone[pairs].all()):
         return None
     a = np.concatenate([record.needed()[:most], turned[..., None]], axis=2)
     here = ~np.isnan(a.ravel())
-    listed = at_shift(record, record.sums(record.force / largest), shift)[0][:most]
-    columns = [coo_array(np.pad(listed, ((0, 0), (0, 0), (0, 1))).reshape(-1, 1))]
+    torque = -np.nan_to_num(across) / largest
+    sums = np.concatenate([record.sums(record.force / largest), record.sums(torque, torque)], axis=2)
+    columns = [coo_array(at_shift(record, sums, shift)[0][:most].reshape(-1, 1))]
     tangent = np.column_stack([-record.normal[:, 1], record.normal[:, 0]])
     shape, unknown = (a.size, len(record.frame)), 0
     for early in (0, 1) if shift == 0.5 else (int(shift),):
         at = record.frame - early
         for place, sign in ((record.first, -1.0), (record.second, 1.0)):
-            who = np.flatnonzero((at >= 0) & (at < len(a)) & (place >= 0))
+            who = np.flatnonzero(lone & (at >= 0) & (at < len(a)) & (place >= 0))
             row = (at[who] * n + place[who]) * 3
             for axis, value in enumerate((*(sign * tangent[who].T), -np.ones(len(who)))):
                 columns.append(coo_array((value, (row + axis, who)), shape=shape))

@@ -17,6 +17,8 @@ from nscd.arrays import Floats
 # What may stay unexplained of the force that is needed. From one interval to the next forces change by
 # the second share where frames are too far apart. The third is rounding.
 WITHIN, FAR, NOTHING = 0.05, 0.3, 1e-9
+# Torques below this share of forces times radii are not looked at.
+TURNS = 1e-3
 STATUS = ("agrees", "differs", "unknown")
 
 
@@ -180,7 +182,8 @@ def _remarks(record: Record, best: Fit, friction: float | None) -> list[str]:
     sums = record.sums(best.factor * torque[:, None], best.factor * torque[:, None])
     given, good = tested.at_shift(record, sums, best.shift)
     a, b = (given[..., 0] * record.durations[:, None])[good].ravel(), turned[good].ravel()
-    if a.any() and b.any():
+    size = np.linalg.norm(record.sums(record.force)) * abs(best.factor) * float(np.median(record.durations))
+    if np.linalg.norm(a) > TURNS * size and b.any():
         inertia = float(a @ b / (b @ b))
         off = float(np.linalg.norm(a - inertia * b) / np.linalg.norm(a))
         said.append(WORDS["spins"].format(share=percent(off), inertia=inertia))

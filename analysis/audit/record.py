@@ -65,9 +65,9 @@ class Record:
     def sums(self, on_second: Floats, on_first: Floats | None = None) -> Floats:
         """Sum what contacts (k,2) give their bodies, opposite where only one is given: (f,n,2)."""
         on_first = -on_second if on_first is None else on_first
-        f, n, axes = self.momentum.shape
+        f, n, _ = self.momentum.shape
         one, two = self.frame * n + self.first, np.where(self.second < 0, -1, self.frame * n + self.second)
-        return sum_at_disks(one, two, on_first, on_second, f * n).reshape(f, n, axes)
+        return sum_at_disks(one, two, on_first, on_second, f * n).reshape(f, n, -1)
 
 
 def record_of(
