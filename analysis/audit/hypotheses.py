@@ -21,7 +21,8 @@ SHIFTS, NOW = (0.5, 0.0, 1.0, -0.5, -1.0, 1.5, 2.0), (0.0, 0.5, 1.0)
 # a factor, or rounding, explain alike.
 SAME_FACTOR, ALIKE, ROUNDING = 1e-4, 3.0, 1e-7
 # What the order of rows shows goes before the general fault that explains the same.
-SHOWN = (("order", "signs of contacts"), ("both directions", "one side"))
+SHOWN = (("order", "signs of contacts"), ("both directions", "one side"), ("both directions", "substeps"),
+         ("contact points", "substeps"))  # fmt: skip
 # Where rows are missing, the bodies with all of theirs need this share of all, and the others have this
 # share of the residual. So many numbers must be there.
 LEFT, ELSEWHERE, FEWEST = 0.01, 0.9, 8

@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 from analysis.audit import audit
+from analysis.engines import engine
 from nscd import Snapshot
 from tests.audit.crowd import CORNER, FRICTION, STEP_S, pressed, weight
 from tests.engines.at_hand import require
@@ -129,9 +130,10 @@ def test_random_files_are_named_and_never_wrongly():
     """What is wrong is drawn, with a crowd; either it is named, or nothing is said to be known."""
     random, right = np.random.default_rng(2), 0
     names = ["rows and columns permuted", "turned", "grams", "centimetres", "signs of contacts", "half", "dyn", "no walls"]
-    crowds = [pressed(120, seed, side=3) for seed in range(4)]
+    drawn = (pressed(120, seed, side=3) for seed in range(5))
+    crowds = [one for one in drawn if any(table["is_wall"].any() for table in one[1])]
     for number in range(160):
-        name, (snapshots, tables) = names[number % len(names)], crowds[random.integers(4)]
+        name, (snapshots, tables) = names[number % len(names)], crowds[random.integers(len(crowds))]
         change, faults = FAULTS[name]
         found = judged([change(permuted(table, random), random) for table in tables], snapshots)
         assert found.faults in (faults, ()), (name, found.words)
@@ -209,7 +211,7 @@ def test_lammps_says_normal_forces_of_pairs_alone_unless_asked(percussions, tmp_
     along (-2, -1.4); walls by fix wall/gran … contacts."""
     require("lammps")
     environment = os.environ | {"OMP_NUM_THREADS": "1"}
-    subprocess.run(["lmp", "-in", PROGRAMS / "corner.in", "-log", "none"], cwd=tmp_path, check=True, capture_output=True,
+    subprocess.run([engine("lammps").find(), "-in", PROGRAMS / "corner.in", "-log", "none"], cwd=tmp_path, check=True, capture_output=True,
                    env=environment)  # fmt: skip
     (tmp_path / "room.toml").write_text(ROOM.format(*np.array([-2, -1.4]) * 3 / np.hypot(2, 1.4)))
     whole, text = f"{PAIR},tx=c_pl[4],ty=c_pl[5]", (tmp_path / "bodies.dump").read_text()
@@ -222,7 +224,7 @@ def test_lammps_says_normal_forces_of_pairs_alone_unless_asked(percussions, tmp_
 def test_yade_tells_its_interactions(percussions, tmp_path):
     require("yade")
     environment = os.environ | {"PYTHONPATH": str(PROGRAMS.parents[2] / "yade_scripts"), "OMP_NUM_THREADS": "1"}
-    subprocess.run(["yade", "-L", "noserver", "-j1", "-n", "-x", PROGRAMS / "corner_yade.py"], cwd=tmp_path, check=True,
+    subprocess.run([engine("yade").find(), "-L", "noserver", "-j1", "-n", "-x", PROGRAMS / "corner_yade.py"], cwd=tmp_path, check=True,
                    capture_output=True, env=environment)  # fmt: skip
     (tmp_path / "room.toml").write_text(ROOM.format(-2.0, -1.4))
     columns, rows = "first=id1,second=id2", pd.read_csv(tmp_path / "contacts.csv")
