@@ -26,7 +26,6 @@ from analysis.pages.section import Section
 from analysis.pages.words import Words
 from analysis.percussions.setting import Setting, room_beside
 from analysis.support.files import write_json, write_text
-from analysis.support.frames import IMPULSE_COLUMNS
 from analysis.support.reading import note
 from nscd import Snapshot
 from nscd.arrays import Floats
@@ -42,38 +41,39 @@ def open_record(
     """Read a folder of a run or a dump, its contacts (those of the run where left out), and what else acts
     by the room or an acceleration (2,) m/s². Raises DumpError naming the file and the line or the frame."""
     file = target / "bodies.dump" if target.is_dir() else target
-    own = [one for one in ("impulses.dump", "contacts.dump") if (file.parent / one).is_file() and target.is_dir()]
-    if not (path := contacts or (file.parent / own[0] if own else None)):
+    own = [file.with_name(one) for one in ("impulses.dump", "contacts.dump") if target.is_dir()]
+    path = contacts or next(filter(Path.is_file, own), None)
+    if path is None:
         raise DumpError(f"{target}: no contacts. Give --contacts")
     trajectory = open_bodies(file, **stated).trajectory
     found, setting = room_beside(file, room, stated)
     setting = setting.of_dump(trajectory)
-    scene = empty(found or bare(file), "dump")
-    impulses = path.name == "impulses.dump" and contacts is None
+    impulses = path in own[:1]
     index = index_dump(path, "ENTRIES") if impulses else open_contacts(path, columns, trajectory)
-    held = OwnContacts(index, scene, False, setting.standing)
+    held = OwnContacts(index, empty(found or bare(file), "dump"), False, setting.standing)
     held.wall_fixes = wall_fixes(() if "is_wall" in index.columns else trajectory.ts.data)
     numbers = Frames.parse(frames or "::1").of(range(int(trajectory.n_frames)), file)
-    if missing := {trajectory.steps[k] for k in numbers} - {*index.steps}:
+    steps = [trajectory.steps[k] for k in numbers]
+    if missing := {*steps} - {*index.steps}:
         raise DumpError(f"{path}: step {min(missing)} of {file} is missing")
-    moving = "vx" in trajectory.columns.index.columns
-    stated_ = acceleration is not None or found is not None or "drive_x" in trajectory.ts.data
+    if np.isnan(trajectory[numbers[0]].time):
+        raise DumpError(f"{file}: its frames have no times. Give --time-step")
+    known = acceleration is not None or found is not None or "drive_x" in trajectory.ts.data
+    has_velocity, every = "vx" in trajectory.ts.data, bool((np.diff(steps) == 1).all())
 
     def read() -> Record:
         snapshots, listed = [], []
         for number in numbers:
-            ts = trajectory[number]
-            snapshots.append(snapshot_of(ts, file, needs_velocity=False))
-            listed.append(_listed(held, ts, snapshots[-1], snapshots[-2:-1] if impulses else None))
-        if np.isnan(ts.time):
-            raise DumpError(f"{file}: its frames have no times. Give --time-step")
-        steps = np.diff([trajectory.steps[k] for k in numbers])
-        pushes = (lambda now: external_of(setting, now, acceleration)) if stated_ else None
+            snapshots.append(snapshot_of(trajectory[number], file, needs_velocity=False))
+            number = index.steps.index(trajectory.steps[number])
+            duration = float(np.diff([one.time for one in snapshots[-2:]] * 2)[0]) or np.inf
+            listed.append(_listed(held, number, trajectory.ts, snapshots[-1], duration if impulses else 0.0))
+        pushes = (lambda now: external_of(setting, now, acceleration)) if known else None
         try:
-            found = record_of(snapshots, listed, pushes, setting.walls, moving, every_step=bool((steps == 1).all()))
+            record = record_of(snapshots, listed, pushes, setting.walls, has_velocity, every_step=every)
         except ValueError as error:
             raise DumpError(f"{path}: {error}") from None
-        return replace(found, noise=_noise(trajectory, index, found))
+        return replace(record, noise=_noise(trajectory, index, record))
 
     record = read()
     if not (held.is_whole or impulses):
@@ -87,25 +87,21 @@ def open_record(
 def external_of(setting: Setting, now: Snapshot, acceleration: Sequence[float] | None) -> Floats:
     """Compute all forces (n,2) N that are no contacts: body force, and the drive of the dump or the room."""
     force: Floats = now.mass[:, None] * np.array(setting.acceleration if acceleration is None else acceleration)
-    if now.drive is not None:
-        return np.asarray(force + now.drive)
-    if setting.drive is None:
-        return force
-    wanted, time = replace(setting, acceleration=(0.0, 0.0), arms=None, left_velocity="desired", window=None).left(now)
+    if now.drive is not None or setting.drive is None:
+        return force if now.drive is None else force + now.drive
+    alone = replace(setting, acceleration=(0.0, 0.0), arms=None, left_velocity="desired", window=None)
+    wanted, time = alone.left(now)
     return np.asarray(force + now.mass[:, None] * (wanted - now.velocity) / (time or 1.0))
 
 
-def _listed(held: OwnContacts, ts: Any, now: Snapshot, before: list[Snapshot] | None) -> EngineContacts:
-    """The contacts of a frame as they are listed; of impulses their mean force since the frame before."""
-    number, fixed = held.index.steps.index(ts.data["step"]), held.standing
+def _listed(held: OwnContacts, number: int, ts: Any, now: Snapshot, duration: float) -> EngineContacts:
+    """The contacts of a frame as they are listed; of impulses their mean force over a duration (s)."""
+    if duration:
+        first, second, wall, *impulse = held.index.table(number).T
+        force, one, two = np.column_stack(impulse[:2]) / duration, first.astype(np.int64), second.astype(np.int64)
+        return EngineContacts(first=one, second=two, is_wall=wall == 1, force=force, normal=np.nan * force, overlap=first)
+    fixed = held.standing
     every = now if fixed is None else fixed.behind(now)
-    if before is not None:
-        get = dict(zip(held.index.columns, held.index.table(number).T, strict=True))
-        impulse = np.column_stack([get[name] for name in IMPULSE_COLUMNS[3:5]])
-        impulse /= now.time - before[0].time if before else np.inf
-        first, second = (get[name].astype(np.int64) for name in ("first", "second"))
-        return EngineContacts(first=first, second=second, is_wall=get["is_wall"] == 1, force=impulse,
-                              normal=np.nan * impulse, overlap=np.nan * first)  # fmt: skip
     found = contacts_at(held.index, number) if held.is_whole else held.pairs(number, every, strict=False)
     if held.wall_fixes:
         found = EngineContacts.joined([found, held.of_fixes(ts.data, every)])
@@ -129,8 +125,7 @@ def _noise(trajectory: Any, index: DumpIndex, record: Record) -> float:
 def write_audit(found: Audit, name: str, folder: Path, command: str) -> list[Path]:
     """Write `audit.json` and `index.html` with its picture; return their paths."""
     words = Words(__package__)
-    rows = [[one.name, ". ".join(one.faults.values()) or "–", significant(one.factor, 4), significant(one.shift),
-             significant(one.residual)] for one in found.fits[:12]]  # fmt: skip
+    rows = [[one.name, ". ".join(one.faults.values()) or "–", *map(significant, one[1:])] for one in found.fits[:12]]
     first = Section(
         number="result", title=words.text("title"), introduction=[words.text("lead", seen=found.smallest_fault)],
         words=[f"**{found.words[0].upper()}{found.words[1:]}.**"], warnings=[f"{one}." for one in found.remarks],
@@ -139,9 +134,9 @@ def write_audit(found: Audit, name: str, folder: Path, command: str) -> list[Pat
     last = Section(number="assumptions", title=words.text("title_assumptions"), files=["audit.json"],
                    introduction=words.items("assumptions"), tables=[words.table("table_fits", rows)])  # fmt: skip
     write_json(folder / "audit.json", found.to_dict())
-    page = render("audit.html", command=command, first=first, folds=[last], name=name,
-                  contents=[(one.number, one.title) for one in (first, last)],
-                  images=write_pictures([first, last], folder / "figures"))  # fmt: skip
+    contents = [(one.number, one.title) for one in (first, last)]
+    images = write_pictures([first], folder / "figures")
+    page = render("audit.html", command=command, first=first, folds=[last], name=name, contents=contents, images=images)
     write_text(folder / "index.html", page)
     return [folder / "audit.json", folder / "index.html"]
 
@@ -150,13 +145,11 @@ def _picture(found: Audit) -> Figure:
     """Needed against listed force, of bodies and intervals; what each hypothesis leaves unexplained."""
     figure, (left, right) = drawing.panels(9.5, 3.8, 1, 2)
     some = slice(None, None, 1 + found.needed.size // 20_000)
-    needed, given = found.needed.ravel()[some], found.given.ravel()[some]
-    left.plot(needed, given, ".", ms=2, color=drawing.BLUE, rasterized=True)
-    ends = np.array([np.nanmin(needed, initial=0.0), np.nanmax(needed, initial=0.0)])
+    left.plot(found.needed.ravel()[some], found.given.ravel()[some], ".", ms=2, color=drawing.BLUE)
+    ends = [np.nanmin(found.needed, initial=0.0), np.nanmax(found.needed, initial=0.0)]
     left.plot(ends, ends, color=drawing.BLACK, lw=0.8)
     left.set(xlabel="needed (N)", ylabel="sum of listed contact forces (N)", title="each body and interval, x and y")
     fits = found.fits[7::-1]
-    share = [max(1e-12, min(one.residual, 10.0)) for one in fits]
-    right.barh([one.name for one in fits], share, color=drawing.BLUE)
+    right.barh([one.name for one in fits], [max(1e-12, min(one.residual, 10.0)) for one in fits], color=drawing.BLUE)
     right.set(xscale="log", xlabel="not explained, share of what is needed", title="tested hypotheses")
     return figure

@@ -17,25 +17,22 @@ from nscd.arrays import Flags, Floats
 WORDS = tomllib.loads(Path(__file__).with_name("words.toml").read_text(encoding="utf-8"))
 # Frames after the start of an interval at which its forces may be listed, and at which they should be.
 SHIFTS, NOW = (0.5, 0.0, 1.0, -0.5, -1.0, 1.5, 2.0), (0.0, 0.5, 1.0)
-# A factor is that of a hypothesis within this, or three residuals. Hypotheses whose residuals are within
-# a factor, or rounding, explain alike.
-SAME_FACTOR, ALIKE, ROUNDING = 1e-4, 3.0, 1e-7
-# What the order of rows shows goes before the general fault that explains the same.
+# A factor is that of a hypothesis within this, or three residuals. Hypotheses explain alike whose residuals
+# are within a factor, or rounding. What rows show goes before a general fault that explains the same.
+SAME_FACTOR, ALIKE, ROUNDING, MOST_SUBSTEPS = 1e-4, 3.0, 1e-7, 64
 SHOWN = (("order", "signs of contacts"), ("both directions", "one side"), ("both directions", "substeps"),
          ("contact points", "substeps"))  # fmt: skip
-# Where rows are missing, the bodies with all of theirs need this share of all, and the others have this
-# share of the residual. So many numbers must be there.
-LEFT, ELSEWHERE, FEWEST = 0.01, 0.9, 8
-# Tangential parts below this share are rounding. So many contacts are looked at for those not listed, and
-# equations must be more than unknowns by this share.
-ALONG, MOST_ROWS, SPARE, MOST_SUBSTEPS = 1e-3, 2_000, 0.1, 64
+# Where rows are missing, bodies with all of theirs need this share of all, in so many numbers at least, and
+# the others have this share of the residual.
+LEFT, FEWEST, ELSEWHERE = 0.01, 8, 0.9
+# Tangential parts below this share are rounding. Of so many contacts those that are not listed are looked
+# for, where equations are more than unknowns by this share.
+ALONG, MOST_ROWS, SPARE = 1e-3, 2_000, 0.1
 
 
 class Fit(NamedTuple):
-    """Hold a hypothesis: true forces are `factor` times those listed, changed as `faults` (name → words)
-    say, at `shift` frames after the start of an interval.
-
-    residual: what is not explained, as a share of what is needed"""
+    """Hold a hypothesis: true forces are `factor` times those listed, `shift` frames after the start of an
+    interval, changed as `faults` (name → words) say; `residual` of what is needed is not explained."""
 
     faults: dict[str, str]
     factor: float
@@ -46,6 +43,10 @@ class Fit(NamedTuple):
     def name(self) -> str:
         """Name what is wrong."""
         return ", ".join(self.faults) or "as listed"
+
+    def plus(self, faults: dict[str, str], **values: float) -> Fit:
+        """Add faults to it."""
+        return self._replace(faults=self.faults | faults, **values)
 
 
 def fault(name: str, key: str = "", **values: Any) -> dict[str, str]:
@@ -60,19 +61,18 @@ def percent(share: float) -> str:
 
 def variants(record: Record) -> Iterator[tuple[dict[str, str], Floats]]:
     """Give the sums (f,n,2) N of forces as they are listed, and changed as a hypothesis has it."""
-    force, first, second = record.force, record.first, record.second
-    pairs = second >= 0
+    force, first, second, n = record.force, record.first, record.second, record.momentum.shape[1] + 1
+    pairs, none = second >= 0, 0.0 * force
     yield {}, record.sums(force)
-    for end in ("first", "second") if pairs.any() else ():
-        none = np.where(pairs[:, None], 0.0, -force)
-        yield fault("one side", end=end), record.sums(force * (end == "second"), none if end == "second" else None)  # fmt: skip
+    if pairs.any():
+        yield fault("one side", end="first"), record.sums(none, -force)
+        yield fault("one side", end="second"), record.sums(force, np.where(pairs[:, None], none, -force))
     along = np.nan_to_num((force * record.normal).sum(axis=1))
     pulls, share = along < 0, (along < 0).sum() / max(1, np.count_nonzero(along))
     if 0 < share < 1:
         turned = fault("signs of contacts", share=percent(min(share, 1 - share)))
         yield turned, record.sums(np.where(pulls[:, None], -force, force))
     yield fault("axes"), record.sums(force[:, ::-1])
-    n = record.momentum.shape[1] + 1
     back = pairs & (first > second)
     key = (record.frame * n + np.minimum(first, second)) * n + np.maximum(first, second)
     _, of, count = np.unique(key, return_inverse=True, return_counts=True)
@@ -96,8 +96,7 @@ def factors(record: Record, time_step: float | None) -> list[tuple[float, dict[s
 
 
 def meanings(factor: float, residual: float, named: list[Any]) -> list[tuple[dict[str, str], float]]:
-    """Give what a factor may mean: faults, and the exact factor of each. A number of substeps is no
-    meaning where others are."""
+    """Give what a factor may mean: faults, and the exact factor of each; substeps where nothing else is."""
     way, near = float(np.sign(factor) or 1.0), max(SAME_FACTOR, 3 * residual)
     turned = fault("sign") if factor < 0 else {}
     if abs(abs(factor) - 1) <= near:
@@ -115,9 +114,8 @@ def at_shift(record: Record, sums: Floats, shift: float) -> tuple[Floats, Flags]
 
 
 def fit_all(record: Record, named: list[Any], keep: Flags | None = None) -> list[Fit]:
-    """Fit every variant at every shift by least squares of impulses. The best is first.
-
-    named: see `factors`; keep: (i,n) the bodies and intervals that count"""
+    """Fit every variant at every shift by least squares of impulses, the best first; of the bodies and
+    intervals (i,n) to keep. named: see `factors`."""
     needed, weight, found = record.needed(), record.durations[:, None, None], []
     here = ~np.isnan(needed).any(axis=2) & (True if keep is None else keep)
     for faults, sums in variants(record):
@@ -128,22 +126,20 @@ def fit_all(record: Record, named: list[Any], keep: Flags | None = None) -> list
             if len(a) < (FEWEST if keep is not None else 1) or not (a.any() and b.any()):
                 continue
             size, factor = float(np.linalg.norm(a)), float(a @ b / (b @ b))
-            residual = float(np.linalg.norm(a - factor * b)) / size
             late = {} if shift in NOW else fault("step before" if shift > 1 else "step after")
-            for more, exact in meanings(factor, residual, named):
-                left = float(np.linalg.norm(a - exact * b)) / size
+            for more, exact in meanings(factor, float(np.linalg.norm(a - factor * b)) / size, named):
                 if exact > 0 or "signs of contacts" not in faults:
+                    left = float(np.linalg.norm(a - exact * b)) / size
                     found.append(Fit(faults | more | late, exact, shift, left))
     return sorted(found, key=lambda fit: fit.residual)
 
 
 def chosen(fits: list[Fit], within: float) -> list[Fit]:
-    """Take of the fits that explain what is needed those with the fewest faults, one a name. One of a
-    factor that nothing has is taken alone, and only of forces that are else as they are listed."""
+    """Take of the fits that explain what is needed those with the fewest faults, each words once. A factor
+    that nothing has is taken alone, of forces that are else as they are listed."""
     good = [fit for fit in fits if fit.residual <= within and "factor" not in fit.faults]
     if not good:
-        lone = [fit for fit in fits if fit.residual <= within and {*fit.faults} <= {"factor", "sign"}]
-        return lone[:1]
+        return [fit for fit in fits if fit.residual <= within and {*fit.faults} <= {"factor", "sign"}][:1]
     alike = [fit for fit in good if fit.residual <= max(ALIKE * good[0].residual, ROUNDING)]
     fewest = min(len(fit.faults) for fit in alike)
     named = {(*fit.faults.values(),): fit for fit in reversed(alike) if len(fit.faults) == fewest}
@@ -156,25 +152,22 @@ def chosen(fits: list[Fit], within: float) -> list[Fit]:
 def with_rows_missing(record: Record, named: list[Any], within: float) -> Iterator[tuple[list[Fit], list[Fit]]]:
     """Fit the bodies that touch no wall, and no other body, without a row: the fits, and those that
     explain all but the others. Then tangential forces that are not listed."""
-    needed, sums = record.needed(), record.sums(record.force)
-    open_pairs, open_walls = record.unlisted
-    for name, missing in (("walls missing", open_walls), ("contacts missing", open_pairs | open_walls)):
-        around = np.pad(missing, ((1, 3), (0, 0)))
+    needed, sums, (lone, on_wall) = record.needed(), record.sums(record.force), record.unlisted
+    for name, missing in (("walls missing", on_wall), ("contacts missing", lone | on_wall)):
+        around, good = np.pad(missing, ((1, 3), (0, 0))), []
         near = np.lib.stride_tricks.sliding_window_view(around, 4 + record.moved, axis=0).any(axis=-1)
         keep: Flags = ~np.asarray(near)[: len(needed)]
-        fits, good = fit_all(record, named, keep) if not keep.all() else [], []
+        fits = fit_all(record, named, keep) if not keep.all() else []
         for one in chosen(fits, within):
             given, here = at_shift(record, sums, one.shift)
             off, all_ = (np.nan_to_num(x)[here] ** 2 for x in (needed - one.factor * given, needed))
             enough = all_[keep[here]].sum() >= LEFT * all_.sum() and given[here][keep[here]].any()
             if enough and off[~keep[here]].sum() >= ELSEWHERE * off.sum():
-                good.append(one._replace(faults=one.faults | fault(name)))
-        yield [one._replace(faults=one.faults | fault(name)) for one in fits[:5]], good
+                good.append(one.plus(fault(name)))
+        yield [one.plus(fault(name)) for one in fits[:5]], good
     extra = [fit for shift in NOW if (fit := _with_tangential(record, shift))]
-    best = min(extra, key=lambda fit: fit.residual, default=None)
-    if best is not None:
-        ways = meanings(best.factor, best.residual, named)
-        fits = [best._replace(faults=best.faults | more, factor=exact) for more, exact in ways]
+    for best in sorted(extra, key=lambda fit: fit.residual)[:1]:
+        fits = [best.plus(more, factor=exact) for more, exact in meanings(best.factor, best.residual, named)]
         yield fits, fits if best.residual <= within and "factor" not in fits[0].faults else []
 
 
@@ -190,20 +183,17 @@ def _with_tangential(record: Record, shift: float) -> Fit | None:
     if record.moved or not np.nan_to_num(turned).any() or not (pairs.any() and lone[pairs].all()):
         return None
     a = np.concatenate([record.needed()[:most], turned[..., None]], axis=2)
-    here = ~np.isnan(a.ravel())
-    torque = -np.nan_to_num(across) / largest
+    here, torque = ~np.isnan(a.ravel()), -np.nan_to_num(across) / largest
     sums = np.concatenate([record.sums(record.force / largest), record.sums(torque, torque)], axis=2)
-    columns = [coo_array(at_shift(record, sums, shift)[0][:most].reshape(-1, 1))]
     tangent = np.column_stack([-record.normal[:, 1], record.normal[:, 0]])
-    shape, unknown = (a.size, len(record.frame)), 0
+    columns, unknown = [coo_array(at_shift(record, sums, shift)[0][:most].reshape(-1, 1))], 0
     for early in (0, 1) if shift == 0.5 else (int(shift),):
         at = record.frame - early
         for place, sign in ((record.first, -1.0), (record.second, 1.0)):
             who = np.flatnonzero(lone & (at >= 0) & (at < len(a)) & (place >= 0))
-            row = (at[who] * n + place[who]) * 3
+            row, unknown = (at[who] * n + place[who]) * 3, max(unknown, len(who))
             for axis, value in enumerate((*(sign * tangent[who].T), -np.ones(len(who)))):
-                columns.append(coo_array((value, (row + axis, who)), shape=shape))
-            unknown = max(unknown, len(np.unique(record.frame[who])) and len(who))
+                columns.append(coo_array((value, (row + axis, who)), shape=(a.size, len(at))))
     if (spare := int(here.sum()) - unknown - 1) < SPARE * here.sum():
         return None
     matrix = hstack([columns[0], sum(columns[2:], columns[1])]).tocsr()[here]

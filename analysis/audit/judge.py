@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,6 @@ from nscd.arrays import Floats
 WITHIN, FAR, NOTHING = 0.05, 0.3, 1e-9
 # Torques below this share of forces times radii are not looked at.
 TURNS = 1e-3
-STATUS = ("agrees", "differs", "unknown")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -30,7 +29,7 @@ class Audit:
     faults: what is wrong, by name; none where several hypotheses explain alike, or none does
     fits: the best of each hypothesis, the nearest first
     residual: what forces as they are listed leave unexplained, as a share of what is needed
-    smallest_fault: N, of the force on a body, that could be seen
+    smallest_fault: N, of the force on a body, that could be seen; remarks: other sentences
     needed, given: (i,n,2) N, what momentum needs and listed forces sum to, of each interval and body"""
 
     status: str
@@ -40,13 +39,13 @@ class Audit:
     residual: float = float("nan")
     smallest_fault: float = float("nan")
     remarks: tuple[str, ...] = ()
-    needed: Floats
-    given: Floats
+    needed: Floats = field(default_factory=lambda: np.zeros((0, 1, 2)))
+    given: Floats = field(default_factory=lambda: np.zeros((0, 1, 2)))
 
     @property
     def exit_status(self) -> int:
         """Give 0 where forces agree, 1 where they do not, 2 where it cannot be judged."""
-        return STATUS.index(self.status)
+        return ("agrees", "differs", "unknown").index(self.status)
 
     def to_dict(self) -> dict[str, Any]:
         """Give the verdict for JSON."""
@@ -77,46 +76,25 @@ def audit(
     time_step: s, of the simulation, where frames are further apart
     within: share of the needed force that may stay unexplained
 
-    Raises ValueError naming the frame and the row of a contact of nobody.
-
-    >>> two = [
-    ...     Snapshot(
-    ...         position=[[0, 0], [0.5, 0]],
-    ...         velocity=[[2 - 50 * t, 0], [50 * t, 0]],
-    ...         radius=[0.25, 0.25],
-    ...         mass=[75, 75],
-    ...         time=t,
-    ...     )
-    ...     for t in (0, 0.01, 0.02)
-    ... ]
-    >>> push = {"first": [1], "second": [2], "fx": [3750.0], "fy": [0.0]}  # N
-    >>> audit(two, [push] * 3, external=0).words
-    'the forces agree with the change of momentum to 0 %'
-    """
+    Raises ValueError naming the frame and the row of a contact of nobody."""
     if hasattr(contacts, "columns"):
         when = np.asarray(contacts["time_s"], dtype=float)
         contacts = [contacts[np.isclose(when, one.time, rtol=1e-9, atol=1e-12)] for one in snapshots]
         if sum(map(len, contacts)) != len(when):
             raise ValueError("contacts: time_s: rows at instants of which there is no snapshot")
-    record = record_of(snapshots, contacts, external, walls)
-    return judge(record, friction=friction, time_step=time_step, within=within)
+    return judge(record_of(snapshots, contacts, external, walls), friction, time_step, within)
 
 
 def judge(
-    record: Record, *, friction: float | None = None, time_step: float | None = None, within: float = WITHIN
+    record: Record, friction: float | None = None, time_step: float | None = None, within: float = WITHIN
 ) -> Audit:
     """Judge the contacts of a record, see `audit`."""
     needed = record.needed() if len(record.times) > 1 + record.moved else np.zeros((0, 1, 2))
     most, size = (float(np.abs(np.nan_to_num(x)).max(initial=0.0)) for x in (record.force, needed))
-    for bad, why in (
-        (not len(needed), "frames"),
-        (not most, "no force"),
-        (size <= max(NOTHING * most, 0.0 if record.stated else record.noise), "still"),
-    ):
-        if bad:
-            what = WORDS["reasons"][why].format(frames=2 + record.moved)
-            none = np.zeros((0, 1, 2))
-            return Audit(status="unknown", words=WORDS["unknown"].format(what=what), needed=none, given=none)
+    still = size <= max(NOTHING * most, 0.0 if record.stated else record.noise)
+    if why := "frames" if not len(needed) else "no force" if not most else "still" if still else "":
+        what = WORDS["reasons"][why].format(frames=2 + record.moved)
+        return Audit(status="unknown", words=WORDS["unknown"].format(what=what))
     named = tested.factors(record, time_step)
     fits = tested.fit_all(record, named)
     found = tested.chosen(fits, within)
@@ -159,17 +137,16 @@ def _unexplained(verdict: Audit, record: Record, within: float) -> Audit:
         why = "acceleration" if left <= within * all_ else "external"
     elif not record.every_step and np.nansum(change**2) >= FAR**2 * np.nansum(both**2):
         why = "apart"
-    if why:
-        return replace(verdict, words=WORDS["unknown"].format(what=WORDS["reasons"][why].format(**values)))
-    words = WORDS["unexplained"].format(share=percent(verdict.residual))
-    return replace(verdict, status="differs", words=words)
+    if not why:
+        return replace(verdict, status="differs", words=WORDS["unexplained"].format(share=percent(verdict.residual)))
+    return replace(verdict, words=WORDS["unknown"].format(what=WORDS["reasons"][why].format(**values)))
 
 
 def _remarks(record: Record, best: Fit, friction: float | None) -> list[str]:
     """Count contacts that pull, and those outside the friction cone, and hold spins against torques."""
     along, force = (record.force * record.normal).sum(axis=1), np.hypot(*record.force.T)
     known, said = ~np.isnan(along) & (force > 0), []
-    if known.any() and (pulls := float((best.factor * along[known] < 0).mean())):
+    if known.any() and "signs of contacts" not in best.faults and (pulls := float((best.factor * along[known] < 0).mean())):
         said.append(WORDS["pull"].format(share=percent(pulls)))
     if friction is not None and known.any():
         across = np.sqrt(np.maximum(force**2 - along**2, 0.0))

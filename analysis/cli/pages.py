@@ -4,6 +4,7 @@ audit."""
 from __future__ import annotations
 
 import math
+import re
 import sys
 import time
 from collections.abc import Sequence
@@ -517,16 +518,11 @@ def audit(
     from analysis.audit.files import open_record, write_audit
     from analysis.audit.judge import judge
 
-    g, given = None, of_dump.of_dump()
-    if acceleration:
-        try:
-            g = [float(word) for word in acceleration.split(",")]
-        except ValueError:
-            g = []
-        if len(g) != 2 or not all(map(math.isfinite, g)):
-            raise ValueError(f"--acceleration: {acceleration}. Two numbers such as 0,-9.81 are needed")
+    if acceleration and not re.fullmatch(r"[-+.\de]+,[-+.\de]+", acceleration):
+        raise ValueError(f"--acceleration: {acceleration}. Two numbers such as 0,-9.81 are needed")
+    given, g = of_dump.of_dump(), [float(word) for word in acceleration.split(",")] if acceleration else None
     record = open_record(target, contacts, contacts_columns, room, frames, g, **given)
-    found = judge(record, friction=friction, time_step=given.get("time_step"), within=within)
+    found = judge(record, friction, given.get("time_step"), within)
     table, page = write_audit(found, target.name, out, command_line())
     print(found.words, *found.remarks, table, sep="\n")
     show_page(page)

@@ -45,9 +45,10 @@ def pressed(steps=120, seed=0, side=4):
             for k, sign in ((i, -1), *([(j, 1)] if j >= 0 else [])):
                 f[k] += sign * on_second
                 torque[k] -= r[k] * across
-        i, j, on_second, _, normal = (np.array(each) for each in zip(*rows, strict=True)) if rows else (np.zeros(0), np.zeros(0), *np.zeros((3, 0, 2)))  # fmt: skip
-        tables.append({"first": i.astype(int) + 1, "second": np.abs(j.astype(int) + (j >= 0)), "is_wall": j < 0,
-                       "force": on_second.reshape(-1, 2), "normal": normal.reshape(-1, 2)})  # fmt: skip
+        i, j = (np.array([row[k] for row in rows], dtype=int) for k in (0, 1))
+        on_second, normal = (np.array([row[k] for row in rows]).reshape(-1, 2) for k in (2, 4))
+        tables.append({"first": i + 1, "second": np.abs(j + (j >= 0)), "is_wall": j < 0, "force": on_second,
+                       "normal": normal})  # fmt: skip
         v, w = v + STEP_S * f / m[:, None], w + STEP_S * torque / (0.5 * m * r**2)
         x = x + STEP_S * v
     return snapshots, tables

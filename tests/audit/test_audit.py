@@ -166,8 +166,10 @@ def test_a_crowd_at_rest_that_nothing_presses_fixes_no_factor():
 
 
 def test_a_data_frame_and_spins():
-    parts = [pd.DataFrame({"time_s": now.time, "first": t["first"], "second": t["second"], "is_wall": t["is_wall"],
-                           "fx": t["force"][:, 0], "fy": t["force"][:, 1], "nx": 0.0}) for now, t in zip(SNAPSHOTS, TABLES, strict=True)]  # fmt: skip
+    parts = []
+    for now, table in zip(SNAPSHOTS, TABLES, strict=True):
+        columns = {name: table[name] for name in ("first", "second", "is_wall")}
+        parts.append(pd.DataFrame(columns).assign(time_s=now.time, fx=table["force"][:, 0], fy=table["force"][:, 1]))
     every = pd.concat(parts)
     assert judged(every).status == "agrees"
     with pytest.raises(ValueError, match="time_s: rows at instants"):
@@ -206,13 +208,17 @@ def read(percussions, tmp_path, columns, contacts, status, faults):
     assert json.loads((tmp_path / "audit" / "audit.json").read_text())["faults"] == faults
 
 
+def run_program(name, tmp_path, *words):
+    require(name)
+    environment = os.environ | {"PYTHONPATH": str(PROGRAMS.parents[2] / "yade_scripts"), "OMP_NUM_THREADS": "1"}
+    command = [engine(name).find(), *words]
+    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, env=environment)
+
+
 def test_lammps_says_normal_forces_of_pairs_alone_unless_asked(percussions, tmp_path):
     """Of `compute pair/local` fx, fy are the normal force; the tangential one is p1, p2. Gravity of 3 m/s²
     along (-2, -1.4); walls by fix wall/gran … contacts."""
-    require("lammps")
-    environment = os.environ | {"OMP_NUM_THREADS": "1"}
-    subprocess.run([engine("lammps").find(), "-in", PROGRAMS / "corner.in", "-log", "none"], cwd=tmp_path, check=True, capture_output=True,
-                   env=environment)  # fmt: skip
+    run_program("lammps", tmp_path, "-in", PROGRAMS / "corner.in", "-log", "none")
     (tmp_path / "room.toml").write_text(ROOM.format(*np.array([-2, -1.4]) * 3 / np.hypot(2, 1.4)))
     whole, text = f"{PAIR},tx=c_pl[4],ty=c_pl[5]", (tmp_path / "bodies.dump").read_text()
     read(percussions, tmp_path, whole, "pairs.dump", 0, [])
@@ -222,10 +228,7 @@ def test_lammps_says_normal_forces_of_pairs_alone_unless_asked(percussions, tmp_
 
 
 def test_yade_tells_its_interactions(percussions, tmp_path):
-    require("yade")
-    environment = os.environ | {"PYTHONPATH": str(PROGRAMS.parents[2] / "yade_scripts"), "OMP_NUM_THREADS": "1"}
-    subprocess.run([engine("yade").find(), "-L", "noserver", "-j1", "-n", "-x", PROGRAMS / "corner_yade.py"], cwd=tmp_path, check=True,
-                   capture_output=True, env=environment)  # fmt: skip
+    run_program("yade", tmp_path, "-L", "noserver", "-j1", "-n", "-x", PROGRAMS / "corner_yade.py")
     (tmp_path / "room.toml").write_text(ROOM.format(-2.0, -1.4))
     columns, rows = "first=id1,second=id2", pd.read_csv(tmp_path / "contacts.csv")
     read(percussions, tmp_path, columns, "contacts.csv", 0, [])

@@ -1,30 +1,38 @@
-import math, yade.remote
-from yade import Vector3
-from yade import *
-from yade.wrapper import *
-from yade import utils
-O=Omega()
-O.materials.append(ViscElMat(kn=4e4, ks=1.2e4, cn=600, cs=0, frictionAngle=math.atan(.4), density=1, label="m"))
-for x, y in ((.24, .245), (.73, .26), (.25, .74), (.74, .745), (1.24, .25), (.5, 1.2)):
-    b = utils.sphere((x, y, 0), .25, material="m"); O.bodies.append(b)
-    b.state.mass = 75; b.state.inertia = Vector3(1, 1, 1) * .5 * 75 * .25**2; b.state.blockedDOFs = "zXY"; b.state.vel = (-.5, -.4, 0)
-for centre, size in (((-.5, 2, 0), (.5, 5, 1)), ((2, -.5, 0), (5, .5, 1))):
+"""Six disks pressed into a corner, in YADE: bodies.dump, and contacts.csv of its interactions."""
+
+import math
+from pathlib import Path
+
+from yade import Vector3, utils
+from yade import wrapper as yade
+
+O = yade.Omega()  # noqa: E741  (YADE's name)
+O.materials.append(yade.ViscElMat(kn=4e4, ks=1.2e4, cn=600, frictionAngle=math.atan(0.4), density=1, label="m"))
+for x, y in ((0.24, 0.245), (0.73, 0.26), (0.25, 0.74), (0.74, 0.745), (1.24, 0.25), (0.5, 1.2)):
+    body = utils.sphere((x, y, 0), 0.25, material="m")
+    body.state.mass, body.state.inertia = 75, Vector3(1, 1, 1) * 0.5 * 75 * 0.25**2
+    body.state.vel, body.state.blockedDOFs = (-0.5, -0.4, 0), "zXY"
+    O.bodies.append(body)
+for centre, size in (((-0.5, 2, 0), (0.5, 5, 1)), ((2, -0.5, 0), (5, 0.5, 1))):
     O.bodies.append(utils.box(centre, size, fixed=True, material="m"))
+shapes = [yade.Ig2_Sphere_Sphere_ScGeom(), yade.Ig2_Box_Sphere_ScGeom()]
+laws = [yade.Ip2_ViscElMat_ViscElMat_ViscElPhys()], [yade.Law2_ScGeom_ViscElPhys_Basic()]
+O.engines = [
+    yade.ForceResetter(), yade.InsertionSortCollider([yade.Bo1_Sphere_Aabb(), yade.Bo1_Box_Aabb()]),
+    yade.InteractionLoop(shapes, *laws), yade.NewtonIntegrator(damping=0, gravity=(-2, -1.4, 0)),
+]  # fmt: skip
 O.dt = 5e-4
-O.engines = [ForceResetter(), InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Box_Aabb()]),
-    InteractionLoop([Ig2_Sphere_Sphere_ScGeom(), Ig2_Box_Sphere_ScGeom()], [Ip2_ViscElMat_ViscElMat_ViscElPhys()], [Law2_ScGeom_ViscElPhys_Basic()]),
-    NewtonIntegrator(damping=0, gravity=(-2, -1.4, 0))]
-bodies, rows = open("bodies.dump", "w"), open("contacts.csv", "w")
-print("step,id1,id2,is_wall,fx,fy", file=rows)
+HEAD = "NUMBER OF ATOMS\n6\nITEM: BOX BOUNDS ff ff pp\n-9 9\n-9 9\n-1 1\nITEM: ATOMS id x y radius mass vx vy omegaz"
+bodies, rows = [], ["step,id1,id2,is_wall,fx,fy"]
 for step in range(200):
     O.step()
-    print(f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n6\nITEM: BOX BOUNDS ff ff pp\n-9 9\n-9 9\n-1 1\nITEM: ATOMS id x y radius mass vx vy omegaz", file=bodies)
-    for b in list(O.bodies)[:6]:
-        s = b.state
-        print(b.id + 1, repr(s.pos[0]), repr(s.pos[1]), .25, 75, repr(s.vel[0]), repr(s.vel[1]), repr(s.angVel[2]), file=bodies)
-    for i in O.interactions:
-        if i.isReal:
-            f = i.phys.normalForce + i.phys.shearForce
-            one, two = sorted((i.id1, i.id2)); sign = 1 if one == i.id1 else -1
-            print(step, one + 1, two + 1 if two < 6 else two - 5, two > 5, sign * f[0], sign * f[1], sep=",", file=rows)
-bodies.close(); rows.close()
+    bodies.append(f"ITEM: TIMESTEP\n{step}\nITEM: {HEAD}")
+    for one in [O.bodies[k].state for k in range(6)]:
+        numbers = one.pos[0], one.pos[1], 0.25, 75, one.vel[0], one.vel[1], one.angVel[2]
+        bodies.append(f"{len(bodies) % 7} " + " ".join(map(repr, numbers)))
+    for i in (one for one in O.interactions if one.isReal):  # the force is that on id2
+        f, wall = i.phys.normalForce + i.phys.shearForce, max(i.id1, i.id2) > 5
+        sign, (one, two) = 1 if i.id1 < i.id2 else -1, sorted((i.id1, i.id2))
+        rows.append(f"{step},{one + 1},{two - 5 if wall else two + 1},{wall},{sign * f[0]!r},{sign * f[1]!r}")
+Path("bodies.dump").write_text("\n".join(bodies) + "\n")
+Path("contacts.csv").write_text("\n".join(rows) + "\n")
