@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from analysis.audit.hypotheses import WORDS
 from analysis.audit.judge import Audit
 from analysis.audit.record import Record, record_of
 from analysis.dumps import DumpError, EngineContacts, contacts_at, open_bodies, snapshot_of
@@ -22,8 +23,7 @@ from analysis.film.frame import Frames
 from analysis.pages import drawing
 from analysis.pages.html import render, write_pictures
 from analysis.pages.numbers import significant
-from analysis.pages.section import Section
-from analysis.pages.words import Words
+from analysis.pages.section import Picture, Section, Table
 from analysis.percussions.setting import Setting, room_beside
 from analysis.support.files import write_json, write_text
 from analysis.support.reading import note
@@ -124,20 +124,20 @@ def _noise(trajectory: Any, index: DumpIndex, record: Record) -> float:
 
 def write_audit(found: Audit, name: str, folder: Path, command: str) -> list[Path]:
     """Write `audit.json` and `index.html` with its picture; return their paths."""
-    words = Words(__package__)
+    page, seen = WORDS["page"], significant(found.smallest_fault, 2)
     rows = [[one.name, ". ".join(one.faults.values()) or "–", *map(significant, one[1:])] for one in found.fits[:12]]
     first = Section(
-        number="result", title=words.text("title"), introduction=[words.text("lead", seen=found.smallest_fault)],
+        number="result", title="Result", introduction=[page["lead"].format(seen=seen)],
         words=[f"**{found.words[0].upper()}{found.words[1:]}.**"], warnings=[f"{one}." for one in found.remarks],
-        pictures=[words.picture("forces", _picture(found))],
+        pictures=[Picture(name="forces", caption=page["forces"], figure=_picture(found))],
     )  # fmt: skip
-    last = Section(number="assumptions", title=words.text("title_assumptions"), files=["audit.json"],
-                   introduction=words.items("assumptions"), tables=[words.table("table_fits", rows)])  # fmt: skip
+    last = Section(number="assumptions", title="Hypotheses and assumptions", introduction=page["assumptions"],
+                   tables=[Table(caption=page["fits"], head=page["head"], rows=rows)], files=["audit.json"])  # fmt: skip
     write_json(folder / "audit.json", found.to_dict())
     contents = [(one.number, one.title) for one in (first, last)]
     images = write_pictures([first], folder / "figures")
-    page = render("audit.html", command=command, first=first, folds=[last], name=name, contents=contents, images=images)
-    write_text(folder / "index.html", page)
+    filled = {"command": command, "first": first, "folds": [last], "name": name, "images": images}
+    write_text(folder / "index.html", render("audit.html", contents=contents, **filled))
     return [folder / "audit.json", folder / "index.html"]
 
 

@@ -7,7 +7,7 @@ from yade import Vector3, utils
 from yade import wrapper as yade
 
 O = yade.Omega()  # noqa: E741  (YADE's name)
-O.materials.append(yade.ViscElMat(kn=4e4, ks=1.2e4, cn=600, frictionAngle=math.atan(0.4), density=1, label="m"))
+O.materials.append(yade.ViscElMat(kn=4e4, ks=1.2e4, cn=600, cs=0, frictionAngle=math.atan(0.4), density=1, label="m"))
 for x, y in ((0.24, 0.245), (0.73, 0.26), (0.25, 0.74), (0.74, 0.745), (1.24, 0.25), (0.5, 1.2)):
     body = utils.sphere((x, y, 0), 0.25, material="m")
     body.state.mass, body.state.inertia = 75, Vector3(1, 1, 1) * 0.5 * 75 * 0.25**2
