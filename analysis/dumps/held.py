@@ -16,9 +16,9 @@ from analysis.dumps.digits import LEAST_PLACE, LastDigit
 from analysis.dumps.frames import DumpError
 from analysis.dumps.index import DumpIndex, index_dump
 from analysis.dumps.reader import snapshot_of
-from analysis.dumps.tables import index_table, is_table
+from analysis.dumps.tables import index_table
 from analysis.scene.scene import Scene
-from analysis.support.reading import note, note_unused
+from analysis.support.reading import begins, note, note_unused
 from nscd import Snapshot
 from nscd.arrays import Flags, Floats
 
@@ -68,7 +68,7 @@ def open_contacts(path: Path, mapping: str | None = None, bodies: Any = None) ->
         note_unused(path, "columns", [old for old, new in zip(columns, names, strict=True) if new not in used])
         return names
 
-    if bodies is not None and is_table(path):
+    if bodies is not None and (path.is_dir() or not begins(path, b"ITEM:")):
         return index_table(path, bodies, rename)
     index = index_dump(path, "ENTRIES")
     return replace(index, columns=rename(index.columns))

@@ -17,10 +17,10 @@ from analysis.support.extras import load
 from analysis.support.reading import begins, note, open_file
 from nscd.arrays import Floats
 
-# What exaDEM writes of an interaction: ids from 0, its type (4 to 12: with a driver, which stands), the
+# What exaDEM writes of an interaction, without names: ids from 0, its type (4 to 12: with what stands), the
 # contact point, normal and tangential force on the first.
 EXADEM = ["id_i", "id_j", "sub_i", "sub_j", "type", "dn", "x", "y", "z", "fx", "fy", "fz", "tx", "ty", "tz"]
-DRIVERS, OF_STEP = (4, 12), re.compile(r"Interaction_(\d+)_\d+\.txt")
+STANDS, OF_STEP = (4, 12), re.compile(r"Interaction_(\d+)_\d+\.txt")
 # Times of a table are those of a frame if they are within this share of the time between two.
 SAME = 1e-3
 
@@ -36,39 +36,32 @@ class TableIndex(DumpIndex):
         return self.held[number]
 
 
-def is_table(path: Path) -> bool:
-    """Tell whether contacts are in a table, or a folder of exaDEM, and not in a dump."""
-    return path.is_dir() or not begins(path, b"ITEM:")
-
-
 def index_table(path: Path, bodies: Any, rename: Callable[[Sequence[str]], Sequence[str]]) -> TableIndex:
     """Read a table with a column step or time_s, for the frames of a trajectory of bodies.
 
     Raises DumpError for what is no table of numbers, and rows of which the frame is not known."""
-    files = sorted(path.rglob("Interaction_*_*.txt")) if path.is_dir() else [path]
-    parts = [_read(file) for file in files]
+    parts = [_read(file) for file in (sorted(path.rglob("Interaction_*_*.txt")) if path.is_dir() else [path])]
     if not parts or any(names != parts[0][0] for names, _ in parts):
         raise DumpError(f"{path}: no table, and no folder with interactions of exaDEM")
-    names, data = rename(parts[0][0]), np.concatenate([rows for _, rows in parts])
-    times = np.array([bodies[k].time for k in range(len(bodies.steps))])
-    steps = np.array(bodies.steps)
+    names, data, steps = rename(parts[0][0]), np.concatenate([rows for _, rows in parts]), np.array(bodies.steps)
     if "step" in names:
         of = data[:, names.index("step")]
     elif "time_s" in names:
-        when = data[:, names.index("time_s")]
-        near = np.abs(when[:, None] - times).argmin(axis=1) if len(data) * len(times) < 1e7 else \
-            np.searchsorted(0.5 * (times[1:] + times[:-1]), when)
+        when, times = data[:, names.index("time_s")], np.array([bodies[k].time for k in range(len(steps))])
+        near = np.searchsorted(0.5 * (times[1:] + times[:-1]), when)
         fits = np.abs(times[near] - when) <= SAME * float(np.diff(times).min(initial=1.0))
         of = np.where(fits, steps[near], -1)
     elif len(steps) == 1:
         of = np.full(len(data), steps[0])
     else:
-        raise DumpError(f"{path}: no column step or time_s, and the bodies have {len(steps)} frames. "
-                        f"It has: {' '.join(names)}")  # fmt: skip
+        said = f"no column step or time_s, and the bodies have {len(steps)} frames. It has: {' '.join(names)}"
+        raise DumpError(f"{path}: {said}")
     if lost := int((~np.isin(of, steps)).sum()):
         note(path, f"{lost} rows not used: they are at no frame of the bodies")
-    held = tuple(data[of == step] for step in steps)
-    frames = tuple(Frame(int(step), None, (0, 0), (0, 0), len(rows), 0) for step, rows in zip(steps, held, strict=True))
+    order = np.argsort(of, kind="stable")
+    ends = np.searchsorted(of[order], [steps, steps + 0.5])
+    held = tuple(data[order[start:end]] for start, end in ends.T)
+    frames = tuple(Frame(step, None, (0, 0), (0, 0), len(one), 0) for step, one in zip(bodies.steps, held, strict=True))
     return TableIndex(path, frames, tuple(names), held=held)
 
 
@@ -80,10 +73,9 @@ def _read(file: Path) -> tuple[list[str], Floats]:
     with open_file(file) as content:
         text = content.read().decode("utf-8", "replace")
     head, _, rows = text.partition("\n")
-    mark = next((one for one in ",;\t" if one in head), None)
+    mark, step = next((one for one in ",;\t" if one in head), None), OF_STEP.fullmatch(file.name)
     names = [word.strip(' "#\r') for word in head.strip("# \r").split(mark)]
-    step = OF_STEP.fullmatch(file.name)
-    if exadem := len(names) == len(EXADEM) and re.fullmatch(r"[-+.eE\d,; \t]+", head):
+    if exadem := len(names) == len(EXADEM) and not set(head) - set("-+.eE0123456789, \t\r"):
         names, rows = EXADEM, text
     try:
         rows = re.sub(r"\b(?:true|false)\b", lambda one: str(int(one[0][0] in "tT")), rows, flags=re.I)
@@ -92,7 +84,7 @@ def _read(file: Path) -> tuple[list[str], Floats]:
         raise DumpError(f"{file}: no table of numbers: {error}") from None
     if not exadem:
         return names, data
-    wall = (data[:, 4] >= DRIVERS[0]) & (data[:, 4] <= DRIVERS[1])
+    wall = (data[:, 4] >= STANDS[0]) & (data[:, 4] <= STANDS[1])
     note(file, "taken as interactions of exaDEM, its ids from 0 as those from 1")
     more = [data[:, :2] + 1, wall[:, None], data[:, 2:], *([np.full((len(data), 1), int(step[1]))] if step else [])]
     return ["first", "second", "is_wall", *names[2:], *(["step"] if step else [])], np.hstack(more)
