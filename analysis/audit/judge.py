@@ -118,7 +118,7 @@ def judge(
     verdict = replace(verdict, remarks=tuple(_remarks(record, found[0], friction)))
     if not faults:
         return replace(verdict, status="agrees", words=WORDS["agrees"].format(share=share))
-    what = ", or ".join(" and ".join(one.faults.values()) for one in found)
+    what = ". Or ".join(". Also ".join(one.faults.values()) for one in found)
     words = WORDS["alike" if len(found) > 1 else "differs"].format(what=what, share=share)
     return replace(verdict, status="differs", words=words, faults=tuple(faults) if len(found) == 1 else ())
 
