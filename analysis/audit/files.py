@@ -125,7 +125,7 @@ def _noise(trajectory: Any, index: DumpIndex, record: Record) -> float:
 def write_audit(found: Audit, name: str, folder: Path, command: str) -> list[Path]:
     """Write `audit.json` and `index.html` with its picture; return their paths."""
     page, seen = WORDS["page"], significant(found.smallest_fault, 2)
-    rows = [[one.name, ", also ".join(one.faults.values()) or "as they should be", *map(significant, one[1:])] for one in found.fits[:12]]
+    rows = [[one.name, ", also ".join(one.faults.values()) or "right", *map(significant, one[1:])] for one in found.fits[:12]]
     first = Section(
         number="result", title="Result", introduction=[page["lead"].format(seen=seen)],
         words=[f"**{found.words[0].upper()}{found.words[1:]}.**"], warnings=[f"{one}." for one in found.remarks],
