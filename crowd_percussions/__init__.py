@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from analysis.advice.candidates import Question as Question
     from analysis.advice.choice import advise as advise
     from analysis.advice.library import stored_library as stored_library
+    from analysis.audit import Audit as Audit
+    from analysis.audit import audit as audit
     from analysis.compare import Comparison as Comparison
     from analysis.compare import compare_run as compare_run
     from analysis.dumps import DumpError as DumpError

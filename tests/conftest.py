@@ -2,6 +2,7 @@
 background has switched it off, the command as a user calls it, without warnings, and a cluster."""
 
 import importlib
+import importlib.metadata
 import signal
 import subprocess
 import sys
@@ -17,6 +18,11 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 settings.register_profile("crowd", deadline=None, max_examples=40, derandomize=True)
 settings.load_profile("crowd")
+
+try:
+    importlib.metadata.entry_points(group="pytest11")["crowd_percussions"]
+except KeyError:  # a tree that was installed before it had the plugin
+    pytest_plugins = ["crowd_percussions.pytest_plugin"]
 
 _communicate = subprocess.Popen.communicate
 
@@ -34,7 +40,7 @@ subprocess.Popen.communicate = communicate
 IMPORTED = (
     "advice.choice", "compare.study", "film.page", "report.page", "paper.page",
     "percussions.solving", "scene.real.import_crowd", "stability.page", "work_precision.page",
-    "work_precision.whole_runs",
+    "work_precision.whole_runs", "audit.files",
 )  # fmt: skip
 
 

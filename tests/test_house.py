@@ -40,7 +40,7 @@ RANKS = [
     ["analysis/work_precision", "analysis/stability", "analysis/standards", "analysis/paper", "analysis/push",
      "analysis/measured", "analysis/infer"],
     ["analysis/advice", "analysis/film", "analysis/explore"],
-    ["analysis/report"],
+    ["analysis/report", "analysis/audit"],
     ["analysis/cli", "crowd_percussions"],
 ]  # fmt: skip
 

@@ -9,7 +9,8 @@ __all__ = ["app"]
 COMMANDS = (
     scenes.scenes, scenes.new, runs.run, scenes.import_, runs.solve, compare.compare, compare.film,
     pages.explore, runs.export, compare.exposure, pages.report, pages.chart, pages.stability,
-    pages.standards, pages.advise, pages.paper, pages.push, pages.measured, pages.infer, runs.doctor,
+    pages.standards, pages.advise, pages.paper, pages.push, pages.measured, pages.infer, pages.audit,
+    runs.doctor,
 )  # fmt: skip
 
 for command in COMMANDS:

@@ -1,8 +1,10 @@
-"""Commands that write a page: report, chart, stability, standards, advise, paper, push, measured, explore, infer."""
+"""Commands that write a page: report, chart, stability, standards, advise, paper, push, measured, explore, infer,
+audit."""
 
 from __future__ import annotations
 
 import math
+import re
 import sys
 import time
 from collections.abc import Sequence
@@ -24,6 +26,7 @@ from analysis.cli.app import (
 from analysis.cli.options import (
     InputFile,
     NotNegative,
+    OfDump,
     Out,
     Positive,
     Processes,
@@ -545,3 +548,47 @@ def infer(
     print(page.verdict(found).replace("**", ""), *files, sep="\n")
     show_page(written)
     raise typer.Exit(not found.fits)
+
+
+def audit(
+    target: InputFile,
+    *,
+    of_dump: OfDump,
+    contacts: InputFile | None = None,
+    contacts_columns: str | None = None,
+    room: InputFile | None = None,
+    acceleration: str | None = None,
+    friction: NotNegative | None = None,
+    frames: str | None = None,
+    within: Positive = 0.05,
+    out: Out = Path("audit"),
+) -> None:
+    """Judge whether listed contact forces are forces, by the momentum of their bodies.
+
+    Says what else they are where they are not: impulses, of another step or unit, normal parts only,
+    without walls. Exit status: 0 they agree, 1 they do not, 2 it cannot be judged.
+    Writes a page and audit.json.
+
+    target: Folder of a run, or a LAMMPS dump of disks.
+    contacts: Their contacts: a dump local, a table (CSV, Parquet) with step or time_s, or the folder that
+        exaDEM writes. Default: those of the run.
+    contacts_columns: Which columns are meant: "first=id1,second=id2,fx=force_x,fy=force_y".
+    room: Room or scene file (.toml) with walls, drive and body force. Default: scene.toml beside the dump.
+    acceleration: Body force over mass in m/s², such as "0,-9.81". "0,0": nothing else acts.
+    friction: Coulomb's μ, to count forces outside its cone.
+    frames: first:last:step, both ends included. Default: all.
+    within: Share of the needed force that may stay unexplained.
+
+    Example: percussions audit bodies.dump --contacts pairs.csv --acceleration 0,-9.81 --time-step 1e-4"""
+    from analysis.audit.files import open_record, write_audit
+    from analysis.audit.judge import judge
+
+    if acceleration and not re.fullmatch(r"[-+.\de]+,[-+.\de]+", acceleration):
+        raise ValueError(f"--acceleration: {acceleration}. Two numbers such as 0,-9.81 are needed")
+    given, g = of_dump.of_dump(), [float(word) for word in acceleration.split(",")] if acceleration else None
+    record = open_record(target, contacts, contacts_columns, room, frames, g, **given)
+    found = judge(record, friction, given.get("time_step"), within)
+    table, page = write_audit(found, target.name, out, command_line())
+    print(found.words, *found.remarks, table, sep="\n")
+    show_page(page)
+    raise typer.Exit(found.exit_status)

@@ -1,7 +1,7 @@
 """A dump that no engine here wrote: what of it is not used, and what it may mean otherwise."""
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -30,11 +30,21 @@ def look_at(columns: BodyColumns, data: Mapping[str, Floats]) -> None:
         if said is None and not PEOPLE[name][0] <= middle <= PEOPLE[name][1]:
             words = f"{middle:g} {unit} in the middle, which is no person. Say {how}"
             raise DumpError(f"{path}: {name}: {words}")
-    note_unused(path, "columns", (name for name in names if name not in columns.used))
+    of_walls = {f"{fix}[{k}]" for fix in wall_fixes(names) for k in range(1, 9)}
+    note_unused(path, "columns", (name for name in names if name not in columns.used | of_walls))
+    if of_walls:
+        note(path, f"{', '.join(wall_fixes(names))}: forces on walls, one a disk and fix, for --contacts without walls")
     if "type" in names and not stated.fixed_type:
         _say_types(columns, {f"{kind:g}" for kind in data["type"]})
     if "mol" in names and stated.mol is None and not {*JOINED} <= {*names}:
         _refuse_clumps(columns, data)
+
+
+def wall_fixes(names: Iterable[str]) -> tuple[str, ...]:
+    """Name LAMMPS' fixes wall/gran … contacts of which all eight columns are there."""
+    has = {*names}
+    fixes = sorted({name[:-3] for name in has if name.startswith("f_") and name.endswith("[8]")})
+    return tuple(fix for fix in fixes if {f"{fix}[{k}]" for k in range(1, 9)} <= has)
 
 
 def _say_types(columns: BodyColumns, types: set[str]) -> None:

@@ -3,7 +3,7 @@ pairs leaves out is found from them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,8 +16,9 @@ from analysis.dumps.digits import LEAST_PLACE, LastDigit
 from analysis.dumps.frames import DumpError
 from analysis.dumps.index import DumpIndex, index_dump
 from analysis.dumps.reader import snapshot_of
+from analysis.dumps.tables import index_table
 from analysis.scene.scene import Scene
-from analysis.support.reading import note, note_unused
+from analysis.support.reading import begins, note, note_unused
 from nscd import Snapshot
 from nscd.arrays import Flags, Floats
 
@@ -26,6 +27,7 @@ from nscd.arrays import Flags, Floats
 PAIR_COLUMNS, MORE_COLUMNS = ("first", "second", "fx", "fy"), ("tx", "ty", "dist")
 # Names of LAMMPS' compute property/local.
 ALIASES = {"patom1": "first", "patom2": "second", "natom1": "first", "natom2": "second"}
+KNOWN = (*CONTACT_COLUMNS, *MORE_COLUMNS, "step", "time_s")
 # m, texts have places to so much at least, and need not to more; directions may be off by this, too.
 COARSEST_M, FINEST_M, DIRECTION = 1e-3, 1e-9, 1e-5
 # Frames in which the sign of forces is looked at, and the shares of normal forces that may pull there,
@@ -33,38 +35,43 @@ COARSEST_M, FINEST_M, DIRECTION = 1e-3, 1e-9, 1e-5
 LOOKED_AT, PULLING, LITTLE = 20, 0.25, 0.001
 
 
-def open_contacts(path: Path, mapping: str | None = None) -> DumpIndex:
-    """Index a dump of contacts, or of pairs as LAMMPS' dump local writes it, under the names of
-    CONTACT_COLUMNS, or of PAIR_COLUMNS and MORE_COLUMNS.
+def open_contacts(path: Path, mapping: str | None = None, bodies: Any = None) -> DumpIndex:
+    """Index a dump of contacts, of pairs as LAMMPS' dump local writes it, or a table (CSV, Parquet) for the
+    frames of a trajectory of bodies, under the names of CONTACT_COLUMNS, or PAIR_COLUMNS and MORE_COLUMNS.
 
     mapping: words such as `first=c_ids[1] fx=c_f[3]`, names and the columns that are meant
 
     Raises DumpError for columns that are missing or named twice, and whatever `index_dump` finds."""
-    index = index_dump(path, "ENTRIES")
-    known, has = (*CONTACT_COLUMNS, *MORE_COLUMNS), f"It has: {' '.join(index.columns)}"
-    meant = {one: ALIASES[one] for one in index.columns if one in ALIASES}
-    for word in (mapping or "").split():
-        name, _, column = word.partition("=")
-        if name not in known and column in known:
-            name, column = column, name
-        if name not in known or column not in index.columns:
+
+    def rename(columns: Sequence[str]) -> tuple[str, ...]:
+        has = f"It has: {' '.join(columns)}"
+        meant = {one: ALIASES[one] for one in columns if one in ALIASES}
+        for word in (mapping or "").replace(",", " ").split():
+            name, _, column = word.partition("=")
+            if name not in KNOWN and column in KNOWN:
+                name, column = column, name
+            if name not in KNOWN or column not in columns:
+                raise DumpError(
+                    f"{path}: --contacts-columns: {word!r} where NAME=COLUMN is needed, NAME one of "
+                    f"{', '.join(KNOWN)}. {has}"
+                )
+            meant = {one: old for one, old in meant.items() if old != name} | {column: name}
+        names = tuple(meant.get(one, one) for one in columns)
+        missing = [name for name in PAIR_COLUMNS if name not in names]
+        if missing or len({*names}) < len(names):
             raise DumpError(
-                f"{path}: --contacts-columns: {word!r} where NAME=COLUMN is needed, NAME one of "
-                f"{', '.join(known)}. {has}"
+                f"{path}: {'missing columns: ' if missing else 'one name for two columns'}"
+                f"{', '.join(missing)}. {has}. Say which is which with --contacts-columns"
             )
-        meant = {one: old for one, old in meant.items() if old != name} | {column: name}
-    columns = tuple(meant.get(one, one) for one in index.columns)
-    needed = CONTACT_COLUMNS if "is_wall" in columns else PAIR_COLUMNS
-    missing = [name for name in needed if name not in columns]
-    if missing or len({*columns}) < len(columns):
-        raise DumpError(
-            f"{path}: {'missing columns: ' if missing else 'one name for two columns'}"
-            f"{', '.join(missing)}. {has}. Say which is which with --contacts-columns"
-        )
-    used = needed if "is_wall" in columns else (*needed, *MORE_COLUMNS)
-    unused = [old for old, new in zip(index.columns, columns, strict=True) if new not in used]
-    note_unused(path, "columns", unused)
-    return replace(index, columns=columns)
+        whole = {*CONTACT_COLUMNS} <= {*names}
+        used = CONTACT_COLUMNS if whole else (*PAIR_COLUMNS, *MORE_COLUMNS, "is_wall", "step", "time_s")
+        note_unused(path, "columns", [old for old, new in zip(columns, names, strict=True) if new not in used])
+        return names
+
+    if bodies is not None and (path.is_dir() or not begins(path, b"ITEM:")):
+        return index_table(path, bodies, rename)
+    index = index_dump(path, "ENTRIES")
+    return replace(index, columns=rename(index.columns))
 
 
 def checked_contacts(
@@ -111,18 +118,25 @@ class OwnContacts:
 
     geometry: whether they are of the instant of the disks; forces of rigid steps are means before it
     standing: disks that do not move, whose contacts become those of walls behind the scene's
-    sign: of a dump of pairs, whether its force is that on the second (1) or on the first (−1)"""
+    sign: where that is not stated, whether forces are those on the second (1) or on the first (−1)
+    wall_fixes: of LAMMPS' wall/gran … contacts, of which the dump of disks has the arrays"""
 
     index: DumpIndex
     scene: Scene
     geometry: bool = True
     standing: Standing | None = None
     sign: float = -1.0
+    wall_fixes: tuple[str, ...] = ()
 
     @property
     def lacks_walls(self) -> bool:
         """Tell whether these are pairs alone."""
-        return "is_wall" not in self.index.columns
+        return "is_wall" not in self.index.columns and not self.wall_fixes
+
+    @property
+    def is_whole(self) -> bool:
+        """Tell whether normals, overlaps and signs are stated, as no other program writes them."""
+        return {*CONTACT_COLUMNS} <= {*self.index.columns}
 
     def at(self, ts: Any, snapshot: Snapshot) -> EngineContacts:
         """Read the contacts of a frame of bodies.
@@ -137,38 +151,61 @@ class OwnContacts:
     def _of(self, ts: Any, snapshot: Snapshot) -> EngineContacts:
         """The contacts of a frame of all its disks."""
         number = self.index.steps.index(ts.data["step"])
-        if not self.lacks_walls:
+        if self.is_whole:
             fixed = () if self.standing is None else self.standing.ids
             found = checked_contacts(self.index, number, snapshot, self.scene, fixed)
             if self.geometry:
                 self._hold(number, found, snapshot, ts.data)
             return found
-        found = self._pairs(number, snapshot)
+        found = self.pairs(number, snapshot)
         self._hold(number, found, snapshot, ts.data)
         found = found.select((found.overlap > 0) | found.force.any(1))
-        turned = found.first > found.second
+        if self.wall_fixes:
+            found = EngineContacts.joined([found, self.of_fixes(ts.data, snapshot)])
+        turned = ~found.is_wall & (found.first > found.second)
         way = np.where(turned, -1.0, 1.0)[:, None]
-        low, high = np.sort(np.column_stack([found.first, found.second]), axis=1).T
+        low, high = np.where(turned, (found.second, found.first), (found.first, found.second))
         normal, force = way * found.normal, way * found.force
         return replace(found, first=low, second=high, normal=normal, force=force)
 
-    def _pairs(self, number: int, snapshot: Snapshot) -> EngineContacts:
-        """The pairs of a frame as they are listed, normals and overlaps from the disks."""
+    def of_fixes(self, data: Any, snapshot: Snapshot) -> EngineContacts:
+        """Take the forces on walls of LAMMPS' arrays: of each fix a flag, the force on the disk, the point of
+        contact. One fix has one row for a disk, even in a corner."""
+        walls, parts = self.scene.wall_segments(), []
+        for number, fix in enumerate(self.wall_fixes, 1):
+            flag, fx, fy, x, y = (data[f"{fix}[{k}]"] for k in (1, 2, 3, 5, 6))
+            on, point = flag > 0, np.column_stack([x, y])
+            away = [np.hypot(*(walls.nearest_point(point, np.full(len(x), w)) - point).T) for w in range(len(walls))]
+            second = np.argmin(away, axis=0) + 1 if away else np.full(len(x), number)
+            way, radius = point - snapshot.position[: len(x)], snapshot.radius[: len(x)]
+            far = np.hypot(*way.T)
+            every = EngineContacts(first=snapshot.ids[: len(x)], second=second, is_wall=far >= 0, overlap=radius - far,
+                                   normal=way / np.maximum(far, 1e-300)[:, None], force=-np.column_stack([fx, fy]))  # fmt: skip
+            parts.append(every.select(on))
+        return EngineContacts.joined(parts)
+
+    def pairs(self, number: int, snapshot: Snapshot, strict: bool = True) -> EngineContacts:
+        """Read a frame as it is listed, normals and overlaps from the disks, walls without a number the
+        nearest. `strict`: refuse contacts that are listed twice, and those of no wall."""
         index, here = self.index, range(number, number + 1)
         get = dict(zip(index.columns, index.table(number).T, strict=True))
-        first, second = (index.ids(here, get[name], name) for name in PAIR_COLUMNS[:2])
+        wall, walls = get.get("is_wall", 0 * get["fx"]) == 1, self.scene.wall_segments()
+        numbered = np.where(wall & ~((get["second"] >= 1) & (get["second"] <= len(walls))), 1, get["second"])
+        first, second = index.ids(here, get["first"], "first"), index.ids(here, numbered, "second")
         force = np.column_stack([get["fx"], get["fy"]])
         force += np.column_stack([get.get(name, 0.0 * force[:, 0]) for name in ("tx", "ty")])
-        none = np.zeros(len(first), dtype=bool)
-        keys = keys_of(np.minimum(first, second), np.maximum(first, second), none)
-        again = ~none
+        keys = keys_of(np.minimum(first, second), np.maximum(first, second), wall)
+        keys = np.where(wall, keys_of(first, second, wall), keys)
+        again = np.full(len(keys), strict)
         again[np.unique(keys, return_index=True)[1]] = False
         index.refuse(here, ~np.isfinite(force).all(1), "fx, fy: not a finite number")
-        index.refuse(here, first == second, "second: a disk with itself")
+        index.refuse(here, ~wall & (first == second), "second: a disk with itself")
         index.refuse(here, again, "this contact is listed twice")
-        found = EngineContacts(first=first, second=second, is_wall=none, normal=force,
+        found = EngineContacts(first=first, second=second, is_wall=wall, normal=force,
                                overlap=get.get("dist", force[:, 0]), force=self.sign * force)  # fmt: skip
-        _check_known(index, number, found, snapshot, 0)
+        _check_known(index, number, found, snapshot, len(walls) if strict else 1 << 40)
+        if not strict:
+            return replace(found, normal=np.full_like(force, np.nan))
         to, gap = self._geometry(found, snapshot)
         length = np.hypot(*to.T)
         if "dist" in get:
@@ -233,9 +270,10 @@ class OwnContacts:
                     pulls[wall] = f"step {step}: {found.first[row]} and {kind}{found.second[row]}"
         if self.lacks_walls:
             note(self.index.path, "no forces of walls: loads lack them")
-            if sums[0, 1] > sums[0, 0]:
-                self.sign, sums[0] = 1.0, sums[0, ::-1].copy()
-                note(self.index.path, "fx fy read as the force on the second")
+        open_ = slice(0, 1 if self.lacks_walls or self.wall_fixes else 2)
+        if not self.is_whole and sums[open_, 1].sum() > sums[open_, 0].sum():
+            self.sign, sums[open_] = 1.0, sums[open_, ::-1].copy()
+            note(self.index.path, "fx fy read as the force on the second")
         for wall, (push, pull) in enumerate(sums.tolist()):
             if pull > PULLING * (push + pull):
                 why = "fx fy is the force of the first on the second. Is it that on the first here?"

@@ -12,6 +12,7 @@ import numpy as np
 
 from analysis.compare.comparison import OpenRun, match_contacts
 from analysis.dumps import DumpError, EngineContacts, open_bodies, snapshot_of
+from analysis.dumps.foreign import wall_fixes
 from analysis.dumps.frames import is_binary
 from analysis.dumps.held import OwnContacts, open_contacts
 from analysis.dumps.reader import RECORD
@@ -162,8 +163,8 @@ def _of_disks(file: Path, given: Given) -> FrameFile:
     stated = {name: getattr(given, name) for name in STATED}
     trajectory = open_bodies(file, **stated).trajectory
     room, setting = room_beside(file, given.room, stated)
-    setting, room = setting.of_dump(trajectory), room or _bare(file)
-    scene = _empty(_with_standing(room, setting), "dump")
+    setting, room = setting.of_dump(trajectory), room or bare(file)
+    scene = empty(_with_standing(room, setting), "dump")
     name = "contacts.dump" if file.name == "bodies.dump" else f"{file.stem}_contacts.dump"
     beside = file.with_name(name)
     contacts = given.contacts or (beside if beside.is_file() else None)
@@ -173,11 +174,12 @@ def _of_disks(file: Path, given: Given) -> FrameFile:
     if contacts is None:
         given.refuse(f"there are no contacts of {file}. Give --contacts", "contacts_columns")
     else:
-        index = open_contacts(contacts, given.contacts_columns)
+        index = open_contacts(contacts, given.contacts_columns, trajectory)
         if missing := set(trajectory.steps) - set(index.steps):
             raise DumpError(f"{index.path}: step {min(missing)} of {file} is missing")
         geometry = not _is_rigid(contacts)
-        own = OwnContacts(index, _empty(room, "dump"), geometry, setting.standing)
+        own = OwnContacts(index, empty(room, "dump"), geometry, setting.standing)
+        own.wall_fixes = wall_fixes(() if "is_wall" in index.columns else trajectory.ts.data)
         own.look_at_signs(trajectory, file)
     if np.isnan(trajectory[0].time):
         raise DumpError(f"{file}: its frames have no times. Give --time-step")
@@ -235,7 +237,7 @@ def of_heads(recording: Recording, given: Given) -> FrameFile:
 
     Raises TrajectoryError where nobody is inside in any frame."""
     file, radius, mass = recording.file, given.radius or RADIUS_M, given.mass or MASS_KG
-    room, name = _bare(file), "trajectory"
+    room, name = bare(file), "trajectory"
     if given.room is not None:
         room, name = read_room(given.room, (radius, mass), whole=False)[0], given.room.stem
     if not room.walls:
@@ -245,7 +247,7 @@ def of_heads(recording: Recording, given: Given) -> FrameFile:
         ids = recording.data.id.to_numpy()
         room.drive.check_people([ids], f"{given.room}: ", f" in {file}")
         room = room.model_copy(update={"drive": room.drive.shifted(shift)})
-    scene, origin = _empty(room, name), str(given.room or file)
+    scene, origin = empty(room, name), str(given.room or file)
     kind = Setting.in_room(room).kind
     measured = kind == "dump"
     # velocities only where they count: who is held has none, and sees where to walk
@@ -297,7 +299,7 @@ def _with_walls_inside(room: Room, file: Path, *, needed: bool) -> Room:
         raise SceneError(f"{file}: {error}") from None
 
 
-def _bare(file: Path) -> Room:
+def bare(file: Path) -> Room:
     """A room without walls and drive."""
     return Room.model_validate(FOR_RUNS | {"title": file.name})
 
@@ -314,7 +316,7 @@ def _with_standing(room: Room, setting: Setting) -> Room:
     return room.model_copy(update={"walls": tuple(walls)})
 
 
-def _empty(parts: Room, name: str) -> Scene:
+def empty(parts: Room, name: str) -> Scene:
     """The room as a scene with nobody in it."""
     nobody = Snapshot(position=np.zeros((0, 2)), radius=np.zeros(0), mass=np.zeros(0))
     return Scene.of(parts, name=name, snapshot=nobody)

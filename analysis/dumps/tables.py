@@ -1,0 +1,90 @@
+"""Contacts of other programs: tables as text or Parquet, and exaDEM's text of interactions."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from analysis.dumps.frames import DumpError, Frame
+from analysis.dumps.index import DumpIndex
+from analysis.support.extras import load
+from analysis.support.reading import begins, note, open_file
+from nscd.arrays import Floats
+
+# What exaDEM writes of an interaction, without names: ids from 0, its type (4 to 12: with what stands), the
+# contact point, normal and tangential force on the first.
+EXADEM = ["id_i", "id_j", "sub_i", "sub_j", "type", "dn", "x", "y", "z", "fx", "fy", "fz", "tx", "ty", "tz"]
+STANDS, OF_STEP = (4, 12), re.compile(r"Interaction_(\d+)_\d+\.txt")
+# Times of a table are those of a frame if they are within this share of the time between two.
+SAME = 1e-3
+
+
+@dataclass(frozen=True)
+class TableIndex(DumpIndex):
+    """Hold a table in memory, cut into the frames of a dump of bodies."""
+
+    held: tuple[Floats, ...] = ()
+
+    def table(self, number: int) -> Floats:
+        """Give the rows of one frame."""
+        return self.held[number]
+
+
+def index_table(path: Path, bodies: Any, rename: Callable[[Sequence[str]], Sequence[str]]) -> TableIndex:
+    """Read a table with a column step or time_s, for the frames of a trajectory of bodies.
+
+    Raises DumpError for what is no table of numbers, and rows of which the frame is not known."""
+    parts = [_read(file) for file in (sorted(path.rglob("Interaction_*_*.txt")) if path.is_dir() else [path])]
+    if not parts or any(names != parts[0][0] for names, _ in parts):
+        raise DumpError(f"{path}: no table, and no folder with interactions of exaDEM")
+    names, data, steps = rename(parts[0][0]), np.concatenate([rows for _, rows in parts]), np.array(bodies.steps)
+    if "step" in names:
+        of = data[:, names.index("step")]
+    elif "time_s" in names:
+        when, times = data[:, names.index("time_s")], np.array([bodies[k].time for k in range(len(steps))])
+        near = np.searchsorted(0.5 * (times[1:] + times[:-1]), when)
+        fits = np.abs(times[near] - when) <= SAME * float(np.diff(times).min(initial=1.0))
+        of = np.where(fits, steps[near], -1)
+    elif len(steps) == 1:
+        of = np.full(len(data), steps[0])
+    else:
+        said = f"no column step or time_s, and the bodies have {len(steps)} frames. It has: {' '.join(names)}"
+        raise DumpError(f"{path}: {said}")
+    if lost := int((~np.isin(of, steps)).sum()):
+        note(path, f"{lost} rows not used: they are at no frame of the bodies")
+    order = np.argsort(of, kind="stable")
+    ends = np.searchsorted(of[order], [steps, steps + 0.5])
+    held = tuple(data[order[start:end]] for start, end in ends.T)
+    frames = tuple(Frame(step, None, (0, 0), (0, 0), len(one), 0) for step, one in zip(bodies.steps, held, strict=True))
+    return TableIndex(path, frames, tuple(names), held=held)
+
+
+def _read(file: Path) -> tuple[list[str], Floats]:
+    """Names and numbers of a table."""
+    if begins(file, b"PAR1"):
+        frame = load("pandas").read_parquet(file)
+        return [*map(str, frame.columns)], frame.to_numpy(dtype=float)
+    with open_file(file) as content:
+        text = content.read().decode("utf-8", "replace")
+    head, _, rows = text.partition("\n")
+    mark, step = next((one for one in ",;\t" if one in head), None), OF_STEP.fullmatch(file.name)
+    names = [word.strip(' "#\r') for word in head.strip("# \r").split(mark)]
+    if exadem := len(names) == len(EXADEM) and not set(head) - set("-+.eE0123456789, \t\r"):
+        names, rows = EXADEM, text
+    try:
+        rows = re.sub(r"\b(?:true|false)\b", lambda one: str(int(one[0][0] in "tT")), rows, flags=re.I)
+        data = np.loadtxt(io.StringIO(rows), delimiter=mark, ndmin=2).reshape(-1, len(names))
+    except ValueError as error:
+        raise DumpError(f"{file}: no table of numbers: {error}") from None
+    if not exadem:
+        return names, data
+    wall = (data[:, 4] >= STANDS[0]) & (data[:, 4] <= STANDS[1])
+    note(file, "taken as interactions of exaDEM, its ids from 0 as those from 1")
+    more = [data[:, :2] + 1, wall[:, None], data[:, 2:], *([np.full((len(data), 1), int(step[1]))] if step else [])]
+    return ["first", "second", "is_wall", *names[2:], *(["step"] if step else [])], np.hstack(more)

@@ -1,0 +1,38 @@
+"""Six disks pressed into a corner, in YADE: bodies.dump, and contacts.csv of its interactions."""
+
+import math
+from pathlib import Path
+
+from yade import Vector3, utils
+from yade import wrapper as yade
+
+O = yade.Omega()  # noqa: E741  (YADE's name)
+O.materials.append(yade.ViscElMat(kn=4e4, ks=1.2e4, cn=600, cs=0, frictionAngle=math.atan(0.4), density=1, label="m"))
+for x, y in ((0.24, 0.245), (0.73, 0.26), (0.25, 0.74), (0.74, 0.745), (1.24, 0.25), (0.5, 1.2)):
+    body = utils.sphere((x, y, 0), 0.25, material="m")
+    body.state.mass, body.state.inertia = 75, Vector3(1, 1, 1) * 0.5 * 75 * 0.25**2
+    body.state.vel, body.state.blockedDOFs = (-0.5, -0.4, 0), "zXY"
+    O.bodies.append(body)
+for centre, size in (((-0.5, 2, 0), (0.5, 5, 1)), ((2, -0.5, 0), (5, 0.5, 1))):
+    O.bodies.append(utils.box(centre, size, fixed=True, material="m"))
+shapes = [yade.Ig2_Sphere_Sphere_ScGeom(), yade.Ig2_Box_Sphere_ScGeom()]
+laws = [yade.Ip2_ViscElMat_ViscElMat_ViscElPhys()], [yade.Law2_ScGeom_ViscElPhys_Basic()]
+O.engines = [
+    yade.ForceResetter(), yade.InsertionSortCollider([yade.Bo1_Sphere_Aabb(), yade.Bo1_Box_Aabb()]),
+    yade.InteractionLoop(shapes, *laws), yade.NewtonIntegrator(damping=0, gravity=(-2, -1.4, 0)),
+]  # fmt: skip
+O.dt = 5e-4
+HEAD = "NUMBER OF ATOMS\n6\nITEM: BOX BOUNDS ff ff pp\n-9 9\n-9 9\n-1 1\nITEM: ATOMS id x y radius mass vx vy omegaz"
+bodies, rows = [], ["step,id1,id2,is_wall,fx,fy"]
+for step in range(200):
+    O.step()
+    bodies.append(f"ITEM: TIMESTEP\n{step}\nITEM: {HEAD}")
+    for one in [O.bodies[k].state for k in range(6)]:
+        numbers = one.pos[0], one.pos[1], 0.25, 75, one.vel[0], one.vel[1], one.angVel[2]
+        bodies.append(f"{len(bodies) % 7} " + " ".join(map(repr, numbers)))
+    for i in (one for one in O.interactions if one.isReal):  # the force is that on id2
+        f, wall = i.phys.normalForce + i.phys.shearForce, max(i.id1, i.id2) > 5
+        sign, (one, two) = 1 if i.id1 < i.id2 else -1, sorted((i.id1, i.id2))
+        rows.append(f"{step},{one + 1},{two - 5 if wall else two + 1},{wall},{sign * f[0]!r},{sign * f[1]!r}")
+Path("bodies.dump").write_text("\n".join(bodies) + "\n")
+Path("contacts.csv").write_text("\n".join(rows) + "\n")
