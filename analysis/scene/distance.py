@@ -48,13 +48,14 @@ class Distance(Schema):
 
     u_d = (1 − p) v n + p U e, turned by an angle that is held for a while, and jostling besides.
 
-    e points along the way, n is e − Σ 5 exp(−gap/0.1 m) u over people in the directions u, and over
-    walls with 0.05 m, normalised; walls, and people who are no nearer to one's own goal, turn nobody
-    back. v = min(U, gap/T) max(0, n·e), with the least gap of who stands before: who is nearer to
-    one's own goal and less than 0.8 of both radii beside n, or a wall. Two who meet, each before the
-    other, give way to the side (5 exp(−gap/0.3 m)), where n·e does not count, and shuffle on as with a
-    gap of 0.2 m. Collision-free speed model
-    (Tordeux, Chraibi, Seyfried 2016) with the order of ways.
+    e points along the way, before a door to a place from which it is 45° aslant, and from beside it
+    along its line, clear of its posts. n is e − Σ 5 exp(−gap/0.1 m) u over people in the directions
+    u, and over walls with 0.05 m, normalised; walls, and people who are no nearer to one's own goal,
+    turn nobody back. v = min(U, gap/T) max(0, n·e), with the least gap of who stands before: who is
+    nearer to one's own goal and less than 0.8 of both radii beside n. Towards a wall v n is at most
+    its gap/T. Two who meet, each before the other, give way to the side (5 exp(−gap/0.3 m)), where
+    n·e does not count, and shuffle on as with a gap of 0.2 m. Collision-free speed model (Tordeux,
+    Chraibi, Seyfried 2016) with the order of ways.
 
     time_gap_s: s, T; left out, everybody pushes with m U/τ for ever
     push_share: p, 0 to 1; 1 is that push

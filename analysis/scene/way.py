@@ -284,5 +284,13 @@ class _Search:
         free = self.radius - self.cell / np.sqrt(2)
         seen = self.sight(place[rest[past]], onward[past], free, through=True) >= free
         clear[rest[past[seen]]] = 0.0
+        # nor comes back through the door
+        start, end = self.door
+        beyond, then = (dots(each - start, self.outward) for each in (place[rest], to))
+        back = np.flatnonzero((beyond > 0) & (then <= MEET_M))
+        share = (beyond[back] / (beyond[back] - then[back]))[:, None]
+        met = place[rest[back]] + share * (to - place[rest])[back]
+        through = lengths(met - start) + lengths(met - end) < lengths(end - start) + MEET_M
+        clear[rest[back[through]]] = 0.0
         cost: Floats = np.where(clear > 0, away + AVOIDS * (most - clear), np.inf)
         return cost

@@ -153,16 +153,22 @@ double Drive::left(double x, double y, int door) const {
     return length(of[0] + part * ax - x, of[1] + part * ay - y);
 }
 
-// The unit vector along the way of somebody who keeps clear of the posts of a door.
-void Drive::heading(const double* at, int door, double radius, double (&e)[2]) const {
+// The straight way of somebody who keeps clear of the posts of a door: to it, or first to a place from which it is 45° aslant, and
+// from beside it along its line.
+void Drive::heading(const double* at, int door, double radius, bool round, double (&way)[2]) const {
     Leg to = leg(at, door);
-    const double wide = length(to.end[0] - to.start[0], to.end[1] - to.start[1]);
-    const double part = wide > 0.0 && wide < FAR ? std::min(0.5, radius / wide) : 0.0;
-    for (int a = 0; a < 2; ++a) {
-        const double along = part * (to.end[a] - to.start[a]);
-        to.start[a] += along, to.end[a] -= along;
+    const double ex = to.end[0] - to.start[0], ey = to.end[1] - to.start[1], wide = length(ex, ey);
+    if (to.corner || wide > FAR || !(left(at[0], at[1], door) > 0.0)) {
+        headed(In(at, 2), to.start, to.end, to.outward, to.place, 1.0, Out(way, 2));
+        return;
     }
-    headed(In(at, 2), to.start, to.end, to.outward, to.place, 1.0, Out(e, 2));
+    const double clear = wide > 0.0 ? std::min(0.5, radius / wide) : 0.0;
+    const double along = wide > 0.0 ? ((at[0] - to.start[0]) * ex + (at[1] - to.start[1]) * ey) / (wide * wide) : 0.0;
+    const double part = std::clamp(along, clear, 1.0 - clear);
+    const double dx = to.start[0] + part * ex - at[0], dy = to.start[1] + part * ey - at[1];
+    const double on = std::max(0.0, dx * to.outward[0] + dy * to.outward[1]);
+    const double less = round ? std::min(on, length(dx - on * to.outward[0], dy - on * to.outward[1])) : 0.0;
+    way[0] = dx - less * to.outward[0], way[1] = dy - less * to.outward[1];
 }
 
 void Drive::jostle(In x, const Flags& before, double time, Out u) const {
@@ -189,14 +195,6 @@ Numbers Drive::desired(In at, In radius, double time) const {
     const Touching near = touching(x, radius, walls, most);
     Numbers e(2 * n), direction(2 * n), ahead(n, INFINITE), mine(n);
     Flags before(n, 0);
-    for (std::size_t i = 0; i < n; ++i) {
-        double way[2];
-        heading(&x[2 * i], int(goes[i]), radius[i], way);
-        for (int a = 0; a < 2; ++a) e[2 * i + a] = direction[2 * i + a] = way[a];
-        mine[i] = left(x[2 * i], x[2 * i + 1], int(goes[i]));
-        const double* of = &exits[8 * int(goes[i])];
-        before[i] = time < stop[i] - INSTANT && (mine[i] > 0.0 || std::abs(of[6]) + std::abs(of[7]) > FAR);
-    }
     const std::size_t pairs = near.pairs < 0 ? 0 : std::size_t(near.pairs);
     std::vector<std::size_t> of_walls(n + 1, 0);
     for (std::size_t c = pairs; c < near.size(); ++c) ++of_walls[near.first[c] + 1];
@@ -216,6 +214,16 @@ Numbers Drive::desired(In at, In radius, double time) const {
         }
         return false;
     };
+    for (std::size_t i = 0; i < n; ++i) {
+        double way[2];
+        heading(&x[2 * i], int(goes[i]), radius[i], true, way);
+        if (hidden(i, way[0], way[1])) heading(&x[2 * i], int(goes[i]), radius[i], false, way);
+        const double size = length(way[0], way[1]);
+        for (int a = 0; a < 2; ++a) e[2 * i + a] = direction[2 * i + a] = size > 0.0 ? way[a] / size : 0.0;
+        mine[i] = left(x[2 * i], x[2 * i + 1], int(goes[i]));
+        const double* of = &exits[8 * int(goes[i])];
+        before[i] = time < stop[i] - INSTANT && (mine[i] > 0.0 || std::abs(of[6]) + std::abs(of[7]) > FAR);
+    }
     const auto nearer = [&](std::size_t i, std::size_t j, double dx, double dy) {
         const bool same = goes[i] == goes[j] && !(walls.period > 0.0);
         return (same ? mine[j] : left(x[2 * i] + dx, x[2 * i + 1] + dy, int(goes[i]))) < mine[i];
@@ -269,18 +277,23 @@ Numbers Drive::desired(In at, In radius, double time) const {
         if (gap < SHUFFLE && meet(i, j, dx, dy)) gap = SHUFFLE;
         if (before_me(i, dx, dy, radius[i] + radius[j], gap) && time < stop[j] - INSTANT && nearer(i, j, dx, dy) && visible(i, j, dx, dy)) ahead[i] = gap;
     };
-    for (std::size_t c = 0; c < near.size(); ++c) {
+    for (std::size_t c = 0; c < pairs; ++c) {
         const std::size_t i = std::size_t(near.first[c]), j = std::size_t(near.second[c]);
         const double dx = near.vector[2 * c], dy = near.vector[2 * c + 1], gap = near.gap[c];
-        if (c < pairs && near.distance[c] > 0.0) look(i, j, dx, dy, gap), look(j, i, -dx, -dy, gap);
-        else if (c >= pairs && before_me(i, dx, dy, radius[i], gap)) ahead[i] = gap;
+        if (near.distance[c] > 0.0) look(i, j, dx, dy, gap), look(j, i, -dx, -dy, gap);
     }
     for (std::size_t i = 0; i < n; ++i) {
         if (time >= stop[i] - INSTANT) continue;
         const double along = meets[i] ? 1.0 : std::max(0.0, direction[2 * i] * e[2 * i] + direction[2 * i + 1] * e[2 * i + 1]);
-        const double walked = (1.0 - share[i]) * along * std::min(speed, std::max(0.0, ahead[i]) / law_.time_gap);
-        double own[2];
-        for (int a = 0; a < 2; ++a) own[a] = walked * direction[2 * i + a] + share[i] * u[2 * i + a];
+        const double walked = along * std::min(speed, std::max(0.0, ahead[i]) / law_.time_gap);
+        double own[2] = {walked * direction[2 * i], walked * direction[2 * i + 1]};
+        // towards a wall nobody walks faster than its gap allows, along it as fast as else
+        for (std::size_t c = pairs + of_walls[i]; c < pairs + of_walls[i + 1]; ++c) {
+            const double s = near.distance[c], nx = near.vector[2 * c] / s, ny = near.vector[2 * c + 1] / s;
+            const double into = own[0] * nx + own[1] * ny - std::max(0.0, near.gap[c]) / law_.time_gap;
+            if (s > 0.0 && into > 0.0) own[0] -= into * nx, own[1] -= into * ny;
+        }
+        for (int a = 0; a < 2; ++a) own[a] = (1.0 - share[i]) * own[a] + share[i] * u[2 * i + a];
         if (law_.heading_sd > 0.0) {
             const double phase = Draws(law_.seed, ids[i], -1.0).uniform();
             const double held = std::floor((time + INSTANT) / law_.heading_hold + phase);

@@ -32,7 +32,7 @@ def wanted(of, *places, time=0.0, ids=None):
 
 def test_somebody_alone_walks_as_fast_as_wished_to_a_place_clear_of_the_posts():
     assert wanted(drive(), (-3, 0)) == pytest.approx(np.array([[SPEED, 0]]), abs=1e-15)
-    to_post = np.array([3.0, 0.8 - 2.0]) / np.hypot(3.0, 1.2)
+    to_post = np.array([3.0 - 1.2, 0.8 - 2.0]) / np.hypot(1.8, 1.2)
     assert wanted(drive(), (-3, 2)) == pytest.approx(SPEED * to_post[None], rel=1e-14)
     assert wanted(drive(), (0.5, 0.9))[0].tolist() == [SPEED, 0]
 
