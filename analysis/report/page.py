@@ -168,8 +168,8 @@ def _flow(found: Sequence[Sequence[float]]) -> str:
     every = [flow for flows in found for flow in flows]
     if not every:
         return "nobody leaves"
-    (least, most), means = named.MEASURED_FLOW, [np.mean(flows) for flows in found if flows]
-    unseen = [not least <= mean <= most for mean in means]
+    least, most = named.MEASURED_FLOW
+    unseen = [max(flows) < least or min(flows) > most for flows in found if flows]
     said = f": {'in part ' if not all(unseen) else ''}no measured crowd"
     flow = between(min(every), max(every))
     return f"**{flow}{said}**" if any(unseen) else flow

@@ -271,6 +271,7 @@ def test_an_own_room_shows_three_crowds(tmp_path):
     [
         ([[1.5, 1.6]], "1.5–1.6"),
         ([[1.1, 1.4]], "1.1–1.4"),
+        ([[1.7, 2.2]], "1.7–2.2"),
         ([[2.0, 2.2]], "**2–2.2: no measured crowd**"),
         ([[1.5], [2.5]], "**1.5–2.5: in part no measured crowd**"),
         ([[0.5, 0.7]], "**0.5–0.7: no measured crowd**"),
