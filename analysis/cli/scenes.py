@@ -112,8 +112,7 @@ def new(
 
     if (room is None) == (geometry is None):
         raise ValueError("room: --room or --geometry is needed, not both")
-    name = name.removesuffix(".toml")
-    if (out / f"{name}.toml").exists():
+    if (out / f"{(name := name.removesuffix('.toml'))}.toml").exists():
         raise ValueError(f"{out / name}.toml: exists already. Give another name or --out")
     if people_from is not None:
         refuse_beside(context, SIZES, "--people-from has radii and masses of its own")
