@@ -51,6 +51,9 @@ def scenes(
     show(["scene", "disks", "what", "compared"], rows, numbers_from=4)
 
 
+SIZES = ("radius", "radius_spread", "mass")
+
+
 def new(
     context: typer.Context,
     name: str,
@@ -109,20 +112,16 @@ def new(
 
     if (room is None) == (geometry is None):
         raise ValueError("room: --room or --geometry is needed, not both")
-    name = name.removesuffix(".toml")
-    if (out / f"{name}.toml").exists():
+    if (out / f"{(name := name.removesuffix('.toml'))}.toml").exists():
         raise ValueError(f"{out / name}.toml: exists already. Give another name or --out")
     if people_from is not None:
-        sizes = ("radius", "radius_spread", "mass")
-        refuse_beside(context, sizes, "--people-from has radii and masses of its own")
+        refuse_beside(context, SIZES, "--people-from has radii and masses of its own")
     if speed is not None and tau is not None:
         refuse_beside(context, ("push",), "--speed and --tau give it: mass · speed / tau")
-    if crowd != "pushing":
-        refuse_beside(context, ("push",), f"of --crowd pushing. {crowd} has a share of push")
+    refuse_beside(context, ("push",) * (crowd != "pushing"), "it is of --crowd pushing")
     varied = Varied(people=people_from, radius_share=radius_spread, seed=seed)
-    who: dict[str, Any] = {"people": people, "radius": radius, "mass": mass, "varied": varied}
-    who |= {"push": push, "speed": speed, "relaxation": tau, "does": crowd}
-    stands = Crowd(**who, law=law, friction=friction)
+    who: Any = {"people": people, "radius": radius, "mass": mass, "varied": varied, "does": crowd}
+    stands = Crowd(**who, push=push, speed=speed, relaxation=tau, law=law, friction=friction)
     walls = [(wall[:2], wall[2:]) for wall in _corners("barrier", barrier)]
     inside = Inside(blocks=_corners("block", block), barriers=walls)
     with progress():
@@ -220,8 +219,7 @@ def _refuse_unused(
 ) -> None:
     """Raise ValueError for options of disks that change nothing beside the others."""
     if people is not None:
-        sizes = ("radius", "radius_spread", "mass")
-        refuse_beside(context, sizes, "--people has radii and masses of its own")
+        refuse_beside(context, SIZES, "--people has radii and masses of its own")
     elif not radius_spread:
         refuse_beside(context, ["seed"], "only with --radius-spread or --people")
     if not others:

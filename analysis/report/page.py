@@ -154,12 +154,10 @@ def crowds_table(study: MotionStudy) -> Table | None:
     flow that no measured crowd has is said."""
     rows, does = list[list[Cell]](), {one.label: one.does for one in named.CROWDS.values()}
     for label, models in crowds_of(study).items():
-        assert study.scene.drive is not None
-        width = named.door_width(study.scene.drive)
         pushes = [end for one in models for end in one.runs[0].scene.push_range]
         ends = [end for one in models for end in _ends(one, "contact_largest")]
         push, force = (between(min(each), max(each)) for each in (pushes, ends))
-        flow = _flow([one.flows(width) for one in models])
+        flow = _flow([one.flows(named.door_width(study.scene)) for one in models])
         rows.append([f"{label}: {does[label]}", push, flow, force])
     words = Words(__name__)
     return words.table("crowds", rows, measured=named.MEASURED_FLOW) if rows else None
@@ -170,8 +168,8 @@ def _flow(found: Sequence[Sequence[float]]) -> str:
     every = [flow for flows in found for flow in flows]
     if not every:
         return "nobody leaves"
-    (least, most), means = named.MEASURED_FLOW, [np.mean(flows) for flows in found if flows]
-    unseen = [not least <= mean <= most for mean in means]
+    least, most = named.MEASURED_FLOW
+    unseen = [max(flows) < least or min(flows) > most for flows in found if flows]
     said = f": {'in part ' if not all(unseen) else ''}no measured crowd"
     flow = between(min(every), max(every))
     return f"**{flow}{said}**" if any(unseen) else flow

@@ -65,7 +65,7 @@ def motion_of(
         return []
     first = models[0].runs
     base = [run.scene for run in first[:fewer]]
-    for factor, label, changed in (*_pushes(scene, engines), *_variations(scene)):
+    for factor, label, changed in _variations(scene, engines):
         try:
             varied = _own_noise([changed(one) for one in base])
         except (SceneError, StepError, ValueError):
@@ -99,10 +99,11 @@ def _pushes(scene: Scene, engines: Sequence[str]) -> Iterator[Variation]:
     yield "push", f"push {significant(push)} N", lambda one: with_push(one, push)
 
 
-def _variations(scene: Scene) -> Iterator[Variation]:
-    """What else is varied of the first model: the factor, in words, and how."""
+def _variations(scene: Scene, engines: Sequence[str]) -> Iterator[Variation]:
+    """What is varied of the first model: the factor, in words, and how."""
     mu = 0.0 if scene.contact.friction else FRICTION
     yield "friction", f"friction {significant(mu)}", lambda one: one.with_contact(friction=mu)
+    yield from _pushes(scene, engines)
     if float(scene.snapshot.radius.min()) > 2 * RADIUS_M:
         yield "radius", "radius − 1 cm", lambda one: with_radius(one, -RADIUS_M)
         yield "radius", "radius + 1 cm", lambda one: with_radius(one, RADIUS_M)

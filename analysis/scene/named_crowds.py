@@ -55,27 +55,23 @@ def keys_of(name: str, share: float | None = None) -> dict[str, float]:
     return {**crowd.drive, "push_share": own} if crowd.drive else {}
 
 
-# Recommended values and ranges, with their sources.
+# Recommended ranges (s; share), and sources.
 TIME_GAPS_S, PUSH_SHARES = (0.6, 1.0), (0.0, 0.4)
 RECOMMENDED = (
     "recommended: drive.time_gap_s 0.6 s as in films, 0.8 s for the standards' 1.33 people per m and "
-    "s (0.6 to 1.0 s, fitted to Weidmann 1993); drive.push_share 0.1, what if 0, 0.1, 0.2, 0.4 (from "
-    "flows of CrowdQueue)"
+    "s (0.6 to 1.0 s, Weidmann 1993). drive.push_share 0.1, what if 0, 0.1, 0.2, 0.4 (CrowdQueue)"
 )
 
 
 def distance_lines(drive: Drive) -> Iterator[str]:
-    """Say how hard people push, what is outside the recommended ranges, and those."""
-    if drive.time_gap_s is None:
+    """Say how hard people push, and which range is recommended."""
+    gap, share = drive.time_gap_s, drive.push_share
+    if gap is None:
         yield "push: everybody pushes for ever, as no measured crowd does"
     else:
-        yield f"push: time gap {drive.time_gap_s:g} s, share {drive.push_share:g} of the push"
-        for key, value, (low, high) in (
-            ("time_gap_s", drive.time_gap_s, TIME_GAPS_S),
-            ("push_share", drive.push_share, PUSH_SHARES),
-        ):
-            if not low <= value <= high:
-                yield f"  drive.{key}: {value:g} is outside {low:g} to {high:g}"
+        inside = TIME_GAPS_S[0] <= gap <= TIME_GAPS_S[1] and share <= PUSH_SHARES[1]
+        outside = "" if inside else ": outside what is recommended"
+        yield f"push: time gap {gap:g} s, share {share:g} of the push{outside}"
     yield f"  {RECOMMENDED}"
 
 
@@ -106,7 +102,7 @@ def crowds_beside(scene: Scene) -> Iterator[tuple[str, float, bool]]:
             yield name, share, same is not None and same.model_dump() == scene.drive.model_dump()
 
 
-def door_width(drive: Drive) -> float:
-    """Sum the widths (m) of the different doors of a drive."""
-    doors = {exit_.door for exit_ in drive.doors if exit_.has_door}
+def door_width(scene: Scene) -> float:
+    """Sum the widths (m) of the different doors of a driven scene."""
+    doors = set(scene.drive.gates) if scene.drive else ()
     return float(sum(lengths(np.subtract(*door)) for door in doors))

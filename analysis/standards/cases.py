@@ -11,6 +11,7 @@ import numpy as np
 import shapely
 
 from analysis.scene.anthropometry import Varied
+from analysis.scene.named_crowds import WALK
 from analysis.scene.rooms import Crowd, from_geometry
 from analysis.scene.scene import Scene
 from analysis.scene.waiting import Doorway
@@ -18,8 +19,7 @@ from nscd.arrays import Flags, Floats
 
 # m/s, where a test names no other; frames are 0.1 s apart.
 SPEED = 1.0
-# s: T of the standards' flow. In films it is 0.6.
-TIME_GAP_S = 0.8
+TIME_GAP_S = WALK["time_gap_s"]
 # m/s: how far the speed of one who walks alone may be from the desired one.
 SPEED_ERROR = 0.05
 # m/s: what is less is no difference.
@@ -78,8 +78,7 @@ class Judged:
 
 
 def judged_together(every: Sequence[Judged]) -> Judged:
-    """Join the judgements of several seeds: all must pass, and a number becomes its least and its
-    largest value."""
+    """Join the judgements of several seeds: all must pass; a number becomes its least and largest."""
 
     def ends(values: Sequence[Any]) -> Any:
         if isinstance(values[0], dict):
@@ -104,8 +103,7 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class How:
-    """Hold what the waiting crowd of a test may differ in: its time gap (s), and the seed of its
-    places, radii and jostling."""
+    """Hold the time gap (s) of the people who wait, and the seed of all that is random."""
 
     time_gap_s: float = TIME_GAP_S
     seed: int = 1
@@ -258,12 +256,10 @@ def density(*tracks: Track) -> Judged:
     return Judged(slower, {"speed_m_per_s": speeds})
 
 
-def _clogged(how: How) -> list[Scene]:
-    pushing = {"does": "pushing", "relaxation": 0.5, "duration": 20.0}
-    return [_from_room(how, "clogging", 60, 0.5, **pushing)]
+PUSHING = {"does": "pushing", "relaxation": 0.5, "duration": 20.0}
 
 
-@case(_clogged)
+@case(lambda how: [_from_room(how, "clogging", 60, 0.5, **PUSHING)])
 def clogging(track: Track) -> Judged:
     """Judge that an arch holds: people are left, and nobody leaves in the second half of the run."""
     left = track.first(track.out)

@@ -61,7 +61,7 @@ def test_columns_of_windows():
 PAGE = ROOT / "docs/scenes.md"
 UNITS = {
     "_m_per_s2": "m/s²", "_m_per_s": "m/s", "_N_per_m": "N/m", "_per_m2": "1/m²", "_Pa": "Pa",
-    "_N_s_per_m": "N·s/m", "_kg": "kg", "_s": "s", "_m": "m", "_N": "N", "_deg": "°",
+    "_N_s_per_m": "N·s/m", "_kg": "kg", "_s": "s", "_m": "m", "_N": "N", "_deg": "°", "_rad": "rad",
 }  # fmt: skip
 
 

@@ -8,16 +8,31 @@ import numpy as np
 import pytest
 
 from analysis.engines.softness import softness
-from analysis.motion.study import MEASURES, study_motion
+from analysis.exposure.loads import RunLoads
+from analysis.motion.study import MEASURES, Model, study_motion
 from analysis.pages.numbers import between, two
 from analysis.pages.ranges import Chart
-from analysis.report.page import four, lead, limits_table, marks_of, notes, range_of, verdicts
+from analysis.report.page import (
+    _flow,
+    crowds_table,
+    four,
+    lead,
+    limits_table,
+    marks_of,
+    notes,
+    range_of,
+    verdicts,
+)  # fmt: skip
 from analysis.report.runs import motion_of
+from analysis.scene.named_crowds import CROWDS
+from analysis.scene.rooms import Crowd, room
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make, with_push
 from tests.crowds import OWN_LIMIT
 from tests.forked import as_program, in_fork
 from tests.pages.browser import BROWSER, opened, rows_of, words, works_by_keyboard
+
+EVER = CROWDS["pushing"].label
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +88,7 @@ def test_the_first_screen_has_the_film_and_four_ranges_without_scrolling(reporte
         said = " ".join(first.locator("h2, .lead, .glance").all_inner_texts())
         assert words(said) <= 120
         assert ("Red: limits" in said) == (page.locator(".glance .mark").count() > 0)
-        assert "each pushes towards the door with 300\xa0N (assumed)." in said
+        assert "each always pushes with 300\xa0N (assumed): no measured crowd does." in said
         assert "6\u202f227\xa0N in 15\xa0s. Simulated: 0.4\xa0s, peak" in said
         values = page.locator(".glance .value").all_inner_texts()
         for text, found in zip(values, motion["four"].values(), strict=True):
@@ -206,7 +221,7 @@ def test_a_real_crowd_says_what_was_done_to_it(percussions, tmp_path):
     assert "Heads are not bodies" in page
     # without replicates there is a first screen, which claims no interval
     assert "has no replicates" in page
-    assert "Start filmed, rest computed: each pushes towards the door" in page
+    assert "Start filmed, rest computed: each always pushes with" in page
     assert 'class="ranges' not in page
     assert "in_motion" not in json.loads((tmp_path / "report/numbers.json").read_text())["gate"]
 
@@ -231,3 +246,46 @@ def test_a_missing_engine_is_a_warning_and_the_rest_goes_on(percussions, tmp_pat
     needed = "apt-get install --no-install-recommends yade"
     assert needed in made.stderr
     assert needed in (tmp_path / "report/index.html").read_text()
+
+
+def test_an_own_room_shows_three_crowds(tmp_path):
+    scene = room("own", 4.0, 3.0, 0.8, Crowd(people=12, mass=80.0), duration=0.4)
+    models = motion_of(scene, ["rigid"], [], 2, tmp_path)
+    crowds = ["waiting", "pressing, p = 0.1", "pressing, p = 0.4"]
+    assert [one.label for one in models if one.factor == "crowd"] == crowds
+    assert not [one for one in models if one.factor == "push"]
+    seeds = [[run.scene.drive.seed for run in one.runs] for one in models if one.label in crowds]
+    assert seeds == [[1, 2]] * 3
+    study = study_motion(scene, models, 0.2)
+    assert not study.failures
+    assert "how hard 12 people push is assumed" in lead(scene, study)
+    rows = crowds_table(study).rows
+    assert [row[0].partition(":")[0] for row in rows] == [*crowds[:1], "pressing", EVER]
+    # 80 kg · p · 1.34 m/s / 0.3 s
+    assert [row[1] for row in rows] == ["0", "36–140", "150"]
+    assert notes(study, [])[0].startswith(f"Dot: mean, {EVER}, rigid.")
+
+
+@pytest.mark.parametrize(
+    ("flows", "says"),
+    [
+        ([[1.5, 1.6]], "1.5–1.6"),
+        ([[1.1, 1.4]], "1.1–1.4"),
+        ([[1.7, 2.2]], "1.7–2.2"),
+        ([[2.0, 2.2]], "**2–2.2: no measured crowd**"),
+        ([[1.5], [2.5]], "**1.5–2.5: in part no measured crowd**"),
+        ([[0.5, 0.7]], "**0.5–0.7: no measured crowd**"),
+        ([[], []], "nobody leaves"),
+    ],
+)
+def test_a_flow_that_no_measured_crowd_has_is_said(flows, says):
+    assert _flow(flows) == says
+
+
+def test_a_flow_is_from_the_first_who_leaves_to_the_last():
+    """One every 0.5 s by 0.8 m, for 3 s in a run of 5 s; two people are no flow."""
+    time = np.arange(1, 51) * 0.1
+    rates = [np.isin(np.arange(50), range(10, 10 + 5 * n, 5)) * 10.0 for n in (7, 2)]
+    series = [RunLoads(scene=None, ids=(), time=time, duration=np.full(50, 0.1), loads={},
+                       values={"flow": rate}) for rate in rates]  # fmt: skip
+    assert Model(title="", series=series).flows(0.8) == pytest.approx([2 / 0.8])

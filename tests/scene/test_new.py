@@ -7,6 +7,7 @@ from scipy.spatial import Delaunay
 
 from analysis.scene import Crowd, SceneError, from_geometry, read_scene, room
 from analysis.scene.anthropometry import PEOPLE, Varied
+from analysis.scene.named_crowds import CROWDS, crowds_beside, with_crowd
 from nscd import find_contacts
 
 ELL = shapely.Polygon([(0, 0), (10, 0), (10, 4), (4, 4), (4, 10), (0, 10)])
@@ -56,6 +57,20 @@ def test_speed_tau_and_push_give_each_other(given, speed, tau, push):
     assert f"push with {push:g} N" in made.notes
     assert (contact.law, contact.friction) == ("body_hertz", given.get("friction", 0.0))
     assert contact.stiffness_N_per_m == pytest.approx(5445.0)
+
+
+@pytest.mark.parametrize(("name", "push"), [("waiting", 0.0), ("pressing", 33.5), ("pushing", 150)])
+def test_a_named_crowd_pushes_with_its_share(name, push):
+    """75 kg · p · 1.34 m/s / 0.3 s of who keeps a distance, as file and in Python."""
+    made = room("small", 4.0, 3.0, 0.8, Crowd(people=4, does=name))
+    assert made.push_range == pytest.approx((push, push))
+    same = [(one, share) for one, share, same in crowds_beside(made) if same]
+    assert same == [(name, CROWDS[name].shares[0])]
+    for other, share, _ in crowds_beside(made):
+        changed = with_crowd(made, other, share)
+        assert (changed.drive.time_gap_s is None) == (other == "pushing")
+        assert [share for *_, same in crowds_beside(changed) if same] == [share]
+        assert changed.push_range[0] == pytest.approx(150 if other == "pushing" else 335 * share)
 
 
 def test_people_wait_nearest_to_the_door_without_overlaps_or_order():
