@@ -515,8 +515,8 @@ def infer(
 
     Writes a page, infer.json and runs.csv.
 
-    file: Trajectory of heads, or a table (CSV) with the columns people, flow_per_s and, if known,
-        density_per_m2 and speed_m_per_s (from zone_start_m to zone_end_m before the door).
+    file: Trajectory of heads, or CSV with people, flow_per_s and, if known, density_per_m2 and
+        speed_m_per_s. These are from zone_start_m to zone_end_m before the door.
     room: TOML file with the walls and the door.
     row: Of a table: the first cell of the row that is meant.
     runs: Simulated crowds.

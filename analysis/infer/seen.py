@@ -57,16 +57,12 @@ def seen_in_tracks(recording: Recording, room: Room, path: str) -> Seen:
     first = len(count) - 1 - int(count[::-1].argmax())
     late = int((~before[: first + 1].any(0)).sum())
     if late > LATE * len(before[0]):
-        raise TrajectoryError(
-            f"{file}: {late} of {len(before[0])} people come when most are there. Give the part in which a "
-            "crowd leaves"
-        )
+        raise TrajectoryError(f"{file}: {late} of {len(before[0])} people come when most are there. Give less of it")
     position, start = position[first:], position[first, before[first]]
     left = departures(gate, position)
-    try:
-        span = span_of(int(np.isfinite(left).sum()))
-    except ValueError as error:
-        raise TrajectoryError(f"{file}: {error}") from None
+    if (gone := int(np.isfinite(left).sum())) < FEWEST:
+        raise TrajectoryError(f"{file}: {gone} people leave by the door. At least {FEWEST} are needed")
+    span = span_of(gone)
     statistics = measure(gate, position, span)
     near = np.nan_to_num(statistics["nearest_5"], nan=1.0)
     site = Site(
