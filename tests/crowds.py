@@ -85,6 +85,14 @@ def drive_to(start, end, outward=(1.0, 0.0), speed=2.0, **others):
     )  # fmt: skip
 
 
+def spaced(scene, **more):
+    """The scene of people who keep their distance."""
+    from analysis.scene.scene import Drive
+
+    drive = scene.drive.model_dump(exclude_none=True) | {"time_gap_s": 0.8, "push_share": 0.2} | more
+    return scene.model_copy(update={"drive": Drive.model_validate(drive)}).rerouted()
+
+
 def scene_at(snapshot, walls=(), *, contact, run, name="made", time=None, **others):
     """A scene of disks; walls as pairs of ends (m), contact and run as their keys; an impact, or a
     driven crowd looked at at a time (s)."""

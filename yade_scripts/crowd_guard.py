@@ -7,7 +7,7 @@ What it asks, why and with which limits: docs/results/guard.md.
 import math
 
 import numpy as np
-from scene_file import acceleration, speed_most
+from scene_file import acceleration, fastest, speed_most
 from yade import utils
 
 CENTRES_SHARE = 0.5  # of the smallest radius: no two centres are nearer
@@ -44,7 +44,7 @@ class Guard:
         drive = scene.get("drive")
         self.relaxation_time = drive["relaxation_time_s"] if drive else math.inf
         self.turns = disks.joined or scene["contact"].get("friction", 0.0) > 0 or disks.spin.any()
-        self.desired = 0.5 * float(disks.mass.sum()) * drive["speed_m_per_s"] ** 2 if drive else 0.0
+        self.desired = 0.5 * float(disks.mass.sum()) * fastest(drive) ** 2 if drive else 0.0
         of = disks.bodies
         moving, spinning = of.mass @ (of.velocity**2).sum(1), of.inertia @ of.spin**2
         self.start = 0.5 * float(moving + spinning) + stored

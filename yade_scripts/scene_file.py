@@ -1,8 +1,10 @@
 """A scene as the scripts need it: its TOML file, its LAMMPS data file and what was given on the
 command line."""
 
+import ctypes
 import json
 import math
+import os
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
@@ -110,6 +112,8 @@ def read_scene(path, given):
         )
     if contact["law"] in ("body", "body_hertz"):
         contact |= {"stiffness_N_per_m": BODY_STIFFNESS, "wall_stiffness_N_per_m": BODY_AT_WALLS}
+    if "time_gap_s" in scene.get("drive", {}):
+        scene["drive"]["distance"] = Distance(path)
     if "clearance_m" in scene.get("drive", {}):
         scene["drive"]["way"] = read_way(Path(path).with_suffix(".way"), scene)
     return scene
@@ -128,9 +132,16 @@ def complete_drive(drive, mass):
 
 def limit_drive(scene, time_step):
     """Have the drive evaluated at the latest after a twentieth of its relaxation time."""
-    most = max(1, int(0.05 * scene["drive"]["relaxation_time_s"] / time_step + 1e-9))
+    drive = scene["drive"]
+    tau = drive["relaxation_time_s"]
+    most = max(1, int(0.05 * (min(tau, 1.0) if "distance" in drive else tau) / time_step + 1e-9))
     every = scene["run"].get("drive_interval_steps", most)
     scene["run"]["drive_interval_steps"] = min(every, most)
+
+
+def fastest(drive):
+    """The fastest speed that anybody wants (m/s): with jostling, of 5 standard deviations."""
+    return drive["speed_m_per_s"] + 5.0 * drive.get("jostling_m_per_s", 0.0)
 
 
 def acceleration(scene):
@@ -147,7 +158,7 @@ def speed_most(scene, disks):
     """The fastest speed asked for (m/s): at the start, or of the drive, and what a body force
     adds."""
     drive = scene.get("drive")
-    speed = max(float(np.hypot(*disks.velocity.T).max()), drive["speed_m_per_s"] if drive else 0.0)
+    speed = max(float(np.hypot(*disks.velocity.T).max()), fastest(drive) if drive else 0.0)
     lasts = drive["relaxation_time_s"] if drive else scene["run"]["duration_s"]
     return speed + float(np.hypot(*acceleration(scene))) * lasts
 
@@ -359,7 +370,10 @@ def penalty_of(scene, disks):
 def drive_force(drive, disks, position, velocity, time):
     """m(u_d - u)/tau (n,2) N: u_d points to the nearest point of the own door (or its centre), and
     outward beyond the door; to the next corner of the way where there is one; it is 0 from the time
-    (s) of a stop on."""
+    (s) of a stop on. Who keep their distance ask the core of the product."""
+    if "distance" in drive:
+        push = drive["distance"].wanted(position, disks.radius, time) - velocity
+        return disks.mass[:, None] * push / drive["relaxation_time_s"]
     own = np.zeros(len(position), int)
     for number, goal in enumerate(drive.get("goals", []), start=1):
         first, last = goal["people"]
@@ -377,6 +391,37 @@ def drive_force(drive, disks, position, velocity, time):
         wanted[(disks.ids >= first) & (disks.ids <= last) & (time >= at - 1e-9)] = 0.0
     push = drive["speed_m_per_s"] * wanted - velocity
     return disks.mass[:, None] * push / drive["relaxation_time_s"]
+
+
+class Distance:
+    """What people want who keep their distance: of the product's own core, and of the numbers that
+    `percussions run` writes beside this script."""
+
+    def __init__(self, path):
+        numbers = Path(__file__).with_name("drive.txt")
+        if "NSCD_LIBRARY" not in os.environ or not numbers.exists():
+            what = "people who keep their distance run by `percussions run` only"
+            raise SceneFileError(f"{path}: drive.time_gap_s: {what}")
+        self.core, row = ctypes.CDLL(os.environ["NSCD_LIBRARY"]), np.loadtxt(numbers)
+        self.core.nscd_drive_new.restype = ctypes.c_void_p
+        self.core.nscd_message.restype = ctypes.c_char_p
+        count = ctypes.c_size_t(len(row))
+        self.law = ctypes.c_void_p(self.core.nscd_drive_new(self._at(row), count))
+        if not self.law:
+            raise SceneFileError(f"{path}: drive.time_gap_s: {self.core.nscd_message().decode()}")
+
+    @staticmethod
+    def _at(values):
+        return ctypes.c_void_p(values.ctypes.data)
+
+    def wanted(self, position, radius, time):
+        """Desired velocities (n,2) m/s of people at (n,2) m with radii (n,) m at a time (s)."""
+        place, size = np.ascontiguousarray(position), np.ascontiguousarray(radius)
+        count, now = ctypes.c_size_t(len(place)), ctypes.c_double(time)
+        where = self._at(place), self._at(size), now, self._at(velocity := np.empty_like(place))
+        if not self.core.nscd_drive_desired(self.law, count, *where):
+            raise RuntimeError(self.core.nscd_message().decode())
+        return velocity
 
 
 def read_way(path, scene):

@@ -116,6 +116,8 @@ def _why_not(scene: Scene, measured: Sequence[WholeRunPoint], own: bool) -> str:
         return f"{scene.name} is an impact: it has no steady motion"
     if not measured:
         return "it was not measured"
+    if scene.drive.keeps_distance:
+        return "drive.time_gap_s: nobody kept a distance in what was measured"
     if own:
         return ""
     base = make(measured[0].scene)

@@ -63,6 +63,7 @@ def new(
     block: list[str] | None = None,
     barrier: list[str] | None = None,
     people_from: str | None = None,
+    crowd: str = "pushing",
     radius: Positive = 0.2,
     radius_spread: Share = 0.1,
     mass: Positive = 75.0,
@@ -88,6 +89,7 @@ def new(
     block: Pillar or thick wall: x,y,x,y of two opposite corners in m. May be repeated.
     barrier: Straight wall inside, without thickness: x,y,x,y in m. May be repeated.
     people_from: Radii and masses of a survey: 'ANSUR II', … men, … women.
+    crowd: waiting (nobody pushes), pressing or pushing (for ever, with --push). A report runs all.
     radius_spread: Radii are uniform within this share about it.
     speed: Desired speed in m/s. Default: push · tau / mass.
     tau: Relaxation time in s. Default: 0.5, or mass · speed / push with --speed.
@@ -115,20 +117,23 @@ def new(
         refuse_beside(context, sizes, "--people-from has radii and masses of its own")
     if speed is not None and tau is not None:
         refuse_beside(context, ("push",), "--speed and --tau give it: mass · speed / tau")
+    if crowd != "pushing":
+        refuse_beside(context, ("push",), f"of --crowd pushing. {crowd} has a share of push")
     varied = Varied(people=people_from, radius_share=radius_spread, seed=seed)
     who: dict[str, Any] = {"people": people, "radius": radius, "mass": mass, "varied": varied}
-    crowd = Crowd(**who, push=push, speed=speed, relaxation=tau, law=law, friction=friction)
+    who |= {"push": push, "speed": speed, "relaxation": tau, "does": crowd}
+    stands = Crowd(**who, law=law, friction=friction)
     walls = [(wall[:2], wall[2:]) for wall in _corners("barrier", barrier)]
     inside = Inside(blocks=_corners("block", block), barriers=walls)
     with progress():
         if geometry is None:
             length, width = _lengths("room", room or "", "x", 2)
             doors = _doors_of_room(door or [], (length, width), stream)
-            scene = rectangle(name, length, width, doors, crowd, duration, inside)
+            scene = rectangle(name, length, width, doors, stands, duration, inside)
         else:
             floor = _floor(geometry, door or [], stream)
             inside = replace(inside, barriers=[*floor.barriers, *walls])
-            scene = from_geometry(name, floor.polygon, floor.doors, crowd, duration, inside)
+            scene = from_geometry(name, floor.polygon, floor.doors, stands, duration, inside)
             has = f"{len(scene.walls)} walls, {len(floor.doors)} doors"
             print(f"{geometry}: {floor.polygon.area:.6g} m², {has}")
     for warning in scene.check(name):

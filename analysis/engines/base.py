@@ -3,11 +3,22 @@
 import shutil
 from pathlib import Path
 
+import numpy as np
+
 from analysis.engines.penalty import penalty_of
 from analysis.engines.process import Command, digest_of, version_said
 from analysis.engines.record import Timing
+from analysis.lammps_process import DISTANCE
 from analysis.scene.scene import Scene
 from analysis.support.files import shipped
+
+
+def bodies_apart(scene: Scene) -> str:
+    """Say that people of several disks who keep their distance are not for engines with springs;
+    nothing of others."""
+    if scene.snapshot.bodies is None or not (scene.drive and scene.drive.keeps_distance):
+        return ""
+    return "drive.time_gap_s: bodies of several disks keep their distance with rigid only"
 
 
 class Engine:
@@ -66,6 +77,9 @@ class Engine:
         decks.mkdir()
         for deck in self.decks():
             shutil.copyfile(deck, decks / deck.name)
+        if scene.drive and scene.drive.keeps_distance:
+            row = scene.drive.row(np.sort(scene.snapshot.ids))
+            np.savetxt(decks / DISTANCE, row, "%.17g")
 
     def command(
         self, folder: Path, time_step_s: float, *, decks: str, out: str = ".", guard: bool = True

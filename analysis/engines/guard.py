@@ -137,7 +137,7 @@ def speed_most(scene: Scene) -> float:
     speed = float(lengths(scene.snapshot.velocity).max())
     lasts = scene.drive.relaxation_time_s if scene.drive else scene.run.duration_s
     added = float(lengths(np.array(scene.acceleration()))) * lasts
-    return (max(speed, scene.drive.speed_m_per_s) if scene.drive else speed) + added
+    return (max(speed, scene.drive.fastest) if scene.drive else speed) + added
 
 
 def turning_inertia(disks: Snapshot) -> Floats:

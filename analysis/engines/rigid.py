@@ -72,7 +72,7 @@ def _fastest(scene: Scene) -> float:
     """The fastest speed that a scene asks for (m/s), its drive's or without one what falling gives."""
     if scene.drive is None:
         return speed_most(scene)
-    return max(float(lengths(scene.snapshot.velocity).max()), scene.drive.speed_m_per_s)
+    return max(float(lengths(scene.snapshot.velocity).max()), scene.drive.fastest)
 
 
 class Rigid(Engine):

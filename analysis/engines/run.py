@@ -105,7 +105,7 @@ def check_contacts(path: Path, energies: Floats, record: RunRecord, scene: Scene
     snapshot, drive = scene.snapshot, scene.drive
     start = 0.5 * float(snapshot.mass @ (snapshot.velocity**2).sum(1)) + guard.energy_besides(scene)
     falls_s = drive.relaxation_time_s if drive else record.time_step_s
-    speed = np.hypot(*scene.acceleration()) * falls_s + (drive.speed_m_per_s if drive else 0.0)
+    speed = np.hypot(*scene.acceleration()) * falls_s + (drive.fastest if drive else 0.0)
     desired = 0.5 * float(snapshot.mass.sum() * speed**2)
     margin = guard.ENERGY_SHARE * (start + desired) + 1e-12
     # a tangential spring holds energy that is not in V and comes back

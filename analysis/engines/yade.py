@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
+import nscd
 from analysis.dumps.contacts import add_arms
-from analysis.engines.base import Engine
+from analysis.engines.base import Engine, bodies_apart
 from analysis.engines.process import Command
 from analysis.engines.record import EngineError
 from analysis.scene.scene import Scene
@@ -22,6 +23,11 @@ class Yade(Engine):
         contact = scene.contact
         if scene.period_x_m:
             raise EngineError(f"{scene.name}: period_x_m: YADE has none here: use lammps or rigid")
+        if said := bodies_apart(scene):
+            raise EngineError(f"{scene.name}: {said}")
+        if scene.drive and scene.drive.keeps_distance and not _library():
+            what = "YADE asks libnscd, which was not built here: use lammps or rigid"
+            raise EngineError(f"{scene.name}: drive.time_gap_s: {what}")
         if contact.friction and self.NAME not in contact.kind.friction:
             raise EngineError(
                 f"{scene.name}: contact.friction: {contact.friction:g}. YADE runs {contact.law} "
@@ -39,6 +45,7 @@ class Yade(Engine):
             "PYTHONPATH": str((folder / decks).absolute()),
             "PYTHONDONTWRITEBYTECODE": "1",
             "OMP_NUM_THREADS": "1",
+            "NSCD_LIBRARY": str(_library() or ""),
         }
         return Command(words=(*start, "scene.toml", *given), environment=environment)
 
@@ -46,3 +53,8 @@ class Yade(Engine):
         """Add to contacts.dump who reaches whom with arms."""
         if scene.contact.arms:
             add_arms(folder, scene.contact.arms, scene.wall_segments())
+
+
+def _library() -> Path | None:
+    """The core as programs in C load it, which YADE's own Python can, whatever its version."""
+    return next(Path(nscd.__path__[0]).glob("libnscd.*"), None)

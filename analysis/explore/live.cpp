@@ -1,6 +1,6 @@
 // A crowd in a page: nscd's motion and its sums of a window, for WebAssembly.
+#include "drive.hpp"
 #include "motion.hpp"
-#include "soft.hpp"
 #include "sums.hpp"
 
 #define EXPORT(name) extern "C" [[gnu::used, clang::export_name(#name)]]
@@ -9,29 +9,31 @@ namespace {
 
 using namespace nscd;
 
-constexpr double INSTANT = 1e-9, NOWHERE = 1e30;  // as in analysis/scene/drive.py
+constexpr double NOWHERE = 1e30, LARGEST_WHOLE = 9007199254740991.0;
 constexpr double OPENING = 1e-6, PROVEN = 1e-7, STEEP = 1e5;  // m/s over the largest; m/s where 1 is asked for
 
 // What the page fills, by number. SI units.
-enum Part { POSITION, VELOCITY, SPIN, RADIUS, MASS, GOES, STOP, WALLS, EXITS, LAW, GRID, NEXT, CORNERS, CONTACTS, RESTING, PARTS };
-// LAW: the numbers of `Law` (no τ: no drive), the speed of the drive, the period's low end and length (0: none). EXITS (8): start,
-// end, outward, place. GRID: origin, cell, rows, columns.
+enum Part { POSITION, VELOCITY, SPIN, RADIUS, MASS, GOES, STOP, SHARE, IDS, EXITS, GRID, NEXT, CORNERS, ONWARD, WALLS, LAW, DISTANCE, CONTACTS, RESTING, PARTS };
+// LAW: the numbers of `Law` (no τ: no drive), the speed of the drive, the period's low end and length (0: none). GOES to ONWARD as in
+// `Drive`; DISTANCE: the numbers of `Distance`.
 enum { TAU = 1, SPEED = 9, LOW, PERIOD };
-constexpr int MOST = 1 << 24;  // numbers of a part
+constexpr int MOST = 1 << 24, OF_DISTANCE = 7;  // numbers of a part, and of that one
 struct Whole {
     Motion crowd;
+    Drive drive;
     Numbers others[PARTS];
     WindowSums sums{0};
     Report last;         // the last step
     bool begun = false;  // whether the parts were found right since they were filled
 } whole, kept;
-auto& [crowd, others, sums, last, begun] = whole;
+auto& [crowd, drive, others, sums, last, begun] = whole;
 System resting;  // contacts of the last step that stay closed, between disks of 1 kg
 Numbers pressing;
 
 Numbers& part(int number) {
-    Numbers* of_crowd[] = {&crowd.now.position, &crowd.now.velocity, &crowd.now.spin, &crowd.radius, &crowd.mass};
-    return number <= MASS ? *of_crowd[number] : others[number];
+    Numbers* held[] = {&crowd.now.position, &crowd.now.velocity, &crowd.now.spin, &crowd.radius, &crowd.mass, &drive.goes, &drive.stop,
+                       &drive.share, &drive.ids, &drive.exits, &drive.grid, &drive.next, &drive.corners, &drive.onward};
+    return number <= ONWARD ? *held[number] : others[number];
 }
 double law(int one) { return others[LAW][one]; }
 
@@ -43,61 +45,36 @@ bool whole_within(In values, double least, double most) {
 
 // The first part that cannot be stepped with, from 1 on; 0: none.
 int wrong() {
-    const std::size_t n = crowd.radius.size(), doors = others[EXITS].size() / 8, corners = others[CORNERS].size() / 2;
-    const std::size_t sizes[] = {2 * n, 2 * n, n, n, n, n, n}, rows_of[] = {4, 8};
-    for (int one = POSITION; one <= CORNERS; ++one) {
-        if (!finite(part(one)) || (one <= STOP && part(one).size() != sizes[one])) return one + 1;
-        if ((one == WALLS || one == EXITS) && part(one).size() % rows_of[one - WALLS]) return one + 1;
+    const std::size_t n = crowd.radius.size(), doors = drive.exits.size() / 8, corners = drive.corners.size() / 2;
+    for (int one = POSITION; one <= DISTANCE; ++one) {
+        const std::size_t size = part(one).size(), rows_of = one == EXITS ? 8 : one == WALLS ? 4 : one == CORNERS ? 2 : 1;
+        if (!finite(part(one)) || (one <= IDS && size != (one <= VELOCITY ? 2 * n : n)) || size % rows_of) return one + 1;
     }
-    const Numbers &law = others[LAW], &grid = others[GRID];
+    const Numbers &law = others[LAW], &keeps = others[DISTANCE], &grid = drive.grid;
     if (!n || !within(crowd.radius, TINY, NOWHERE)) return RADIUS + 1;
     if (!within(crowd.mass, TINY, NOWHERE)) return MASS + 1;
     if (law.size() != PERIOD + 1 || !(law[0] > 0.0) || !within(In(law).subspan(4, 6), 0.0, NOWHERE)) return LAW + 1;
     if (law[4] > 1.0 || !(law[6] > 0.0) || law[TAU] < 0.0 || law[PERIOD] < 0.0) return LAW + 1;
-    if (law[TAU] > 0.0 && !whole_within(others[GOES], 0.0, double(doors) - 1.0)) return GOES + 1;
-    if (others[CORNERS].size() % 2) return CORNERS + 1;
+    if (law[TAU] > 0.0 && !whole_within(drive.goes, 0.0, double(doors) - 1.0)) return GOES + 1;
+    if (!within(drive.share, 0.0, 1.0)) return SHARE + 1;
+    if (!whole_within(drive.ids, 0.0, LARGEST_WHOLE)) return IDS + 1;
+    if (keeps.size() != OF_DISTANCE || !within(keeps, 0.0, NOWHERE) || !(keeps[2] > 0.0) || !(keeps[4] > 0.0) || !(keeps[5] > 0.0)) return DISTANCE + 1;
+    if (!whole_within(In(keeps).subspan(6), 0.0, LARGEST_WHOLE)) return DISTANCE + 1;
     if (grid.empty()) return 0;
     if (grid.size() != 5 || !(grid[2] > 0.0) || !whole_within(In(grid).subspan(3), 1.0, MOST)) return GRID + 1;
-    if (double(others[NEXT].size()) != double(doors) * grid[3] * grid[4]) return NEXT + 1;
-    return whole_within(others[NEXT], -1.0, std::max(0.0, double(corners) - 1.0)) ? 0 : NEXT + 1;
+    if (double(drive.next.size()) != double(doors) * grid[3] * grid[4]) return NEXT + 1;
+    if (drive.onward.size() != doors * corners) return ONWARD + 1;
+    return whole_within(drive.next, -1.0, std::max(0.0, double(corners) - 1.0)) ? 0 : NEXT + 1;
 }
 
-// The number of the corner to which somebody goes first; 0: none.
-int corner_of(const double* at, int door) {
-    const Numbers& grid = others[GRID];
-    if (grid.empty()) return 0;
-    const double column = std::floor((at[0] - grid[0]) / grid[2]), row = std::floor((at[1] - grid[1]) / grid[2]);
-    if (!(column >= 0.0 && column < grid[4] && row >= 0.0 && row < grid[3])) return 0;
-    return std::max(0, int(others[NEXT][std::size_t((door * grid[3] + row) * grid[4] + column)]));
-}
-
-Numbers desired(In x) {
-    const Numbers& exits = others[EXITS];
-    Numbers u(x.size(), 0.0);
-    const double none[2] = {0.0, 0.0};
-    for (std::size_t i = 0; 2 * i < x.size(); ++i) {
-        const int door = int(others[GOES][i]), corner = corner_of(&x[2 * i], door);
-        if (crowd.now.time >= others[STOP][i] - INSTANT) continue;
-        double leg[8];
-        std::copy_n(&exits[8 * door], 8, leg);
-        if (corner > 0) {
-            const double* at = &others[CORNERS][2 * corner];
-            const double turn[8] = {at[0], at[1], at[0], at[1], 1.0, 0.0, NOWHERE, NOWHERE};
-            std::copy_n(turn, 8, leg);
-        }
-        const In place(&x[2 * i], 2), start(leg, 2), end(leg + 2, 2), outward(leg + 4, 2), line(leg + 6, 2);
-        if (others[GRID].empty()) headed(place, start, end, outward, line, law(SPEED), Out(&u[2 * i], 2));
-        else add_drive(Out(&u[2 * i], 2), place, In(none, 2), law(SPEED), 1.0, start, end, line, outward);
-    }
-    return u;
-}
+Numbers desired(In x) { return drive.desired(x, crowd.radius, crowd.now.time); }
 
 }  // namespace
 
 // Make room for the numbers of a part; null where it is no part, or too large.
 EXPORT(room) double* room(int number, int size) {
     if (number < 0 || number >= PARTS || size < 0 || size > MOST) return nullptr;
-    begun = begun && number > CORNERS;
+    begun = begun && number > DISTANCE;
     part(number).assign(size, 0.0);
     return part(number).data();
 }
@@ -111,8 +88,12 @@ EXPORT(back) void back() { whole = kept, others[RESTING].clear(), resting = {}; 
 EXPORT(reconnect) int reconnect() {
     const int bad = wrong();
     begun = bad == 0;
-    if (begun) crowd.walls = connected(others[WALLS], law(LOW), law(PERIOD));
-    return bad;
+    if (!begun) return bad;
+    const Numbers& keeps = others[DISTANCE];
+    crowd.walls = connected(others[WALLS], law(LOW), law(PERIOD));
+    drive.walls = crowd.walls, drive.speed = law(SPEED);
+    drive.keep({keeps[0], keeps[1], keeps[2], keeps[3], keeps[4], keeps[5], keeps[6]});
+    return 0;
 }
 // Begin at a time (s) from what the parts say; as `reconnect`.
 EXPORT(begin) int begin(double time) {

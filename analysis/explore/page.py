@@ -8,8 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from analysis.explore.compiled import WASM
-from analysis.explore.taken import MOST_BYTES, MOST_PEOPLE, MOST_WALLS, rules
+from analysis.explore.taken import FAR_M, MOST_BYTES, MOST_PEOPLE, MOST_WALLS, TIME_GAP_S, rules
 from analysis.exposure.limits import limits_of_bodies
 from analysis.pages.drawing import above_colours, scene_picture
 from analysis.pages.html import drawn, write_html
@@ -52,7 +54,10 @@ def content_of(scene: Scene) -> dict[str, Any]:
         | {key: values.ravel().tolist() for key, values in vectors.items()},
     }
     if way:
-        found["way"] = json.loads(way.to_json(scene.wall_segments()))
+        onward = np.clip(way.onward, 0.0, FAR_M)
+        found["way"] = json.loads(way.to_json(scene.wall_segments())) | {
+            "onward_m": onward.tolist()
+        }
     return found
 
 
@@ -90,6 +95,7 @@ def write_explore(
         still=shown,
         core=packed(WASM.read_bytes()),
         data=packed(json.dumps(content, separators=(",", ":"), allow_nan=False).encode()),
+        gap=TIME_GAP_S,
         most={"people": MOST_PEOPLE, "walls": MOST_WALLS, "bytes": MOST_BYTES},
         command=command,
     )

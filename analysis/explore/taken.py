@@ -5,6 +5,7 @@ from typing import Annotated, Any, Self
 from pydantic import BaseModel, Field, Strict, model_validator
 from pydantic.json_schema import models_json_schema
 
+from analysis.scene.distance import Distance
 from analysis.scene.drive import AHEAD, USUAL_RELAXATION_S
 from analysis.scene.fields import SMALLEST, Number, Schema
 from analysis.scene.law import AS_HERTZ, LAWS, NOMINAL, hertz_stiffness
@@ -14,9 +15,12 @@ from analysis.scene.schema import GRAVITY, Reconciliation
 from analysis.support.reading import LARGEST_WHOLE
 
 MOST_PEOPLE, MOST_WALLS, MOST_BYTES, FARTHEST_M = 5000, 1000, 4_000_000, 1e4
+# m: so far is a door to which no way leads. s: a usual time gap.
+FAR_M, TIME_GAP_S = 1e300, 0.6
 # Of the page alone, by key: letters, entries, or how large a number may be.
 MOST = {
     "title": 1000, "source": 10_000, "walls": MOST_WALLS, "goals": 100, "stops": 100,
+    "pushers": 100, "time_gap_s": 100.0,
     **dict.fromkeys(("start_m", "end_m", "door_start_m", "door_end_m", "period_x_m"), FARTHEST_M),
     "speed_m_per_s": 1000.0, "acceleration_m_per_s2": 1000.0, "arm_force_N": 1e6,
 }  # fmt: skip
@@ -104,7 +108,8 @@ def rules() -> dict[str, Any]:
         "most": MOST, "people": MOST_PEOPLE, "bytes": MOST_BYTES, "largest_id": LARGEST_WHOLE,
         "smallest": SMALLEST, "ahead": AHEAD, "gravity": GRAVITY, "overlap": OVERLAP,
         "relaxation_s": USUAL_RELAXATION_S, "rubbing_law": AS_HERTZ, "nominal": NOMINAL[0],
-        "per_young_modulus": hertz_stiffness(1.0, 0.0, 1.0),
+        "distance": {key: one.default for key, one in Distance.model_fields.items()},
+        "time_gap_s": TIME_GAP_S, "per_young_modulus": hertz_stiffness(1.0, 0.0, 1.0),
     }  # fmt: skip
 
 

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import cycle, pairwise
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 import matplotlib
@@ -85,8 +86,7 @@ def draw_series(reels: Sequence[Reel]) -> Figure:
         for mine, model, look in lines:
             if unit_of(mine[0], model, key) == unit:
                 _draw_band(axes, mine, model, key, look)
-        title = title_of(key, unit).replace(" of the", "\nof the").replace(" within", "\nwithin")
-        axes.set_ylabel(f"{title} ({unit})", fontsize=8)
+        axes.set_ylabel(fill(f"{title_of(key, unit)} ({unit})", 30), fontsize=8)
         axes.set_ylim(bottom=0)
         axes.grid(alpha=0.3)
         if key == "contact_largest" and unit == FORCE:
@@ -311,7 +311,7 @@ def write_film(reels: Sequence[Reel], folder: Path, command: str, source: str) -
             ("assumptions", "Assumptions"),
             ("numbers", "In numbers"),
         ],
-        title=" and ".join(dict.fromkeys(reel.scene.title for reel in reels)),
+        title=" and ".join(dict.fromkeys(reel.scene.title or source for reel in reels)),
         filmed=reels[0].radius is not None,
         what=_what(words, reels, source),
         warnings=_warnings(words, reels),
@@ -386,6 +386,7 @@ def _what(words: Words, reels: Sequence[Reel], source: str) -> list[str]:
         said = [run]
     else:
         done = [frame.account for frame in middle.shown if frame.account is not None]
+        all_done = [one.account for reel in reels for one in reel.shown if one.account]
         heads = words.text(
             "heads",
             file=source,
@@ -395,6 +396,8 @@ def _what(words: Words, reels: Sequence[Reel], source: str) -> list[str]:
             most=max(counts),
             moved=float(np.mean([one.moved_mean_m for one in done])),
             moved_most=max(one.moved_largest_m for one in done),
+            overlap=any(one.moved_largest_m > 0 for one in all_done),
+            door=drive is not None,
             shift=middle.shift,
         )
         said = [heads, _doubts(words, reels)]
@@ -529,9 +532,10 @@ def force_notes(
     what was done; spans: as of `mattering`; files: of users' limits; average: the word before the
     force where the ranges are of means."""
     words, most = Words(__package__), mattering(spans)
+    varied = len(most) > 1 and any(low < high for low, high in spans.values())
     named = {one.name: one for one in known_limits(files)}
     return [
-        *([words.text("matters", most=most, average=average)] if len(most) > 1 else []),
+        *([words.text("matters", most=most, average=average)] if varied else []),
         words.text("lasting", named=named, done=done, average=average),
     ]
 

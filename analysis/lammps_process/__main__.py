@@ -1,4 +1,5 @@
-"""LAMMPS with a look at each step: the deck crowd.in, and the impulses of its contacts.
+"""LAMMPS with a look at each step: the deck crowd.in, and the impulses of its contacts, or what people
+want who keep their distance.
 
     python -m analysis.lammps_process DECKS -var … (the words of lmp but for -in and -log)
 
@@ -6,10 +7,12 @@ A contact that begins and ends between two frames is in none of them, and every 
 much of a short impact. Here the forces of every step are summed, as the step itself uses them:
 LAMMPS calls back after it has computed them, when velocities are those of the middle of the step.
 The step of a frame counts half in the window that ends and half in the one that begins, so that the
-impulses of a window are m (u_end − u_start) of each disk less what its drive gave."""
+impulses of a window are m (u_end − u_start) of each disk less what its drive gave. What people want
+is computed at the interval of the drive, of everybody at once."""
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import sys
 from collections.abc import Sequence
@@ -18,7 +21,7 @@ from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
-from analysis.lammps_process import WALLS
+from analysis.lammps_process import DISTANCE, WALLS
 from analysis.support.frames import IMPULSE_COLUMNS, write_frame
 from nscd import _core
 
@@ -30,6 +33,8 @@ IDS, PAIRS, LOOK = b"impulse_ids", b"impulse_pairs", "impulse_look"
 # As LAMMPS' library numbers them; a wall's fix has whether it is touched, force, place and radius.
 PER_ATOM, LOCAL, ARRAY, ROWS, WALL_COLUMNS = 1, 2, 2, 4, 8
 OUT = "impulses.dump"
+# Of distance.in: its fix, and what each disk has.
+WISH, WANTED = "distance", ("d_wish_x", "d_wish_y")
 
 
 def main(words: Sequence[str]) -> int:
@@ -39,15 +44,44 @@ def main(words: Sequence[str]) -> int:
     decks, *rest = words
     engine = lammps(cmdargs=["-log", "none", *rest, "-var", "run", "no"])
     engine.file(f"{decks}/crowd.in")
-    engine.command(f"compute {IDS.decode()} all property/local patom1 patom2 cutoff radius")
-    engine.command(f"compute {PAIRS.decode()} all pair/local fx fy p1 p2 cutoff radius")
-    engine.command(f"fix {LOOK} all external pf/callback 1 1")
-    walls = (Path(decks) / WALLS).read_text(encoding="utf-8").splitlines()
-    with (Path(engine.extract_variable("out")) / OUT).open("w", encoding="utf-8") as file:
-        engine.set_fix_external_callback(LOOK, _Look(engine, walls, file).step, None)
+    with contextlib.ExitStack() as files:
+        if (path := Path(decks) / WALLS).exists():
+            engine.command(f"compute {IDS.decode()} all property/local patom1 patom2 cutoff radius")
+            engine.command(f"compute {PAIRS.decode()} all pair/local fx fy p1 p2 cutoff radius")
+            engine.command(f"fix {LOOK} all external pf/callback 1 1")
+            out = Path(engine.extract_variable("out")) / OUT
+            file = files.enter_context(out.open("w", encoding="utf-8"))
+            look = _Look(engine, path.read_text(encoding="utf-8").splitlines(), file)
+            engine.set_fix_external_callback(LOOK, look.step, None)
+        if (path := Path(decks) / DISTANCE).exists():
+            wish = _Wish(engine, np.loadtxt(path))
+            engine.set_fix_external_callback(WISH, wish.step, None)
         engine.command(f"include {decks}/run.in")
     engine.close()
     return 0
+
+
+class _Wish:
+    """What people want who keep their distance (distance.in), by the core's own function."""
+
+    def __init__(self, engine: Any, numbers: Floats) -> None:
+        self.engine, self.drive = engine, _core.Drive(numbers)
+        self.people = int(numbers[1])
+        self.time_step = float(engine.extract_variable("time_step"))
+
+    def step(self, _: Any, number: int, count: int, tags: Any, x: Any, __: Any) -> None:
+        """Give to each disk what it wants in step `number`; where some are lost, the guard says so."""
+        if count != self.people:
+            return
+        order = np.argsort(tags[:count].ravel())
+        radius, *wanted = (
+            np.ctypeslib.as_array(self.engine.extract_atom(name), (count,))
+            for name in ("radius", *WANTED)
+        )
+        place = np.ascontiguousarray(x[order, :2])
+        velocity = self.drive.desired(place, radius[order], number * self.time_step)
+        for axis, each in zip(velocity.T, wanted, strict=True):
+            each[order] = axis
 
 
 class _Look:

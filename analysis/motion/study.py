@@ -25,7 +25,8 @@ from nscd.arrays import Floats
 from nscd.stepping import StepError
 
 # What nobody knows of a crowd, and a report varies.
-FACTORS = ("bodies", "friction", "push", "radius")
+CROWD = "crowd"
+FACTORS = (CROWD, "bodies", "friction", "push", "radius")
 # What two models are compared in, all at once.
 COMPARED = (*MEASURES, "wall_line_load")
 
@@ -98,6 +99,19 @@ class Model:
             low, high = min(low, mean), max(high, mean)
         counts = len(windows), len(windows[0]) if windows else 0
         return Interval(mean, low, high, *counts, independent, alike)
+
+    def flows(self, width: float) -> list[float]:
+        """Give people per metre and second of each replicate through doors of a width (m) in all, from
+        the first who leaves to the last; of those in which less than three leave, none."""
+        found = []
+        for one in self.series:
+            left = one.values["flow"] * one.duration
+            some = np.flatnonzero(left > 0.5)
+            if left.sum() > 2.5 and len(some) > 1:
+                first, last = some[0], some[-1]
+                after = left[first + 1 : last + 1].sum()
+                found.append(float(after / (one.time[last] - one.time[first]) / width))
+        return found
 
     def _counted_s(self) -> float:
         """How long the windows of a replicate that count last together (s)."""

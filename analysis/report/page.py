@@ -21,6 +21,7 @@ from analysis.exposure.loads import MEASURES
 from analysis.film.frame import Reel
 from analysis.film.page import charts_and_notes, draw_still, force_notes, packed
 from analysis.motion.study import (
+    CROWD,
     FACTORS,
     Model,
     MotionStudy,
@@ -31,12 +32,13 @@ from analysis.motion.study import (
 )
 from analysis.pages.drawing import NARROW_IN, legend_below, look, panels
 from analysis.pages.html import drawn, write_html
-from analysis.pages.numbers import NONE, significant, two, whole
+from analysis.pages.numbers import NONE, between, significant, two, whole
 from analysis.pages.ranges import Chart
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
 from analysis.report.contacts import contacts_section, runs_of
-from analysis.scene.scene import Scene
+from analysis.scene import named_crowds as named
+from analysis.scene.scene import Scene, is_shipped
 from analysis.scene.shipped_scenes import how_varied
 from analysis.support.files import write_json, write_text
 from analysis.support.parallel import Progress
@@ -121,10 +123,13 @@ def charts(study: MotionStudy, *, every: bool = False) -> list[Chart]:
     return made
 
 
-def lead(scene: Scene) -> str:
+def lead(scene: Scene, motion: MotionStudy | None = None) -> str:
     """Say what was simulated and what pushes."""
     return Words(__name__).text(
         "lead",
+        crowds=motion is not None and CROWD in {one.factor for one in motion.models},
+        shipped=is_shipped(scene),
+        drive=scene.drive,
         people=len(scene.people),
         filmed=scene.reconciliation is not None,
         push=scene.mean_push,
@@ -133,15 +138,55 @@ def lead(scene: Scene) -> str:
     )
 
 
+def crowds_of(study: MotionStudy) -> Mapping[str, list[Model]]:
+    """Give the models of each named crowd by its label; nothing where crowds were not varied."""
+    models = {one.label: one for one in study.models if one.factor == CROWD}
+    found = dict[str, list[Model]]()
+    for name, share, same in named.crowds_beside(study.scene) if models else ():
+        model = study.models[0] if same else models.get(named.crowd_label(name, share))
+        if model is not None:
+            found.setdefault(named.CROWDS[name].label, []).append(model)
+    return found
+
+
+def crowds_table(study: MotionStudy) -> Table | None:
+    """Say how hard the people of each crowd push and why, how many leave, and the largest force; a
+    flow that no measured crowd has is said."""
+    rows, does = list[list[Cell]](), {one.label: one.does for one in named.CROWDS.values()}
+    for label, models in crowds_of(study).items():
+        assert study.scene.drive is not None
+        width = named.door_width(study.scene.drive)
+        pushes = [end for one in models for end in one.runs[0].scene.push_range]
+        ends = [end for one in models for end in _ends(one, "contact_largest")]
+        push, force = (between(min(each), max(each)) for each in (pushes, ends))
+        flow = _flow([one.flows(width) for one in models])
+        rows.append([f"{label}: {does[label]}", push, flow, force])
+    words = Words(__name__)
+    return words.table("crowds", rows, measured=named.MEASURED_FLOW) if rows else None
+
+
+def _flow(found: Sequence[Sequence[float]]) -> str:
+    """Write flows per metre and second of the replicates of models, as one range."""
+    every = [flow for flows in found for flow in flows]
+    if not every:
+        return "nobody leaves"
+    (least, most), means = named.MEASURED_FLOW, [np.mean(flows) for flows in found if flows]
+    unseen = [not least <= mean <= most for mean in means]
+    said = f": {'in part ' if not all(unseen) else ''}no measured crowd"
+    flow = between(min(every), max(every))
+    return f"**{flow}{said}**" if any(unseen) else flow
+
+
 def notes(study: MotionStudy, drawn: Sequence[Chart]) -> list[str]:
     """Say how to read the bars that are drawn, what matters most, and for how long the limit must
     last."""
-    found = range_of(study, "contact_largest").factors
+    found, base = range_of(study, "contact_largest").factors, study.models[0]
+    own = [label for label, models in crowds_of(study).items() if base in models]
     factors = {SAID.get(one, one): ends for one, ends in found.items()}
     varied = {one.factor for one in study.models}
     bars = Words(__name__).text(
         "bars",
-        first=study.models[0].label,
+        first=", ".join([*own, base.label]),
         last=study.last_s,
         varied=[SAID.get(one, one) for one in FACTORS if one in varied],
         units=[one.unit for one in drawn if one.shown],
@@ -308,7 +353,8 @@ def _screen(
     return {
         "number": f"{scene.name}-at-a-glance",
         "title": scene.title,
-        "lead": lead(scene),
+        "lead": lead(scene, motion),
+        "crowds": crowds_table(motion) if motion else None,
         "film": packed(one.reels, limits, live_of(scene)) if one.reels else "",
         "still": still,
         "charts": bars,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from itertools import product
 from pathlib import Path
 
@@ -16,10 +17,11 @@ from analysis.engines.run import EngineRun, run_folder
 from analysis.engines.softness import softest
 from analysis.film.export import film_runs
 from analysis.film.frame import Frames, Reel
-from analysis.motion.study import Model, model_title
+from analysis.motion.study import CROWD, Model, model_title
 from analysis.pages.names import bodies_label
 from analysis.pages.numbers import significant
-from analysis.scene.scene import Scene, SceneError
+from analysis.scene.named_crowds import crowd_label, crowds_beside, with_crowd
+from analysis.scene.scene import Scene, SceneError, is_shipped
 from analysis.scene.shipped_scenes import variant, with_push, with_radius
 from analysis.support.parallel import Progress
 from nscd.stepping import StepError
@@ -47,7 +49,7 @@ def motion_of(
     if not (moves(scene) and crowds):
         return []
     fewer = crowds if crowds >= MANY else min(crowds, max(FEW, crowds // 2))
-    every = [variant(scene, number) for number in range(crowds)]
+    every = _own_noise([variant(scene, number) for number in range(crowds)])
     soft = next((known.NAME for known in PENALTY if known.NAME in engines), None)
     models = [_model(every, RIGID, out, "rigid")] if RIGID in engines else []
     if soft is not None:
@@ -63,9 +65,9 @@ def motion_of(
         return []
     first = models[0].runs
     base = [run.scene for run in first[:fewer]]
-    for factor, label, changed in _variations(scene):
+    for factor, label, changed in (*_pushes(scene, engines), *_variations(scene)):
         try:
-            varied = [changed(one) for one in base]
+            varied = _own_noise([changed(one) for one in base])
         except (SceneError, StepError, ValueError):
             continue  # this crowd has no such variation: a law without friction, a full room
         name = label.replace(" ", "_").replace("−", "-")
@@ -73,14 +75,34 @@ def motion_of(
     return models
 
 
-def _variations(scene: Scene) -> Iterator[tuple[str, str, Callable[[Scene], Scene]]]:
-    """What is varied of the first model: the factor, in words, and how."""
+def _own_noise(scenes: Sequence[Scene]) -> list[Scene]:
+    """Give the people of each replicate a jostling of their own."""
+    drives = [(number, one, one.drive) for number, one in enumerate(scenes) if one.drive]
+    return [one.with_drive(seed=to.seed + n) if to.noisy else one for n, one, to in drives]
+
+
+Variation = tuple[str, str, Callable[[Scene], Scene]]
+
+
+def _pushes(scene: Scene, engines: Sequence[str]) -> Iterator[Variation]:
+    """How hard people push: in rooms that are not the product's the other named crowds, which the
+    rigid engine has, else another push."""
     assert scene.drive is not None
+    doors = len(scene.drive.gates) == len(scene.drive.doors)
+    if RIGID in engines and doors and not is_shipped(scene):
+        for name, share, same in crowds_beside(scene):
+            if not same:
+                yield CROWD, crowd_label(name, share), partial(with_crowd, name=name, share=share)
+        return
     own = float(scene.drive.push(scene.snapshot.mass).mean())
-    mu = 0.0 if scene.contact.friction else FRICTION
-    yield "friction", f"friction {significant(mu)}", lambda one: one.with_contact(friction=mu)
     push = PUSH_N if abs(own - PUSH_N) > NEAR * PUSH_N else LARGE_N
     yield "push", f"push {significant(push)} N", lambda one: with_push(one, push)
+
+
+def _variations(scene: Scene) -> Iterator[Variation]:
+    """What else is varied of the first model: the factor, in words, and how."""
+    mu = 0.0 if scene.contact.friction else FRICTION
+    yield "friction", f"friction {significant(mu)}", lambda one: one.with_contact(friction=mu)
     if float(scene.snapshot.radius.min()) > 2 * RADIUS_M:
         yield "radius", "radius − 1 cm", lambda one: with_radius(one, -RADIUS_M)
         yield "radius", "radius + 1 cm", lambda one: with_radius(one, RADIUS_M)
@@ -90,7 +112,7 @@ def _model(scenes: Sequence[Scene], name: str, out: Path, label: str, factor: st
     """Crowd by crowd, apart from the scene's own runs, which have no impulses."""
     made = [one.with_run(impulses=True) for one in scenes]
     title = model_title(made[0], name)
-    if factor in ("push", "radius"):
+    if factor in (CROWD, "push", "radius"):
         title += f", {label}"
     runs = [
         EngineRun(scene=one, engine=name, folder=run_folder(out / f"crowd_{index}", one, name))

@@ -19,7 +19,15 @@ from analysis.pages.html import saved
 from analysis.pages.numbers import significant
 from analysis.pages.ranges import Chart
 from analysis.pages.words import Words
-from analysis.report.page import Reported, assumptions, charts, lead, notes, with_distinct_names
+from analysis.report.page import (
+    Reported,
+    assumptions,
+    charts,
+    crowds_table,
+    lead,
+    notes,
+    with_distinct_names,
+)
 from analysis.scene.scene import Scene
 from analysis.support.files import whole_file
 
@@ -46,7 +54,8 @@ def draw_sheet(one: Reported, motion: MotionStudy, command: str) -> Figure:
     scene = one.scene
     figure = Figure(figsize=A4_IN)
     figure.text(0.06, 0.965, scene.title, fontsize=15, weight="bold", va="top")
-    figure.text(0.06, 0.938, _plain(lead(scene)), fontsize=10, va="top")
+    first = textwrap.fill(_plain(lead(scene, motion)), 105)
+    figure.text(0.06, 0.938, first, fontsize=10, va="top")
     if one.reels:
         axes = figure.add_axes((0.06, 0.6, 0.42, 0.31))
         marks = still_on(axes, one.reels[0], one.reels[0].typical, motion.limits)
@@ -86,13 +95,15 @@ def _blocks(scene: Scene, motion: MotionStudy, command: str) -> list[tuple[str, 
         f"{significant(one.number, 4)} {one.unit}: {one.what}{one.lasting} ({one.cited})"
         for one in limits_of_bodies(motion.limits)
     ]
+    every = crowds_table(motion)
+    crowds = [words.text("crowd", of=row) for row in (every.rows if every else ())]
     version = metadata.version("crowd-percussions")
     made = datetime.now(UTC).strftime("%Y-%m-%d")
     said = words.text(
         "made", version=version, date=made, digest=scene.digest()[:16], command=command
     )
     return [
-        ("Assumptions", assumptions(scene, motion)),
+        ("Assumptions", [*assumptions(scene, motion), *crowds]),
         ("Limits", [*limits, words.text("barriers")]),
         ("What this cannot say", words.items("cannot")),
         ("Made by", [said]),

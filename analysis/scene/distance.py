@@ -82,8 +82,8 @@ class Distance(Schema):
     def _with_a_gap(cls, given: Any) -> Any:
         """Refuse what needs a time gap where there is none."""
         if isinstance(given, dict) and given.get("time_gap_s") is None:
-            for key in Distance.model_fields.keys() & given.keys():
-                if given[key] != Distance.model_fields[key].default:
+            for key, field in Distance.model_fields.items():
+                if key in given and given[key] != field.default:
                     raise ValueError(
                         f"{key}: only for people who keep their distance. Give time_gap_s"
                     )
@@ -108,7 +108,9 @@ class Distance(Schema):
 
     def push_shares(self, ids: Indices) -> Floats:
         """Give p (n,) of people with these ids (n,)."""
-        share = np.where(_uniform(self.seed, ids) < self.pushing_people, self.push_share, 0.0)
+        share = np.full(len(ids), self.push_share)
+        if self.pushing_people < 1:
+            share[_uniform(self.seed, ids) >= self.pushing_people] = 0.0
         for some in self.pushers:
             share[some.of(ids)] = some.push_share
         return share

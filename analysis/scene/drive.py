@@ -14,7 +14,6 @@ from analysis.scene.fields import Number, Point, Positive, Schema, means_of
 from analysis.scene.way import Way, way_of
 from nscd import Snapshot, Walls, _core
 from nscd.arrays import Flags, Floats, Indices
-from nscd.contacts import connected
 from nscd.segments import dots, lengths, nearest_on_segment
 
 # The key that may stand for desired speed or relaxation time, and the latter where only it is
@@ -169,10 +168,8 @@ class Drive(Distance, Exit, Pace):
     def _one_goal_each(self) -> Drive:
         if self.aim == "centre" and not self.gates:
             raise ValueError("aim: centre of a door, and there is none. Give door_start_m")
-        if self.clearance_m is not None and not all(one.has_door for one in self.doors):
+        if self.clearance_m is not None and not self.all_have_doors:
             raise ValueError("clearance_m: a way leads to a door. Give door_start_m and door_end_m")
-        if self.clearance_m is not None and len(self.gates) < len(self.doors):
-            raise ValueError("clearance_m: only where there are doors to walk to")
         for name in NAMING:
             parts: tuple[Some, ...] = getattr(self, name)
             ranges = sorted(part.people for part in parts)
@@ -202,6 +199,11 @@ class Drive(Distance, Exit, Pace):
             raise ValueError(f"{before}{name}: nobody{where} has an id from {first} to {last}")
 
     @property
+    def fastest(self) -> float:
+        """Give the fastest speed (m/s) that anybody wants: with jostling, of 5 standard deviations."""
+        return self.speed_m_per_s + 5.0 * self.jostling_m_per_s
+
+    @property
     def doors(self) -> tuple[Exit, ...]:
         """All doors, the drive's own first; those far ahead too."""
         return (self, *self.goals)
@@ -210,6 +212,11 @@ class Drive(Distance, Exit, Pace):
     def gates(self) -> list[tuple[Point, Point]]:
         """The ends (m) of the doors that there are, the drive's own first."""
         return [exit_.door for exit_ in self.doors if exit_.has_door]
+
+    @property
+    def all_have_doors(self) -> bool:
+        """Whether everybody has a door to walk to."""
+        return len(self.gates) == len(self.doors)
 
     @property
     def ways(self) -> int:
@@ -253,7 +260,7 @@ class Drive(Distance, Exit, Pace):
             return self
         doors = np.array([(*exit_.door, exit_.outward) for exit_ in self.doors], dtype=float)
         routed = self.model_copy()
-        routed._walls, routed._cores = walls, {}
+        routed._walls, routed._cores = walls if self.keeps_distance else None, {}
         if self.clearance_m is not None:
             routed._way = way_of(walls, doors, radius, self.clearance_m)
         return routed
@@ -315,7 +322,8 @@ class Drive(Distance, Exit, Pace):
     ) -> Floats:
         """Compute u_d of disks at position (n,2) m with ids (n,) and radii (n,) m at a time (s; (n,) or
         one), in m/s, shape (n,2); ids are needed where there are goals or stops, and radii where
-        people keep their distance, from those of the same time."""
+        people keep their distance, from those of the same time. Disks at one centre are then one
+        body, as wide as its widest."""
         place = np.array(position, dtype=np.float64, order="C")
         if ids is None and (self.goals or self.stops or self.keeps_distance):
             raise ValueError("goals, stops, time_gap_s: the ids of people say who goes where")
@@ -323,7 +331,7 @@ class Drive(Distance, Exit, Pace):
         if self.keeps_distance:
             if radius is None:
                 raise ValueError("drive.time_gap_s: the radii of people say how far they are apart")
-            return self._at_a_distance(place, who, np.broadcast_to(time, len(place)), radius)
+            return self._at_a_distance(place, who, time, radius)
         velocity, speed = np.zeros_like(place), self.speed_m_per_s
         if self.way:
             legs = self.legs(place, who)
@@ -336,18 +344,29 @@ class Drive(Distance, Exit, Pace):
         velocity[self.stopped(who, time)] = 0.0
         return velocity
 
-    def _at_a_distance(self, place: Floats, ids: Indices, time: Floats, radius: Floats) -> Floats:
+    def _at_a_distance(
+        self, place: Floats, ids: Indices, time: Floats | float, radius: Floats
+    ) -> Floats:
         """The same of people who keep their distance from those of their time; a time that nobody knows
         is 0."""
-        velocity = np.empty_like(place)
         if self.stops or self.noisy:
             self._check_times(time)
         known = np.nan_to_num(time)
-        for now in np.unique(known):
-            mine = known == now
-            core, width = self._core(ids[mine]), np.ascontiguousarray(radius[mine])
-            velocity[mine] = core.desired(np.ascontiguousarray(place[mine]), width, float(now))
-        return velocity
+        if known.ndim:
+            velocity = np.empty_like(place)
+            for now in np.unique(known):
+                of = known == now
+                velocity[of] = self._at_a_distance(place[of], ids[of], float(now), radius[of])
+            return velocity
+        centre = place.view(np.complex128).ravel()
+        if len(np.unique(centre)) == len(place):
+            return self._core(ids).desired(place, np.ascontiguousarray(radius), float(known))
+        # bodies of several disks, in the order of their first
+        _, first, body = np.unique(centre, return_index=True, return_inverse=True)
+        body = np.argsort(np.argsort(first))[body.ravel()]
+        np.maximum.at(widest := np.zeros(len(first)), body, radius)
+        first = np.sort(first)
+        return self._core(ids[first]).desired(place[first], widest, float(known))[body]
 
     def _check_times(self, time: Floats | float) -> None:
         if np.isnan(time).any():
@@ -356,25 +375,30 @@ class Drive(Distance, Exit, Pace):
 
     def _core(self, ids: Indices) -> _core.Drive:
         """The drive of people with these ids as the core takes it."""
-        if self.needs_way or self._walls is None:
-            raise ValueError("drive.time_gap_s: the distance needs walls. Use Drive.routed")
         key = np.asarray(ids, dtype=np.int64).tobytes()
         if key not in self._cores:
-            goes, stop = np.zeros(len(ids)), np.full(len(ids), np.inf)
-            exits = self.exits(ids)
-            for number, (_, mine) in enumerate(exits):
-                goes[mine] = number
-            for one in self.stops:
-                stop[one.of(ids)] = one.time_s
-            rows = [[*self.target(to), to.outward, to.door_start_m] for to, _ in exits]
-            places, way = np.array(rows, dtype=float).reshape(-1, 8), None
-            if self.way:
-                way = self.way.numbers()
-            people = goes, stop, ids.astype(float), self.push_shares(ids)
-            walls, law = connected(self._walls), self.numbers()
             self._cores.clear()
-            self._cores[key] = _core.Drive(places, self.speed_m_per_s, walls, people, law, way)
+            self._cores[key] = _core.Drive(self.row(ids))
         return self._cores[key]
+
+    def row(self, ids: Indices) -> Floats:
+        """Give the numbers of people with these ids who keep their distance in a row, as the core reads
+        them, in every engine."""
+        if self.needs_way or self._walls is None:
+            raise ValueError("drive.time_gap_s: the distance needs walls. Use Drive.routed")
+        goes, stop = np.zeros(len(ids)), np.full(len(ids), np.inf)
+        exits, walls = self.exits(ids), self._walls
+        for number, (_, mine) in enumerate(exits):
+            goes[mine] = number
+        for one in self.stops:
+            stop[one.of(ids)] = one.time_s
+        low, high = walls.period_x or (0.0, 0.0)
+        corners = len(self.way.corners) if self.way else 0
+        head = len(exits), len(ids), len(walls), corners, low, high - low, self.speed_m_per_s
+        places = [np.ravel([*self.target(to), to.outward, to.door_start_m]) for to, _ in exits]
+        parts = [head, self.numbers(), np.hstack([walls.start, walls.end]), *places]
+        parts += [goes, stop, ids, self.push_shares(ids), *(self.way.numbers() if self.way else ())]
+        return np.concatenate([np.ravel(np.asarray(part, dtype=float)) for part in parts])
 
     def stopped(self, ids: Indices, time: Floats | float) -> Flags:
         """Tell who (n,) of people with these ids (n,) wants to go nowhere at a time (s; (n,) or one).

@@ -12,6 +12,7 @@ from analysis.scene.anthropometry import Varied, apart
 from analysis.scene.drive import Goal
 from analysis.scene.floors import walled
 from analysis.scene.law import LAWS
+from analysis.scene.named_crowds import CROWDS, keys_of
 from analysis.scene.plans import polygon_of
 from analysis.scene.scene import Drive, Scene, SceneError, first_problem
 from analysis.scene.schema import Analysis, ContactModel, Room, Run
@@ -38,7 +39,9 @@ class Crowd:
     push: N, of a person of mean mass who is held
     speed, relaxation: m/s, desired, and s, τ. Without a speed it is push τ/m̄, without τ that is
         0.5 s, or m̄ speed/push. With both they give the push.
-    law, friction: of the contacts, as in a scene"""
+    law, friction: of the contacts, as in a scene
+    does: waiting, pressing or pushing (`CROWDS`); who waits or presses has a speed, a τ and a share
+        of push of that name, in place of the push"""
 
     people: int
     radius: float = 0.2
@@ -49,6 +52,7 @@ class Crowd:
     relaxation: float | None = None
     law: str = "hooke"
     friction: float = 0.0
+    does: str = "pushing"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,6 +140,8 @@ def from_geometry(
     ):
         if not 0 < number <= most:
             raise SceneError(f"{what}: {number:g}. Above 0 and at most {most:g} is needed")
+    if crowd.does not in CROWDS:
+        raise SceneError(f"crowd: unknown {crowd.does!r}. There are: {', '.join(CROWDS)}")
     inside = inside or Inside()
     floor = shapely.geometry.polygon.orient(polygon_of(inside.cut(polygon_of(area))))
     ways = [way if isinstance(way, Doorway) else Doorway(ends=way) for way in _several(doors)]
@@ -211,8 +217,10 @@ def _notes(
     push = crowd.push
     if crowd.speed is not None and crowd.relaxation is not None:
         push = float(mass.mean()) * crowd.speed / crowd.relaxation
+    named = CROWDS[crowd.does]
+    pushing = f"{named.label} ({named.does})" if named.drive else f"push with {push:g} N"
     notes = f"""{crowd.people} people of radius {radius.mean():.3f} ± {radius.std():.3f} m and mass
-{mass.mean():.1f} ± {mass.std():.1f} kg, push with {push:g} N. They wait at random places
+{mass.mean():.1f} ± {mass.std():.1f} kg, {pushing}. They wait at random places
 {where} (seed {crowd.varied.seed}). Disks cover {cover_of(radius, floor):.0%} of the floor."""
     if len(ways) > 1:
         counts = np.bincount(going, minlength=len(ways))
@@ -226,8 +234,9 @@ def _drive(
     """The drive that gives the push, with the speed or the usual relaxation time: to the first door,
     and to the others those who go there."""
     asked = {"speed_m_per_s": crowd.speed, "relaxation_time_s": crowd.relaxation}
-    given: dict[str, Any] = {key: value for key, value in asked.items() if value is not None}
-    if len(given) < 2:
+    given: dict[str, Any] = keys_of(crowd.does)
+    given |= {key: value for key, value in asked.items() if value is not None}
+    if not {"speed_m_per_s", "relaxation_time_s"} <= given.keys():
         given["push_N"] = crowd.push
     first, *others = (
         {

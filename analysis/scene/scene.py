@@ -26,7 +26,7 @@ from analysis.scene.placement import check_room
 from analysis.scene.rigid_bodies import people_of, read_bodies, write_bodies
 from analysis.scene.schema import ContactModel, OtherFrames, Reconciliation, Room, Run, Wall
 from analysis.support.files import or_shipped, shipped, write_text
-from analysis.support.reading import UnreadableError, read_text
+from analysis.support.reading import UnreadableError, note, read_text
 from nscd import Snapshot
 from nscd.contacts import connected
 from nscd.stepping import StepError
@@ -128,12 +128,15 @@ class Scene(Room):
     @property
     def push_range(self) -> tuple[float, float]:
         """Give the least and the largest force (N) with which a person pushes; 0 without a drive."""
-        push = self.drive.push(self.people.mass) if self.drive else np.zeros(1)
+        people, push = self.people, np.zeros(1)
+        if self.drive:
+            push = self.drive.push(people.mass)
+            push = push * (self.drive.push_shares(people.ids) if self.drive.keeps_distance else 1.0)
         return float(push.min()), float(push.max())
 
     @property
     def mean_push(self) -> float:
-        """Give the mean force (N) with which people push; 0 without a drive."""
+        """Give the mean force (N) with which people push who push all they can; 0 without a drive."""
         return self.drive.push(float(self.people.mass.mean())) if self.drive else 0.0
 
     @property
@@ -310,6 +313,12 @@ def scene_names() -> list[str]:
     return sorted(path.stem for path in shipped("scenes").glob("*.toml"))
 
 
+def is_shipped(scene: Scene) -> bool:
+    """Tell whether a scene is one of the product's own, of any size."""
+    path = shipped("scenes") / f"{scene.name}.toml"
+    return path.exists() and _read_toml(path)[0].get("source") == scene.source
+
+
 def read_scene(name_or_path: str | Path) -> Scene:
     """Read a scene by its name (`arch`) or the path of its TOML file.
 
@@ -431,15 +440,25 @@ def file_content(name_or_path: str | Path) -> tuple[Path, dict[str, Any]]:
 AnyRoom = TypeVar("AnyRoom", bound=Room)
 
 
+# Time gaps (s) below their τ (s) that were said once: runs read their copies of a scene.
+NOTED = set[tuple[float, float]]()
+
+
 def _validated(
     path: Path, content: dict[str, Any], kind: type[AnyRoom], means: Callable[[], Means | None]
 ) -> AnyRoom:
     """Make the content of a file a room or a scene; means are asked for only where Young's modulus
     or a push is given."""
     try:
-        return kind.model_validate(content, context={"means": means})
+        made = kind.model_validate(content, context={"means": means})
     except ValidationError as error:
         raise SceneError(f"{path}: {first_problem(error)}") from None
+    gap, tau = (made.drive.time_gap_s, made.drive.relaxation_time_s) if made.drive else (None, 0.0)
+    if gap and gap < tau and (gap, tau) not in NOTED:
+        NOTED.add((gap, tau))
+        said = f"{gap:g} s, below relaxation_time_s of {tau:g} s: people walk to and fro"
+        note(path, f"drive.time_gap_s: {said}")
+    return made
 
 
 def first_problem(error: ValidationError) -> str:

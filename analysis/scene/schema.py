@@ -403,6 +403,15 @@ class Room(Schema):
     run: Run
     analysis: Analysis
 
+    @model_validator(mode="after")
+    def _a_door_ahead(self) -> Room:
+        drive = self.drive
+        if drive and drive.keeps_distance and not (self.period_x_m or drive.all_have_doors):
+            raise ValueError(
+                "drive.time_gap_s: who has no door ahead keeps no distance. Give door_start_m"
+            )
+        return self
+
     def __repr__(self) -> str:
         return f"<Room: {self._shown()}>"
 

@@ -18,7 +18,7 @@ from analysis.pages.drawing import COLOURS, draw_disks, draw_walls, frame, panel
 from analysis.pages.html import write_html
 from analysis.pages.section import Picture, Section
 from analysis.pages.words import Words
-from analysis.standards.cases import CASES, Case, Judged, Track
+from analysis.standards.cases import CASES, TIME_GAP_S, Case, How, Judged, Track, judged_together
 from analysis.support.columns import Columns
 from analysis.support.files import write_json, write_rows
 from analysis.support.parallel import Progress
@@ -30,11 +30,13 @@ result | | pass, fail or not applicable
 quantity, value | as named | a number that says so, or the reason as a text
 """)
 FAILED = "**fail**"
+SEEDS = (1, 2, 4)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Tested:
-    """Hold a test that was run; there are no tracks, and `error` says why, where a run failed."""
+    """Hold a test that was run: the tracks of its first seed, and the judgement of all; there are no
+    tracks, and `error` says why, where a run failed."""
 
     case: Case
     tracks: Sequence[Track]
@@ -75,28 +77,34 @@ def run_tests(
     out: Path,
     progress: Progress | None = None,
     processes: int | None = None,
+    time_gap_s: float = TIME_GAP_S,
 ) -> list[Tested]:
-    """Run the scenes of all tests and judge them; runs are kept in out/standards.
+    """Run the scenes of all tests with each seed and judge them; runs are kept in out/standards.
 
     Raises EngineError before anything runs for an engine that is missing or refuses a scene."""
     engine(engine_name)
+    kept = out / "standards" / f"T{time_gap_s:g}"
+    ways = [(How(time_gap_s, seed), kept / f"seed_{seed}") for seed in SEEDS]
     runs = {
-        case.name: [EngineRun.of(one, engine_name, out / "standards") for one in case.scenes()]
+        case.name: [
+            [EngineRun.of(one, engine_name, at) for one in case.scenes(how)] for how, at in ways
+        ]
         for case in cases
     }
-    every = [run for each in runs.values() for run in each]
+    every = [run for seeded in runs.values() for each in seeded for run in each]
     for run in every:
         check_before(run.scene, engine_name, run.folder)
     run_ahead(every, progress, processes)
     return [_tested(case, runs[case.name]) for case in cases]
 
 
-def _tested(case: Case, runs: Sequence[EngineRun]) -> Tested:
+def _tested(case: Case, runs: Sequence[Sequence[EngineRun]]) -> Tested:
     try:
-        tracks = [_track(run) for run in runs]
+        tracks = [[_track(run) for run in each] for each in runs]
     except EngineError as error:
         return Tested(case=case, tracks=(), judged=Judged(False, {}), error=str(error))
-    return Tested(case=case, tracks=tracks, judged=case.judge(*tracks))
+    judged = judged_together([case.judge(*each) for each in tracks])
+    return Tested(case=case, tracks=tracks[0], judged=judged)
 
 
 def _track(run: EngineRun) -> Track:
@@ -137,6 +145,9 @@ def write_page(tested: Sequence[Tested], engine_name: str, folder: Path, command
     failed = [one.words["title"].lower() for one in tested if not one.judged.passed]
     passed, title = len(tested) - len(failed), engine(engine_name).TITLE
     lead = words.text("lead", passed=passed, of=len(tested), engine=title, failed=", ".join(failed))
+    drives = [track.scene.drive for one in tested for track in one.tracks]
+    gaps = [drive.time_gap_s for drive in drives if drive and drive.time_gap_s]
+    how = words.items("how", time_gap=(gaps or [TIME_GAP_S])[0], seeds=len(SEEDS))
     rows = [
         [f"[{one.words['title']}](#{one.case.name})", *one.called,
          "pass" if one.judged.passed else FAILED, one.words["found"]]
@@ -151,7 +162,7 @@ def write_page(tested: Sequence[Tested], engine_name: str, folder: Path, command
         command=command,
         first=Section(number="result", title="Result", introduction=[lead]),
         tables=[words.table("summary", rows), words.table("not_applicable_table", others)],
-        how=words.items("how"),
+        how=how,
         sections=sections,
     )
     write_rows(folder / "standards.csv", COLUMNS, _rows(tested, others))
@@ -180,8 +191,11 @@ def _section(words: Words, one: Tested) -> Section:
 def _rows(tested: Sequence[Tested], others: Sequence[Sequence[str]]) -> Iterator[Sequence[Any]]:
     for one in tested:
         lead = (one.case.name, one.words["title"], *one.called, one.result)
-        for name, value in (one.judged.numbers or {"error": one.error}).items():
-            several = value.items() if isinstance(value, dict) else [("", value)]
-            yield from ((*lead, f"{name} {which}".strip(), each) for which, each in several)
+        if one.error:
+            yield (*lead, "error", one.error)
+        for name, value in one.judged.numbers.items():
+            for which, ends in value.items() if isinstance(value, dict) else [("", value)]:
+                for end, each in zip(("least", "most"), ends, strict=True):
+                    yield (*lead, " ".join(filter(None, (name, str(which), end))), each)
     for title, *called, why in others:
         yield "", title, *called, "not applicable", "reason", why

@@ -9,6 +9,7 @@
 
 #include "answer.hpp"
 #include "contacts.hpp"
+#include "drive.hpp"
 #include "friction_answer.hpp"
 
 using namespace nscd;
@@ -23,6 +24,10 @@ struct nscd_crowd {
     Numbers percussion, right, right_spin;
     double error = INFINITE;
     std::set<Key> listed;
+};
+
+struct nscd_drive {
+    Drive drive;
 };
 
 namespace {
@@ -176,4 +181,27 @@ const double* nscd_percussions(const nscd_crowd* crowd) { return crowd->percussi
 const double* nscd_velocities(const nscd_crowd* crowd) { return crowd->right.data(); }
 const double* nscd_spins(const nscd_crowd* crowd) { return crowd->right_spin.data(); }
 double nscd_error(const nscd_crowd* crowd) { return crowd->error; }
+
+nscd_drive* nscd_drive_new(const double* numbers, std::size_t count) {
+    nscd_drive* made = nullptr;
+    guarded([&] {
+        std::optional<Drive> drive = Drive::of({numbers, count});
+        if (!drive) return refuse("drive: these are not its numbers");
+        made = new nscd_drive{*std::move(drive)};
+        return 1;
+    });
+    return made;
+}
+
+void nscd_drive_free(nscd_drive* drive) { delete drive; }
+
+int nscd_drive_desired(const nscd_drive* drive, std::size_t n, const double* position, const double* radius, double time, double* velocity) {
+    return guarded([&] {
+        if (n != drive->drive.goes.size()) return refuse("drive: of " + std::to_string(drive->drive.goes.size()) + " people, not " + std::to_string(n));
+        const Numbers wanted = drive->drive.desired({position, 2 * n}, {radius, n}, time);
+        std::copy(wanted.begin(), wanted.end(), velocity);
+        return 1;
+    });
+}
+
 const char* nscd_message(void) { return message.c_str(); }

@@ -48,25 +48,15 @@ void push(Touching& found, std::size_t a, std::size_t b, double dx, double dy, d
     found.distance.push_back(distance), found.gap.push_back(gap);
 }
 
-// Put the last pair among those of its first disk, from `begin` on, by its second.
-void sort_in(Touching& found, std::size_t begin) {
-    for (std::size_t row = found.size() - 1; row > begin && found.second[row - 1] > found.second[row]; --row) {
-        std::swap(found.second[row - 1], found.second[row]);
-        std::swap(found.vector[2 * row - 2], found.vector[2 * row]);
-        std::swap(found.vector[2 * row - 1], found.vector[2 * row + 1]);
-        std::swap(found.distance[row - 1], found.distance[row]);
-        std::swap(found.gap[row - 1], found.gap[row]);
-    }
-}
-
 // Pairs; false where more than MOST_PAIRS are within reach.
 bool find_pairs(Touching& found, In position, In radius, double most, std::span<const Index> body) {
     const std::size_t n = radius.size();
     const double reach = (2.0 * *std::max_element(radius.begin(), radius.end()) + most) * MARGIN;
     const Cells cells = cells_of(position, reach);
     std::int64_t near = 0;
+    Places others;
     for (std::size_t a = 0; a < n; ++a) {
-        const std::size_t begin = found.size();
+        others.clear();
         const int p0 = std::max(cells.at[2 * a] - 1, 0), p1 = std::min(cells.at[2 * a] + 2, cells.nx);
         const int q0 = std::max(cells.at[2 * a + 1] - 1, 0), q1 = std::min(cells.at[2 * a + 1] + 2, cells.ny);
         for (int p = p0; p < p1; ++p)
@@ -78,12 +68,14 @@ bool find_pairs(Touching& found, In position, In radius, double most, std::span<
                     if (dx * dx + dy * dy > reach * reach) continue;
                     ++near;
                     const double most_apart = (radius[a] + radius[b] + std::max(most, 0.0)) * MARGIN;
-                    if (dx * dx + dy * dy > most_apart * most_apart) continue;
-                    const double distance = length(dx, dy), gap = distance - radius[a] - radius[b];
-                    if (gap > most) continue;
-                    push(found, a, std::size_t(b), dx, dy, distance, gap);
-                    sort_in(found, begin);
+                    if (dx * dx + dy * dy <= most_apart * most_apart) others.push_back(b);
                 }
+        std::sort(others.begin(), others.end());
+        for (const Index b : others) {
+            const double dx = position[2 * b] - position[2 * a], dy = position[2 * b + 1] - position[2 * a + 1];
+            const double distance = length(dx, dy), gap = distance - radius[a] - radius[b];
+            if (gap <= most) push(found, a, std::size_t(b), dx, dy, distance, gap);
+        }
         if (near > MOST_PAIRS) return false;
     }
     return true;

@@ -1,6 +1,8 @@
 #include "drive.hpp"
 
 #include <algorithm>
+#include <cstring>
+#include <utility>
 
 #include "contacts.hpp"
 #include "rounding.hpp"
@@ -39,15 +41,60 @@ struct Draws {
 };
 
 // e^−t, |t| ≤ 64, as a series at t/64 and six squares.
-double decayed(double t) {
+inline double decayed(double t) {
+    static constexpr double PART[] = {1.0, 1.0 / 2, 1.0 / 3, 1.0 / 4, 1.0 / 5, 1.0 / 6, 1.0 / 7, 1.0 / 8, 1.0 / 9, 1.0 / 10, 1.0 / 11, 1.0 / 12};
     const double q = t / 64.0;
     double sum = 1.0;
-    for (int i = 12; i > 0; --i) sum = 1.0 - q / i * sum;
+    for (int i = 11; i >= 0; --i) sum = 1.0 - q * PART[i] * sum;
     for (int i = 0; i < 6; ++i) sum *= sum;
     return sum;
 }
 
+// As turn_by, of any angle, without a branch: the compiler does several at once.
+inline Turn turned(double angle) {
+    constexpr double WHOLE = 6755399441055744.0;  // added and taken away, it rounds to whole numbers
+    const double a = (angle - TURN * ((angle * (1.0 / TURN) + WHOLE) - WHOLE)) * (1.0 / 32), q = a * a;
+    double sine = a * (1.0 - q * (1.0 / 6) * (1.0 - q * (1.0 / 20) * (1.0 - q * (1.0 / 42) * (1.0 - q * (1.0 / 72)))));
+    double less = 0.5 * q * (1.0 - q * (1.0 / 12) * (1.0 - q * (1.0 / 30) * (1.0 - q * (1.0 / 56) * (1.0 - q * (1.0 / 90)))));
+    for (int doublings = 5; doublings > 0; --doublings) {
+        const double half = sine;
+        sine = 2.0 * half * (1.0 - less), less = 2.0 * half * half;
+    }
+    return {1.0 - less, sine};
+}
+
 }  // namespace
+
+std::optional<Drive> Drive::of(In numbers) {
+    constexpr std::size_t HEAD = 7, LAW = sizeof(Distance) / sizeof(double);
+    if (numbers.size() < HEAD + LAW) return {};
+    const double doors = numbers[0], people = numbers[1], walls = numbers[2], k = numbers[3];
+    if (!(doors >= 0.0 && people >= 0.0 && walls >= 0.0 && k >= 0.0)) return {};
+    double whole = double(HEAD + LAW) + 4 * walls + 8 * doors + 4 * people, cells = 0.0;
+    if (k > 0.0) {
+        if (!(whole + 5 <= double(numbers.size()))) return {};
+        cells = doors * numbers[std::size_t(whole) + 3] * numbers[std::size_t(whole) + 4];
+        whole += 5 + cells + 2 * k + doors * k;
+    }
+    if (whole != double(numbers.size())) return {};
+    std::size_t at = HEAD + LAW;
+    const auto taken = [&](double count) {
+        const In some = numbers.subspan(std::exchange(at, at + std::size_t(count)), std::size_t(count));
+        return Numbers(some.begin(), some.end());
+    };
+    Drive drive;
+    drive.walls = connected(taken(4 * walls), numbers[4], numbers[5]), drive.speed = numbers[6];
+    drive.exits = taken(8 * doors), drive.goes = taken(people), drive.stop = taken(people), drive.ids = taken(people), drive.share = taken(people);
+    if (k > 0.0) drive.grid = taken(5), drive.next = taken(cells), drive.corners = taken(2 * k), drive.onward = taken(doors * k);
+    for (const double door : drive.goes)
+        if (!(door >= 0.0 && door < doors)) return {};
+    for (const double corner : drive.next)
+        if (!(corner < k)) return {};
+    Distance law;
+    std::memcpy(static_cast<void*>(&law), &numbers[HEAD], sizeof law);
+    drive.keep(law);
+    return drive;
+}
 
 void Drive::keep(const Distance& law) {
     law_ = law, waves_.clear();
@@ -55,6 +102,8 @@ void Drive::keep(const Distance& law) {
     Draws draw(law.seed, -1.0, 0.0);
     for (int k = 0; k < WAVES; ++k) {
         Wave wave{draw.normal() / law.length, draw.normal() / law.length, draw.normal() * TURN / law.period, {}, {}};
+        // as often as they fit into a period
+        if (walls.period > 0.0) wave.x = TURN / walls.period * std::floor(wave.x * walls.period / TURN + 0.5);
         for (int a = 0; a < 2; ++a) {
             const Turn phase = turn_by(TURN * draw.uniform());
             wave.cosine[a] = phase.cosine, wave.sine[a] = phase.sine;
@@ -117,19 +166,22 @@ void Drive::heading(const double* at, int door, double radius, double (&e)[2]) c
 }
 
 void Drive::jostle(In x, const Flags& before, double time, Out u) const {
-    Numbers added(x.size(), 0.0);
+    const std::size_t n = before.size();
+    Numbers along(n, 0.0), across(n, 0.0);
     for (const Wave& wave : waves_)
-        for (std::size_t i = 0; 2 * i < x.size(); ++i) {
-            if (!before[i]) continue;
-            const double angle = wave.x * x[2 * i] + wave.y * x[2 * i + 1] - wave.turning * time;
-            const Turn at = turn_by(angle - TURN * std::floor(angle / TURN + 0.5));
-            for (int a = 0; a < 2; ++a) added[2 * i + a] += at.cosine * wave.cosine[a] - at.sine * wave.sine[a];
+        for (std::size_t i = 0; i < n; ++i) {
+            const Turn at = turned(wave.x * x[2 * i] + wave.y * x[2 * i + 1] - wave.turning * time);
+            along[i] += at.cosine * wave.cosine[0] - at.sine * wave.sine[0], across[i] += at.cosine * wave.cosine[1] - at.sine * wave.sine[1];
         }
     const double size = law_.jostling * std::sqrt(2.0 / WAVES);
-    for (std::size_t c = 0; c < x.size(); ++c) u[c] += size * added[c];
+    for (std::size_t i = 0; i < n; ++i)
+        if (before[i]) u[2 * i] += size * along[i], u[2 * i + 1] += size * across[i];
 }
 
-Numbers Drive::desired(In x, In radius, double time) const {
+Numbers Drive::desired(In at, In radius, double time) const {
+    Numbers x(at.begin(), at.end());
+    if (walls.period > 0.0)
+        for (std::size_t i = 0; i < x.size(); i += 2) x[i] -= walls.period * std::floor((x[i] - walls.low) / walls.period);
     Numbers u = wished(x, time);
     if (!(law_.time_gap > 0.0)) return u;
     const std::size_t n = radius.size();
@@ -142,7 +194,8 @@ Numbers Drive::desired(In x, In radius, double time) const {
         heading(&x[2 * i], int(goes[i]), radius[i], way);
         for (int a = 0; a < 2; ++a) e[2 * i + a] = direction[2 * i + a] = way[a];
         mine[i] = left(x[2 * i], x[2 * i + 1], int(goes[i]));
-        before[i] = time < stop[i] - INSTANT && mine[i] > 0.0;
+        const double* of = &exits[8 * int(goes[i])];
+        before[i] = time < stop[i] - INSTANT && (mine[i] > 0.0 || std::abs(of[6]) + std::abs(of[7]) > FAR);
     }
     const std::size_t pairs = near.pairs < 0 ? 0 : std::size_t(near.pairs);
     std::vector<std::size_t> of_walls(n + 1, 0);
@@ -152,64 +205,75 @@ Numbers Drive::desired(In x, In radius, double time) const {
         const double px = x[2 * i], py = x[2 * i + 1];
         for (std::size_t c = pairs + of_walls[i]; c < pairs + of_walls[i + 1]; ++c) {
             const std::size_t w = 2 * (near.second[c]);
-            const double ax = walls.along[w], ay = walls.along[w + 1], sx = walls.start[w] - px, sy = walls.start[w + 1] - py;
-            const double side = (dx * sy - dy * sx) * (dx * (sy + ay) - dy * (sx + ax));
-            const double other = (ax * -sy + ay * sx) * (ax * (dy - sy) - ay * (dx - sx));
-            if (side < 0.0 && other < 0.0) return true;
+            const double ax = walls.along[w], ay = walls.along[w + 1], sy = walls.start[w + 1] - py;
+            for (const double round : {0.0, walls.period, -walls.period}) {
+                const double sx = walls.start[w] + round - px;
+                const double side = (dx * sy - dy * sx) * (dx * (sy + ay) - dy * (sx + ax));
+                const double other = (ax * -sy + ay * sx) * (ax * (dy - sy) - ay * (dx - sx));
+                if (side < 0.0 && other < 0.0) return true;
+                if (!(walls.period > 0.0)) break;
+            }
         }
         return false;
     };
-    // of both sides of each pair: 0: hidden; 1: further from the own goal; 2: nearer; 3: and the other comes
-    Flags seen(2 * pairs, 0), meets(n, 0);
+    const auto nearer = [&](std::size_t i, std::size_t j, double dx, double dy) {
+        const bool same = goes[i] == goes[j] && !(walls.period > 0.0);
+        return (same ? mine[j] : left(x[2 * i] + dx, x[2 * i + 1] + dy, int(goes[i]))) < mine[i];
+    };
     const auto turn = [&](std::size_t i, double ux, double uy, double size, bool round) {
         const double against = round ? std::max(0.0, ux * e[2 * i] + uy * e[2 * i + 1]) : 0.0;
         direction[2 * i] -= size * (ux - against * e[2 * i]);
         direction[2 * i + 1] -= size * (uy - against * e[2 * i + 1]);
     };
     // who meets somebody gives way, to the right where the other is not to the right, and goes aside for that
+    Flags meets(n, 0);
+    const auto meet = [&](std::size_t i, std::size_t j, double dx, double dy) {
+        return e[2 * i] * e[2 * j] + e[2 * i + 1] * e[2 * j + 1] < 0.0 && nearer(i, j, dx, dy) && nearer(j, i, -dx, -dy);
+    };
     const auto pass = [&](std::size_t i, double dx, double dy, double wide, double size) {
         const double left = e[2 * i] * dy - e[2 * i + 1] * dx, free = std::max(0.0, 1.0 - std::abs(left) / wide);
         const double side = left >= 0.0 ? size * free : -size * free;
         direction[2 * i] += side * e[2 * i + 1], direction[2 * i + 1] -= side * e[2 * i];
         meets[i] = meets[i] || free > 0.0;
     };
+    const auto visible = [&](std::size_t i, std::size_t j, double dx, double dy) { return !hidden(i, dx, dy) && !hidden(j, -dx, -dy); };
+    // several at once, which branches would not let the compiler do
+    Numbers repelled(near.size());
+    for (std::size_t c = 0; c < pairs; ++c) repelled[c] = FROM_PEOPLE * decayed(std::min(near.gap[c] * (1.0 / PEOPLE_DECAY), FADED));
+    for (std::size_t c = pairs; c < near.size(); ++c) repelled[c] = FROM_WALLS * decayed(std::min(near.gap[c] * (1.0 / WALL_DECAY), FADED));
     for (std::size_t c = 0; c < near.size(); ++c) {
         const std::size_t i = std::size_t(near.first[c]), j = std::size_t(near.second[c]);
         const double dx = near.vector[2 * c], dy = near.vector[2 * c + 1], s = near.distance[c];
         if (!(s > 0.0)) continue;
+        const double ux = dx / s, uy = dy / s, gap = near.gap[c];
         if (c >= pairs) {
             // walls turn people, and never back
-            if (near.gap[c] < FADED * WALL_DECAY) turn(i, dx / s, dy / s, FROM_WALLS * decayed(near.gap[c] / WALL_DECAY), true);
-            continue;
+            if (gap < FADED * WALL_DECAY) turn(i, ux, uy, repelled[c], true);
+        } else if (meet(i, j, dx, dy)) {
+            const double wide = radius[i] + radius[j], size = FROM_PEOPLE * decayed(std::min(gap / MEETING_DECAY, FADED));
+            if (visible(i, j, dx, dy)) pass(i, dx, dy, wide, size), pass(j, -dx, -dy, wide, size);
+        } else if (gap < FADED * PEOPLE_DECAY && visible(i, j, dx, dy)) {
+            turn(i, ux, uy, repelled[c], !nearer(i, j, dx, dy)), turn(j, -ux, -uy, repelled[c], !nearer(j, i, -dx, -dy));
         }
-        if (hidden(i, dx, dy) || hidden(j, -dx, -dy)) continue;
-        const double size = near.gap[c] < FADED * PEOPLE_DECAY ? FROM_PEOPLE * decayed(near.gap[c] / PEOPLE_DECAY) : 0.0;
-        const bool nearer = left(x[2 * i] + dx, x[2 * i + 1] + dy, int(goes[i])) < mine[i];
-        const bool other = left(x[2 * j] - dx, x[2 * j + 1] - dy, int(goes[j])) < mine[j];
-        const bool meet = nearer && other && e[2 * i] * e[2 * j] + e[2 * i + 1] * e[2 * j + 1] < 0.0;
-        seen[2 * c] = 1 + nearer + meet, seen[2 * c + 1] = 1 + other + meet;
-        const double wide = radius[i] + radius[j], aside = meet ? FROM_PEOPLE * decayed(near.gap[c] / MEETING_DECAY) : 0.0;
-        if (meet) pass(i, dx, dy, wide, aside), pass(j, -dx, -dy, wide, aside);
-        else turn(i, dx / s, dy / s, size, !nearer), turn(j, -dx / s, -dy / s, size, !other);
     }
     for (std::size_t i = 0; i < n; ++i) {
         const double size = length(direction[2 * i], direction[2 * i + 1]);
         for (int a = 0; a < 2; ++a) direction[2 * i + a] = size > 0.0 ? direction[2 * i + a] / size : e[2 * i + a];
     }
-    const auto stands_before = [&](std::size_t i, double dx, double dy, double wide, double gap) {
+    const auto before_me = [&](std::size_t i, double dx, double dy, double wide, double gap) {
         const double nx = direction[2 * i], ny = direction[2 * i + 1];
-        if (dx * nx + dy * ny >= 0.0 && std::abs(dx * ny - dy * nx) <= ABREAST * wide) ahead[i] = std::min(ahead[i], gap);
+        return gap < ahead[i] && dx * nx + dy * ny >= 0.0 && std::abs(dx * ny - dy * nx) <= ABREAST * wide;
+    };
+    const auto look = [&](std::size_t i, std::size_t j, double dx, double dy, double gap) {
+        // nobody waits for who has stopped
+        if (gap < SHUFFLE && meet(i, j, dx, dy)) gap = SHUFFLE;
+        if (before_me(i, dx, dy, radius[i] + radius[j], gap) && time < stop[j] - INSTANT && nearer(i, j, dx, dy) && visible(i, j, dx, dy)) ahead[i] = gap;
     };
     for (std::size_t c = 0; c < near.size(); ++c) {
         const std::size_t i = std::size_t(near.first[c]), j = std::size_t(near.second[c]);
-        const double dx = near.vector[2 * c], dy = near.vector[2 * c + 1];
-        if (c >= pairs) stands_before(i, dx, dy, radius[i], near.gap[c]);
-        else {
-            // nobody waits for who has stopped
-            const double wide = radius[i] + radius[j], gap = seen[2 * c] == 3 ? std::max(SHUFFLE, near.gap[c]) : near.gap[c];
-            if (seen[2 * c] > 1 && time < stop[j] - INSTANT) stands_before(i, dx, dy, wide, gap);
-            if (seen[2 * c + 1] > 1 && time < stop[i] - INSTANT) stands_before(j, -dx, -dy, wide, gap);
-        }
+        const double dx = near.vector[2 * c], dy = near.vector[2 * c + 1], gap = near.gap[c];
+        if (c < pairs && near.distance[c] > 0.0) look(i, j, dx, dy, gap), look(j, i, -dx, -dy, gap);
+        else if (c >= pairs && before_me(i, dx, dy, radius[i], gap)) ahead[i] = gap;
     }
     for (std::size_t i = 0; i < n; ++i) {
         if (time >= stop[i] - INSTANT) continue;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "geometry.hpp"
 
@@ -27,12 +28,15 @@ public:
     Segments walls;
     Numbers share, ids;                  // (n) of push, p; numbers that noise goes by
 
+    // Of numbers in a row: doors, people, walls, corners of a way (0: none), start and length of a period (m), speed; the law; ends of
+    // walls; exits, goes, stop, ids, share; of a way: grid, next, corners, onward. None where they do not fit.
+    static std::optional<Drive> of(In numbers);
     // Take the law; its waves are drawn.
     void keep(const Distance& law);
     // Velocities (n·2) m/s of people at x (n·2) m who go straight on for ever: U e.
     Numbers wished(In x, double time) const;
     // Velocities (n·2) m/s that people of such radii (m) want at a time (s).
-    Numbers desired(In x, In radius, double time) const;
+    Numbers desired(In at, In radius, double time) const;
 
 private:
     struct Leg { double start[2], end[2], outward[2], place[2]; bool corner; };

@@ -151,28 +151,10 @@ auto clear_of_walls(const Matrix& from, const Matrix& to, const Matrix& start, c
     return give(std::move(clear));
 }
 
-// Of a way: origin, cell, rows, columns (5); next corners (d, cells); corners (k, 2); what is left from each (d, k) m.
-using Ways = std::tuple<Vector, Matrix, Matrix, Matrix>;
-
-Drive drive_of(const Matrix& exits, double speed, const Segments& walls, const std::tuple<Vector, Vector, Vector, Vector>& people, const Vector& law,
-               const std::optional<Ways>& way) {
-    const auto& [goes, stop, ids, share] = people;
-    const std::size_t n = goes.size(), doors = exits.shape(0);
-    need(exits.shape(1) == 8 && stop.size() == n && ids.size() == n && share.size() == n && law.size() == 7, "Drive: shapes differ");
-    for (std::size_t i = 0; i < n; ++i) need(goes(i) >= 0.0 && goes(i) < double(doors), "Drive: an exit that does not exist");
-    Drive drive;
-    drive.speed = speed, drive.walls = walls, drive.exits = numbers(exits);
-    drive.goes = numbers(goes), drive.stop = numbers(stop), drive.ids = numbers(ids), drive.share = numbers(share);
-    if (way) {
-        const auto& [grid, next, corners, onward] = *way;
-        const std::size_t k = corners.shape(0);
-        need(grid.size() == 5 && next.shape(0) == doors && double(next.shape(1)) == grid(3) * grid(4), "Drive: shapes of the way differ");
-        need(corners.shape(1) == 2 && onward.shape(0) == doors && onward.shape(1) == k, "Drive: corners differ");
-        for (const double corner : span(next)) need(corner < double(k), "Drive: a corner that does not exist");
-        drive.grid = numbers(grid), drive.next = numbers(next), drive.corners = numbers(corners), drive.onward = numbers(onward);
-    }
-    drive.keep({law(0), law(1), law(2), law(3), law(4), law(5), law(6)});
-    return drive;
+Drive drive_of(const Vector& numbers) {
+    std::optional<Drive> drive = Drive::of(span(numbers));
+    need(bool(drive), "Drive: these are not its numbers");
+    return *std::move(drive);
 }
 
 auto desired_of(const Drive& drive, const Matrix& x, const Vector& radius, double time) {
@@ -394,7 +376,7 @@ NB_MODULE(_core, m) {
     m.def("works", &works_of, "first"_n, "second"_n, "wall"_n, "normal"_n, "gap"_n, "radius"_n, "moving"_n, "along"_n, "across"_n);
     m.def("headed", &headed_of, "position"_n, "start"_n, "end"_n, "outward"_n, "place"_n, "speed"_a);
     nb::class_<Drive>(m, "Drive")
-        .def(nb::new_(&drive_of), "exits"_n, "speed"_a, "walls"_a, "people"_a, "law"_n, "way"_a = nb::none())
+        .def(nb::new_(&drive_of), "numbers"_n)
         .def("desired", &desired_of, "position"_n, "radius"_n, "time"_a);
     m.def("clear_of", &clear_of_walls, "start"_n, "end"_n, "walls_start"_n, "walls_end"_n, "most"_a);
     m.def("film", &film, "start"_n, "ids"_n, "position"_n, "left"_n, "radius"_n, "mass"_n, "walls"_a, "gap"_a, "deepest"_a, "tolerance"_a, "least"_a);

@@ -47,6 +47,13 @@ const double *nscd_spins(const nscd_crowd *crowd);
 /* The larger of the residual of the law and the error of momentum, dimensionless, recomputed from the answer. */
 double nscd_error(const nscd_crowd *crowd);
 
+/* Where people want to go who keep their distance, from the numbers that `percussions run` writes for its engines (drive.txt).
+ * Velocities (n, 2) m/s of people at (n, 2) m of radii (n) m at a time (s); 0 where it failed. */
+typedef struct nscd_drive nscd_drive;
+nscd_drive *nscd_drive_new(const double *numbers, size_t count);
+void nscd_drive_free(nscd_drive *drive);
+int nscd_drive_desired(const nscd_drive *drive, size_t n, const double *position, const double *radius, double time, double *velocity);
+
 /* Why the last call of this thread failed. */
 const char *nscd_message(void);
 

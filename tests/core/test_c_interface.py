@@ -56,7 +56,7 @@ def library():
     if LIBRARY is None:
         pytest.skip("the core was compiled elsewhere")
     library = ctypes.CDLL(str(LIBRARY))
-    library.nscd_new.restype = ctypes.c_void_p
+    library.nscd_new.restype = library.nscd_drive_new.restype = ctypes.c_void_p
     library.nscd_message.restype = ctypes.c_char_p
     library.nscd_velocities.restype = library.nscd_spins.restype = ctypes.POINTER(ctypes.c_double)
     return library
@@ -108,6 +108,8 @@ def test_what_is_wrong_is_said(library):
     )
     assert said() == "position: entry 1 is not a usable number"
     assert not library.nscd_new(ctypes.c_size_t(0), None, None, None, None)
+    assert not library.nscd_drive_new(doubles(*[0] * 13), ctypes.c_size_t(13))
+    assert said() == "drive: these are not its numbers"
     crowd = ctypes.c_void_p(library.nscd_new(two, place, still, doubles(*round_), doubles(*heavy)))
     for first, second, x, words in (
         (0, 2, 1.0, "contact: disk 0 with 2 of 2"),

@@ -7,7 +7,7 @@ import pytest
 
 from analysis.engines import EngineError, engine
 from analysis.scene.shipped_scenes import make
-from tests.crowds import disks_at, drive_to, scene_at
+from tests.crowds import disks_at, drive_to, scene_at, spaced
 
 HALF, TILT, SPEED, INERTIA, MASS = 0.18, 0.5, 1.0, 2.0, 60.0
 ALONG = HALF * np.array([np.cos(TILT), np.sin(TILT)])
@@ -100,6 +100,23 @@ def test_a_drive_moves_a_body_as_one_disk_and_does_not_turn_it(simulate, name):
         spin = end["omegaz"][-1]
         np.testing.assert_allclose(spin, 2.0 if len(spin) > 1 else 0.0, rtol=0, atol=1e-12)
     np.testing.assert_allclose(*found, rtol=0, atol=1e-9)
+
+
+def test_bodies_keep_their_distance_as_disks_of_their_widest(simulate):
+    """Each as one person at its centre, in rigid steps; the others refuse."""
+    scene = spaced(make("shoulders"), jostling_m_per_s=0.1, heading_sd_rad=0.2)
+    scene, people = scene.with_run(duration_s=0.3, frames=3), scene.snapshot
+    found, of = simulate("rigid", scene), people.bodies
+    first = np.unique(of.number, return_index=True)[1]
+    widest = np.array([people.radius[of.number == one].max() for one in range(len(of.ids))])
+    wanted = scene.drive.desired_velocity(of.centre, people.ids[first], 0.0, widest)
+    force = np.column_stack([found["drive_x"][0], found["drive_y"][0]])
+    moves = of.mean(people.velocity, people.mass)
+    expected = (wanted - moves)[of.number] * people.mass[:, None] / scene.drive.relaxation_time_s
+    np.testing.assert_allclose(force, expected, rtol=0, atol=1e-9)
+    for name in ("lammps", "yade"):
+        with pytest.raises(EngineError, match=r"time_gap_s: bodies .* with rigid only"):
+            engine(name).check(scene)
 
 
 def test_what_lammps_cannot_turn_is_refused_by_name():

@@ -10,7 +10,7 @@ from analysis.percussions.setting import setting_beside
 from analysis.scene.scene import SceneError, read_scene
 from analysis.scene.shipped_scenes import make
 from nscd import Walls, find_contacts
-from tests.crowds import disks_at, drive_to, scene_at, solved
+from tests.crowds import disks_at, drive_to, scene_at, solved, spaced
 
 ENGINES = ["lammps", "rigid"]
 LONG = 3.0
@@ -64,6 +64,25 @@ def test_who_meet_across_the_end_do_as_those_who_meet_inside(simulate, name):
     assert (across["vx"][-1] * across["vx"][0] < 0.5).all()  # they did meet
     moved = (across["x"] - inside["x"] - 0.5 * LONG + 1e-9) % LONG
     np.testing.assert_allclose(moved, 1e-9, rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("round_", [4.0, -80.0])
+def test_who_keep_their_distance_do_so_across_the_end(round_):
+    """Turned by half a period, or by ten, all want the same; jostling too, where it has the period."""
+    scene = spaced(read_scene("two_way"), heading_sd_rad=0.2)
+    people, drive, by = scene.snapshot, scene.drive, np.array([round_, 0.0])
+    here = drive.desired_velocity(people.position, people.ids, 1.0, people.radius)
+    there = drive.desired_velocity(people.position + by, people.ids, 1.0, people.radius)
+    np.testing.assert_allclose(there, here, rtol=0, atol=1e-12)
+    assert (np.hypot(*here.T) < 0.9 * drive.speed_m_per_s).any()
+    jostled = spaced(scene, jostling_m_per_s=0.2).drive
+    at = np.array([[0.0, 1.0], [8.0, 1.0]])[:, None] + [[1e-6, 0.0], [3.0, 0.2]]
+    first, last = (
+        jostled.desired_velocity(one, people.ids[:2], 1.0, people.radius[:2]) for one in at
+    )
+    np.testing.assert_allclose(last, first, rtol=0, atol=1e-12)
+    plain = drive.desired_velocity(at[0], people.ids[:2], 1.0, people.radius[:2])
+    assert np.hypot(*(first - plain).T).min() > 1e-3
 
 
 @pytest.mark.parametrize("name", ENGINES)

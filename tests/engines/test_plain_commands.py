@@ -14,6 +14,7 @@ from analysis.dumps import index_contacts, index_dump
 from analysis.engines.lammps import scene_deck
 from analysis.engines.penalty import penalty_of
 from analysis.scene.scene import read_scene, scene_names
+from tests.crowds import spaced
 from tests.engines.at_hand import ROOT, lammps, require, yade
 
 PAPER = ["four_disks", "chain_wall", "corridor", "arch_masses"]
@@ -106,6 +107,22 @@ def test_the_deck_finds_the_damping_of_restitutions(checkout, command, tmp_path,
     scene = scene.with_run(duration_s=0.001, frames=3, time_step_s=None)
     assert done.returncode == 0, done.stdout[-2000:]
     assert numbers(done.stdout) == expected(scene)
+
+
+@pytest.mark.parametrize("name", ["lammps", "yade"])
+def test_plain_commands_do_not_know_what_people_want_who_keep_their_distance(
+    checkout, tmp_path, command, name
+):
+    require(name)
+    path = (scene := spaced(read_scene("arch"))).write(tmp_path)
+    (tmp_path / "arch.in").write_text(scene_deck(scene))
+    given = {"deck": tmp_path / "arch.in", "data": path.with_suffix(".data"), "out": tmp_path}
+    words = lammps(**given) if name == "lammps" else yade(path, f"out={tmp_path}")
+    done = command(words, checkout, PYTHONPATH="yade_scripts")
+    assert done.returncode == 1
+    says = r"ERROR: .*drive\.time_gap_s: people who keep their distance run by `percussions run` only"
+    assert re.search(says, done.stdout + done.stderr), done.stdout[-2000:] + done.stderr[-2000:]
+    assert not (tmp_path / "bodies.dump").exists()
 
 
 def test_a_deck_with_an_unknown_law_says_so(checkout, command):

@@ -14,6 +14,7 @@ from analysis.engines.run import simulate
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
 from nscd import find_contacts
+from tests.crowds import spaced
 from tests.engines.test_ends import started, wait, working_in
 
 RUN = """
@@ -93,11 +94,15 @@ def test_a_jam_at_rest_stays_at_rest(tmp_path):
     assert np.abs(last.velocity).max() <= 1e-9
 
 
-@pytest.mark.parametrize("friction", [0.0, 0.3])
-def test_the_same_scene_gives_the_same_bytes_and_an_interrupted_run_goes_on(tmp_path, friction):
+@pytest.mark.parametrize(("friction", "keeps"), [(0.0, False), (0.3, False), (0.3, True)])
+def test_the_same_scene_gives_the_same_bytes_and_an_interrupted_run_goes_on(
+    tmp_path, friction, keeps
+):
     whole, parted = tmp_path / "whole", tmp_path / "parted"
+    scene = crowd().with_contact(friction=friction).model_copy(update={"name": "scene"})
+    scene = spaced(scene, jostling_m_per_s=0.1, heading_sd_rad=0.2) if keeps else scene
     for folder in (whole, parted):
-        crowd().with_contact(friction=friction).model_copy(update={"name": "scene"}).write(folder)
+        scene.write(folder)
     assert main([str(whole / "scene.toml"), "--out", str(whole)]) == 0
     names = (*NAMES, "energy.csv")
     wanted = [(whole / name).read_bytes() for name in names]

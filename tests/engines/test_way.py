@@ -9,7 +9,7 @@ import shapely
 from analysis.engines.run import finished_run
 from analysis.engines.run import simulate as made
 from analysis.scene import way as search
-from analysis.scene.scene import read_scene
+from analysis.scene.scene import Drive, read_scene
 from analysis.scene.schema import Run
 from tests.crowds import disks_at
 
@@ -63,6 +63,43 @@ def test_all_engines_walk_the_same_way(simulate, spread):
         np.testing.assert_allclose(one, other, rtol=0, atol=1e-9)
     moved = np.hypot(*(runs["lammps"][c][-1] - runs["lammps"][c][0] for c in "xy"))
     assert np.median(moved) > 3 * drive.way.cell
+
+
+NOISY = {"heading_sd_rad": 0.3, "heading_hold_s": 0.003, "jostling_m_per_s": 0.1}
+LAW = {"time_gap_s": 0.8, "push_share": 0.1, "pushing_people": 0.8, **NOISY, "seed": 3}
+
+
+@pytest.fixture(scope="module")
+def apart(spread):
+    """The same streams of people who keep their distance; some stop, and some push."""
+    drive = spread.drive.model_dump(exclude_none=True) | LAW
+    drive |= {"stops": [{"people": (5, 20), "time_s": 0.004}]}
+    drive |= {"pushers": [{"people": (30, 40), "push_share": 0.6}]}
+    run = Run(duration_s=0.01, frames=50, time_step_s=2e-4, rigid_step_s=2e-4, drive_interval_steps=1)
+    changed = spread.model_copy(update={"drive": Drive.model_validate(drive), "run": run})
+    return changed.with_contact(arm_reach_m=0.1, arm_force_N=50.0, friction=0.0).rerouted()
+
+
+@pytest.mark.parametrize("name", ["rigid", "lammps", "yade"])
+def test_who_keep_their_distance_want_the_same_in_all_engines(simulate, apart, name):
+    """With goals, a way, stops, pushers, noise and arms: u_d from the drive and velocities of dumps."""
+    run, people, drive = simulate(name, apart), apart.snapshot, apart.drive
+    place, moves, force = (
+        np.stack([run[axis] for axis in axes], axis=-1)
+        for axes in (("x", "y"), ("vx", "vy"), ("drive_x", "drive_y"))
+    )
+    # engines with springs dump the drive that acted: after the first frame that of the step before
+    acted = force[[0, *range(2, 51)]] if name != "rigid" else force[:50]
+    wanted = [
+        drive.desired_velocity(place[k], people.ids, k * 2e-4, people.radius) for k in range(50)
+    ]
+    found = acted * drive.relaxation_time_s / people.mass[:, None] + moves[:50]
+    np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-12)
+    still = drive.desired_velocity(place[0], people.ids, 0.0, people.radius)
+    assert (np.hypot(*still.T) < 0.9 * drive.speed_m_per_s).mean() > 0.2  # many wait
+    held = simulate(name, apart.with_drive(stops=()).with_run(drive_interval_steps=25))
+    assert np.ptp(held["drive_x"], axis=0).max() > 1.0
+    assert held.record.exit_state == run.record.exit_state
 
 
 def test_a_run_on_a_way_that_is_found_otherwise_now_is_rerun(tmp_path, monkeypatch):

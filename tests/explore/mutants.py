@@ -16,12 +16,13 @@ from analysis.engines.record import EngineError
 from analysis.engines.rigid import Rigid
 from analysis.explore.page import content_of
 from analysis.explore.taken import Link
+from analysis.scene.drive import Drive
 from analysis.scene.scene import Scene, SceneError, first_problem, read_scene
 from nscd import Snapshot
 from nscd.stepping import StepError
 from tests.fuzz.mutations import damage
 
-SCENES, STEPS = ("gate", "two_way", "faint", "terrace", "arms"), 3
+SCENES, KEEPING, STEPS = ("gate", "two_way", "faint", "terrace", "arms"), {"two_way", "faint"}, 3
 # What only the page refuses says so, as do lines of TOML that it does not read.
 OF_THE_PAGE = re.compile(r"[Tt]his page|line \d+: |before a door|do not fit|open it together")
 VALUES = (
@@ -40,6 +41,20 @@ PLAYED = """async ([texts, hash, steps]) => { const from = performance.now();
     const { ended, frames } = explore.run, forces = frames.every(({ f }) => f.every(Number.isFinite));
     return { played, words, made, x, ended, clean: clean && forces, ms: performance.now() - from };
 }"""
+
+
+def keeping(name):
+    """A scene whose people keep their distance, each noise and each way to name who pushes in use."""
+    noise = {"heading_sd_rad": 0.3, "heading_hold_s": 0.2, "jostling_m_per_s": 0.1, "seed": 7}
+    keeps = {"time_gap_s": 0.6, "push_share": 0.7, "pushing_people": 0.6, **noise}
+    scene = read_scene(name)
+    drive = scene.drive.model_dump() | {"pushers": [{"people": [2, 9], "push_share": 0.3}]} | keeps
+    return scene.model_copy(update={"drive": Drive.model_validate(drive)}).rerouted()
+
+
+def chosen(dice):
+    name = dice.choice(SCENES)
+    return keeping(name) if name in KEEPING else read_scene(name)
 
 
 def places(tree, path=()):
@@ -100,8 +115,8 @@ def as_javascript(tree):
 
 def files(dice, folder):
     """Name → text of a damaged scene file and its data file."""
-    name = dice.choice(SCENES)
-    path = read_scene(name).write(folder)
+    scene = chosen(dice)
+    name, path = scene.name, scene.write(folder)
     data, kind = path.with_suffix(".data").read_bytes(), dice.randrange(4)
     text = path.read_bytes()
     if kind < 2:
@@ -118,7 +133,7 @@ def files(dice, folder):
 
 def link(dice):
     """The text of a damaged link to a scene of its own."""
-    found = content_of(read_scene(dice.choice(SCENES)))
+    found = content_of(chosen(dice))
     said = {
         "base": "",
         "placed": None,

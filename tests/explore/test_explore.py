@@ -15,8 +15,9 @@ from analysis.engines.programs import rigid
 from analysis.engines.rigid import timing
 from analysis.explore.page import content_of, offered, write_explore
 from analysis.explore.taken import rules
+from analysis.scene.distance import Distance
 from analysis.scene.scene import SceneError, read_scene
-from tests.explore.mutants import PLAYED, cases, first_word
+from tests.explore.mutants import PLAYED, cases, first_word, keeping
 from tests.pages.browser import BROWSER, QUIET, works_by_keyboard
 from tests.scene.test_bad_keys import PLACES, bad_values, whole
 
@@ -104,19 +105,20 @@ def differences(scene, out, frames):
 
 
 @pytest.mark.parametrize(
-    ("name", "friction"),
-    [("gate", 0.0), ("gate", 0.3), ("arch", 0.3), ("ell", 0.0), ("terrace", 0.3)],
-)
-def test_a_second_is_that_of_the_rigid_engine(page, address, tmp_path, name, friction):
+    ("name", "friction", "read"),
+    [("gate", 0.0, read_scene), ("gate", 0.3, read_scene), ("arch", 0.3, read_scene), ("ell", 0.0, read_scene),
+     ("terrace", 0.3, read_scene), ("gate", 0.3, keeping), ("ell", 0.0, keeping)],
+)  # fmt: skip
+def test_a_second_is_that_of_the_rigid_engine(page, address, tmp_path, name, friction, read):
     """The same positions, bit by bit, and forces but for a division: from a scene's own start, or from files that are
-    opened, round corners with a way, and on a slope."""
-    scene = read_scene(name)
+    opened, round corners with a way, on a slope, and of people who keep their distance, jostle and turn."""
+    scene = read(name)
     second = scene.run.frames / scene.run.duration_s
     scene = scene.with_run(duration_s=1.0, frames=round(second)).with_contact(friction=friction)
     path = scene.write(tmp_path)
     assert rigid.main([str(path), "--out", str(tmp_path)]) == 0
     at(page, address, name)
-    if name != "ell":  # the page reads files, but finds no way
+    if (name, read) != ("ell", read_scene):
         page.locator("#live .open").set_input_files([path, path.with_suffix(".data")])
         while page.evaluate("explore.scene.content.run.duration_s") != 1:
             page.wait_for_timeout(10)
@@ -188,6 +190,39 @@ def test_what_it_saves_is_taken(page, address, tmp_path, percussions):
     how = ["--frame", 10, "--room", "scenes/rooms/gate.toml", "--radius", 0.18, "--name", "real"]
     imported = percussions("import", "gate.csv", *how, "--unit", "m")
     assert imported.returncode == 0, imported.stderr
+
+
+def test_who_keeps_a_distance_does_not_press(page, address, tmp_path):
+    """The slider from 1 to 0: forces fall, and the flow is one that was measured. Saved, linked and drawn again it stays;
+    back at 1 the scene is what it was."""
+    at(page, address, "arch")
+    of, slide, told = page.evaluate("explore.scene.content"), page.locator("#live .pushing"), {}
+    for share in ("1", "0"):
+        slide.fill(share)
+        page.evaluate(STEPPED, 1000)
+        page.locator("#live .step").click()
+        words = page.locator("#live .crowd").inner_text().replace("\u202f", "")
+        told[share] = [*map(float, re.search(r"Flow ([\d.]+).* second (\d+) N", words).groups())]
+        assert ("This one flows so" in words, "No measured crowd" in words) == (share == "0", share == "1"), words
+    (fast, hard), (slow, soft) = told["1"], told["0"]
+    assert (fast > 4, 1.2 <= slow <= 2.1, soft < 0.2 * hard) == (True, True, True), told
+    opened(page)
+    assert slide.input_value() == "0"
+    typed(page, "people", 60)
+    drive = read_scene(saved(page, "scene", tmp_path)[0]).drive
+    assert (drive.time_gap_s, drive.push_share) == (0.6, 0.0)
+    at(page, address, "arch")
+    for share in ("0.3", "1"):
+        slide.fill(share)
+    assert page.evaluate("explore.scene.content") == of
+
+
+@pytest.mark.parametrize("seed", [0, 1, 4_000_000_000])
+def test_the_same_people_push_as_in_the_product(page, seed):
+    law, ids = Distance(time_gap_s=1.0, push_share=0.4, pushing_people=0.5, seed=seed), [*range(1, 200), 2**32, 2**53 - 1]
+    said = page.evaluate("([law, ids]) => pushShares(law, ids)", [law.model_dump(), ids])
+    assert said == law.push_shares(np.array(ids)).tolist()
+    assert {*said} == {0.0, 0.4}
 
 
 def test_doors_and_pillars_are_pulled_while_people_press(page, address, tmp_path):
@@ -323,10 +358,11 @@ def test_a_saved_scene_leaves_out_doors_and_stops_of_those_who_left(page, addres
     page.evaluate("""() => { const { drive } = explore.scene.content, people = [1, 5];
         drive.goals = [{ ...drive, people }];
         drive.stops = [{ people: [6, 9], time_s: 3 }, { people, time_s: 3 }];
+        Object.assign(drive, { time_gap_s: 1, pushers: [{ people: [6, 9], push_share: 0.5 }, { people, push_share: 0.5 }] });
         explore.part("position").fill(-9, 0, 10); explore.run.step = 100; }""")
     path, _ = saved(page, "scene", tmp_path)
     drive = read_scene(path).drive
-    assert (len(drive.goals), len(drive.stops)) == (0, 1)
+    assert (len(drive.goals), len(drive.stops), len(drive.pushers)) == (0, 1, 1)
     assert drive.stops[0].time_s == pytest.approx(3 - 100 * timing(scene).time_step)
 
 
@@ -415,7 +451,8 @@ def test_a_link_that_asks_too_much_leaves_what_is_shown(page, address, said, wor
 def test_the_core_refuses_parts_that_do_not_go_together(page, address):
     """The part is named by its number, and nothing is stepped."""
     at(page, address, "gate")
-    names = ["position", "velocity", "spin", "radius", "mass", "goes", "stop", "walls", "exits", "law", "grid", "next", "corners"]
+    names = ["position", "velocity", "spin", "radius", "mass", "goes", "stop", "share", "ids", "exits", "grid", "next", "corners"]
+    names += ["onward", "walls", "law", "distance"]
     found = page.evaluate("""(names) => { const { core, part } = explore, bad = [];
         names.forEach((name, k) => { const old = part(name).slice();
             for (const values of [[...old, 1], [...old.slice(0, -1), NaN], [...old.slice(0, -1), -3]]) {
@@ -429,9 +466,9 @@ def test_the_core_refuses_parts_that_do_not_go_together(page, address):
     assert others == [0, 0, 0, 0, np.inf, 0, 1]
     wrong = {name: [code for one, code, *_ in bad if one == name] for name in names}
     assert all(codes[1] == names.index(name) + 1 for name, codes in wrong.items())
-    for name in ("position", "spin", "radius", "mass", "goes", "stop", "walls", "exits", "law", "grid"):
+    for name in {*names} - {"velocity", "next", "corners", "onward"}:
         assert wrong[name][0] > 0
-    assert all(wrong[name][2] for name in ("radius", "mass", "goes", "law"))
+    assert all(wrong[name][2] for name in ("radius", "mass", "goes", "law", "share", "ids", "distance"))
     assert all(step == -2 and apart == -1 for _, code, step, apart, _ in bad if code)
     page.evaluate("explore.part('velocity')[0] = NaN")
     assert not page.evaluate("explore.advance()")

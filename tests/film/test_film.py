@@ -14,7 +14,15 @@ from analysis.engines import engine
 from analysis.engines.run import simulate
 from analysis.film.export import export, film_heads, film_runs
 from analysis.film.frame import ENGINE, RIGID, Frames
-from analysis.film.page import _headlines, _what, draw_still, packed, words_of, write_film
+from analysis.film.page import (
+    _headlines,
+    _what,
+    draw_series,
+    draw_still,
+    packed,
+    words_of,
+    write_film,
+)
 from analysis.film.summary import headline, headline_rows, left_open, table, write_table
 from analysis.pages.numbers import significant
 from analysis.percussions import percussions_of
@@ -153,6 +161,15 @@ def test_what_equilibrium_fixes_is_said_of_this_film_alone(reels):
     assert "In up to 1 frame bounds are" in said
 
 
+def names_are_apart(reels):
+    """The name of each axis is beside its own panel."""
+    figure = draw_series(reels)
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        name, panel = axes.yaxis.label.get_window_extent(), axes.get_window_extent()
+        assert panel.y0 <= name.y0 < name.y1 <= panel.y1, axes.get_ylabel()
+
+
 @pytest.mark.skipif(engine("lammps").find() is None, reason="no LAMMPS")
 def test_an_impact_has_newtons_of_its_engine_and_newton_seconds_of_percussions(tmp_path):
     """Two equal disks: p = m/2 (1 + e) times the approach velocity of that instant."""
@@ -167,6 +184,7 @@ def test_an_impact_has_newtons_of_its_engine_and_newton_seconds_of_percussions(t
     _, shown = headline_rows(reels)
     assert [cell.rpartition(" ")[2] for cell in shown[0][1:]] == ["N", "N·s"]
     assert unpacked(reels)["reels"][0]["units"] == {"engine": "N", "percussions": "N·s"}
+    names_are_apart(reels)
 
 
 @pytest.mark.skipif(engine("lammps").find() is None, reason="no LAMMPS")
@@ -269,10 +287,13 @@ def test_a_film_whose_first_frame_failed_and_where_nobody_touches(tmp_path):
     found = film_heads(recording, room, [0.2], Frames.parse("1:2"))
     assert [frame.status for frame in found[0].frames] == ["failed", "solved"]
     page = write_film(found, tmp_path, "percussions film", "heads.txt")
+    names_are_apart(found)
     said = page.read_text()
     assert "frame 1: persons 3 and 4 are at the same place" in said
     assert "Red: limits" not in said  # none is near forces of nothing
     assert "Dotted: limits" not in said
+    assert "m do not overlap." in said
+    assert "matters most" not in said
     every = Frames.parse("0::1").of(recording.numbers, tmp_path)
     assert every == [0, 1, 2, 3, 10**9]
 

@@ -203,7 +203,7 @@ def test_a_film_of_your_own_table_as_in_the_docs(percussions, refused, tmp_path)
     said = refused("import", *words, "--frame", 0, "--name", "mine")
     assert "title, source, contact, run, analysis: Field required" in said
     assert percussions("film", *words).returncode == 0
-    assert "positions filmed, " in (tmp_path / "film/film.html").read_text()
+    assert "<title>heads.csv: positions filmed, " in (tmp_path / "film/film.html").read_text()
     assert max(float(row["contact_largest_N"]) for row in rows_of(tmp_path / "film/film.csv")) > 0
 
 

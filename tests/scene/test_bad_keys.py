@@ -21,7 +21,12 @@ GOAL = {
 }
 # Keys that the shipped scene leaves out.
 MORE = {
-    "drive": {"goals": [GOAL], "aim": "nearest", "clearance_m": 0.1},
+    "drive": {
+        "goals": [GOAL], "aim": "nearest", "clearance_m": 0.1, "time_gap_s": 0.6, "push_share": 0.5,
+        "pushing_people": 0.5, "pushers": [{"people": [1, 3], "push_share": 0.2}], "seed": 2,
+        "heading_sd_rad": 0.2, "heading_hold_s": 0.4, "jostling_m_per_s": 0.06,
+        "jostling_length_m": 1.0, "jostling_period_s": 4.0,
+    },
     "body_force": {"acceleration_m_per_s2": [0.0, -1.0]},
     "contact": {
         "law": "hooke", "friction": 0.2, "wall_stiffness_N_per_m": 1e6, "tangential_ratio": 0.3,
@@ -45,6 +50,7 @@ HUGE = {
     "restitution": 1.1, "friction": 11.0, "tangential_ratio": 1.1, "rigid_tolerance": 1.0,
     "moved_share_over_1_cm": 1.1, "start_m": [1e31, 0.0], "end_m": [1e31, 0.0],
     "door_start_m": [1e31, 0.0], "outward": [2.0, 0.0], "acceleration_m_per_s2": [1e31, 0.0],
+    "push_share": 1.1, "pushing_people": 1.1, "heading_sd_rad": 4.0, "jostling_m_per_s": 11.0,
     "name": "x" * 101, "data": "../gate.data", "people": [3, 1],
 }  # fmt: skip
 

@@ -85,7 +85,7 @@ def ran(name, folder, room):
             assert rigid.main([str(path), "--out", str(out)]) == 0
     else:
         engine(name).write_input(scene, out)
-    texts = {one.name: one.read_text() for one in sorted(out.iterdir())}
+    texts = {one.name: one.read_bytes() for one in sorted(out.iterdir())}
     shutil.rmtree(out)
     return texts | {"timing": engine(name).timing(scene)}
 

@@ -5,14 +5,14 @@ import numpy as np
 import pytest
 
 from analysis.pages.words import Words
-from analysis.standards.cases import AGAINST, CASES, DENSITIES, Track
+from analysis.standards.cases import AGAINST, CASES, DENSITIES, How, Judged, Track, judged_together
 
 SCENES = {}
 
 
 def scene(name, number=0):
     if name not in SCENES:
-        SCENES[name] = CASES[name].scenes()
+        SCENES[name] = CASES[name].scenes(How())
     return SCENES[name][number]
 
 
@@ -126,6 +126,15 @@ def test_clogging():
     half = late.time <= 5.0
     late = Track(scene=one, time=late.time[half], position=late.position[half])
     assert not CASES["clogging"].judge(late).passed
+
+
+def test_several_seeds_have_the_least_and_the_largest_number_and_pass_together():
+    both = [
+        Judged(True, {"out": 2, "last_s": {0: 3.0}}),
+        Judged(False, {"out": 1, "last_s": {0: 4.0}}),
+    ]
+    assert judged_together(both) == Judged(False, {"out": (1, 2), "last_s": {0: (3.0, 4.0)}})
+    assert judged_together(both[:1]).passed
 
 
 def test_each_has_its_words():

@@ -34,7 +34,8 @@ BODIES, CONTACTS, IMPULSES, _ = NAMES = ("bodies.dump", "contacts.dump", "impuls
 BODY_COLUMNS: tuple[str, ...] = (
     "id", "type", "x", "y", "z", "radius", "mass", "vx", "vy", "vz", "omegaz", "fx", "fy",
 )  # fmt: skip
-# Of bodies of several disks: their number and inertia (kg m²).
+# s: who keep their distance look where the others are at frames, and so often after them.
+RENEWED_S = 0.05
 DRIVE_COLUMNS = ("drive_x", "drive_y")
 
 
@@ -58,11 +59,19 @@ def main(words: Sequence[str] | None = None) -> int:
 
 def motion_of(scene: Scene, state: Snapshot) -> Motion:
     """Make the motion of a scene from a state on."""
-    drive = scene.drive
+    drive, (h, frames) = scene.drive, (timing(scene).time_step, timing(scene).frame_interval)
+    every, known = max(1, int(RENEWED_S / h + 1e-9)), [(-1, state.velocity)]
 
     def desired(place: Floats) -> Floats:
         assert drive is not None
-        return drive.desired_velocity(place, state.ids, motion.time, state.radius)
+        if not drive.keeps_distance:
+            return drive.desired_velocity(place, state.ids, motion.time, state.radius)
+        # a run that goes on from a frame knows no more than that
+        step = int(motion.time / h + 1e-6)
+        look = step - step % frames % every
+        if known[0][0] != look:
+            known[0] = look, drive.desired_velocity(place, state.ids, step * h, state.radius)
+        return known[0][1]
 
     motion = Motion(
         state,
@@ -185,7 +194,7 @@ class _Run:
             moves = bodies.mean(moves, disks.mass)[bodies.number]
             columns += [part[bodies.number] for part in (bodies.ids, bodies.inertia)]
         if drive := self.scene.drive:
-            desired = drive.desired_velocity(now.centres, disks.ids, motion.time, disks.radius)
+            desired = drive.desired_velocity(now.centres, disks.ids, time, disks.radius)
             names = names + DRIVE_COLUMNS
             push = disks.mass[:, None] * (desired - moves) / drive.relaxation_time_s
             columns += [*push.T]

@@ -12,8 +12,8 @@
   live.querySelector(".off").remove(), root.hidden = false;
 
   // ---- the core's numbers: parts and LAW as in explore/live.cpp
-  const PARTS = "position velocity spin radius mass goes stop walls exits law grid next corners contacts resting".split(" ");
-  const COLUMNS = 8, NEVER = 1e300, AHEAD = RULES.ahead, PULL = 1.0, ARMS_SAFE = 0.7;
+  const PARTS = "position velocity spin radius mass goes stop share ids exits grid next corners onward walls law distance contacts resting".split(" ");
+  const COLUMNS = 8, NEVER = 1e300, AHEAD = RULES.ahead, PULL = 1.0, ARMS_SAFE = 0.7, FLOW_S = 5, MEASURED = [1.2, 1.9], WIDE_M = 0.8;
   const part = (name) => {
     const number = PARTS.indexOf(name);
     return new Float64Array(core.memory.buffer, core.at(number), core.size(number));
@@ -60,6 +60,8 @@
     [run.h, run.interval] = timing(scene);
     put("law", [run.h, drive ? drive.relaxation_time_s : 0, ...acceleration(scene.content), contact.restitution, contact.friction || 0, tolerance,
       contact.arm_reach_m || 0, contact.arm_force_N || 0, drive ? drive.speed_m_per_s : 0, low, high - low]);
+    const keeps = { ...RULES.distance, ...drive }, of = "heading_sd_rad heading_hold_s jostling_m_per_s jostling_length_m jostling_period_s seed".split(" ");
+    put("distance", [keeps.time_gap_s || 0, ...of.map((key) => keeps[key])]), put("share", pushShares(drive, scene.disks.id));
   }
   function geometry() {
     const aim = scene.content.drive && scene.content.drive.aim === "centre";
@@ -75,15 +77,16 @@
     put("position", x), put("velocity", u), put("spin", w), put("radius", r), put("mass", m);
     put("goes", id.map((one) => of(drive && drive.goals, one) + 1));
     put("stop", id.map((one) => { const k = of(drive && drive.stops, one); return k < 0 ? NEVER : drive.stops[k].time_s; }));
+    put("ids", id);
     const way = scene.way;
     put("grid", way ? [...way.origin_m, way.cell_m, ...way.rows_columns] : []);
-    put("corners", way ? way.corners_m.flat() : []);
+    put("corners", way ? way.corners_m.flat() : []), put("onward", way ? way.onward_m.flat() : []);
     put("next", way ? way.next.flatMap((runs) => runs.flatMap((count, i) => (i % 2 ? [] : Array(count).fill(runs[i + 1])))) : []);
   }
 
   // Put a scene into the core. Throws where that refuses it.
   function load(next) {
-    scene = next, run = { step: 0, frames: [], load: [], flow: [], began: copy(scene), ended: "" }, pulls = [];
+    scene = next, run = { step: 0, frames: [], load: [], flow: [], peak: [], since: 0, began: copy(scene), ended: "" }, pulls = [];
     limited(scene.content, []), people(), law(), geometry(), accepted(core.begin(0));
   }
   const check = () => checkScene(scene, (most) => { core.deepest(most); return [...part("resting")]; });
@@ -115,7 +118,7 @@
     if (stamp(one) === origin && count === one.disks.id.length && !time) return one.content.title;
     const { drive, contact } = one.content, doors = exits(one.content).filter((door) => !door.ahead).map((door) => `${+gap(door.door_start_m, door.door_end_m).toFixed(2)} m`);
     const parts = [doors.length > 3 ? `${doors.length} doors` : doors.length ? `door${doors.length > 1 ? "s" : ""} of ${doors.join(" and ")}` : "", `${count} people`,
-      drive ? `push ${+push(one).toPrecision(3)} N` : "", contact.friction ? `friction ${contact.friction}` : ""];
+      drive ? `push ${+push(one).toPrecision(3)} N` : "", drive && drive.time_gap_s ? `push share ${shareOf(drive)}` : "", contact.friction ? `friction ${contact.friction}` : ""];
     return `${nameOf(one).replace(/_/g, " ")}: ${parts.filter(Boolean).join(", ")}${time ? `, after ${time.toFixed(2)} s` : ""}`;
   }
   function heading() { $("title").textContent = titleOf(scene), run.moved = false, scenes.value = stamp(scene) === origin ? base : ""; }
@@ -128,9 +131,9 @@
     const force = velocity.map((u, i) => (run.duration ? scene.disks.m[i >> 1] * (u - run.before[i]) / run.duration : 0));
     const frame = { step: run.step, t, x: position, u: velocity, w: part("spin").slice(), f: force, contacts: part("contacts").slice(), over: run.duration };
     run.frames.push(frame), run.before = velocity;
-    let load = 0;
-    each(frame, ({ wall, normal }) => { load += wall ? normal : 0; });
-    run.load.push([t, load]);
+    let load = 0, peak = 0;
+    each(frame, ({ wall, normal, across }) => { load += wall ? normal : 0, peak = Math.max(peak, long(normal, across)); });
+    run.load.push([t, load]), run.peak.push([t, peak]);
     const doors = exits(scene.content);
     run.flow.push([t, scene.disks.id.filter((_, i) => beyond(i, doors)).length]);
   }
@@ -273,7 +276,7 @@
   const asked = () => ({ count: +$("people").value, radius: +$("radius").value, seed: +$("seed").value });
 
   // ---- files
-  const WHOLE = ["frames", "drive_interval_steps", "people", "people_seed"];
+  const WHOLE = ["frames", "drive_interval_steps", "people", "people_seed", "seed"];
   function toToml(content, path = "") {
     const written = (key, value) => {
       if (Array.isArray(value)) return `[${value.map((one) => written(key, one)).join(", ")}]`;
@@ -373,7 +376,7 @@
       const { title: _, source, period_x_m, reconciliation, drive, ...rest } = copy(scene.content), name = `${nameOf(scene)}_now`, doors = exits(scene.content), now = stateNow((i) => beyond(i, doors));
       const there = ({ people: [a, b] }) => now.id.some((one) => a <= one && one <= b), time = run.step * run.h;
       if (!now.id.length) throw Error("nobody is left before the door");
-      if (drive) for (const key of ["goals", "stops"]) if (drive[key]) drive[key] = drive[key].filter(there).map((one) => (one.time_s ? { ...one, time_s: Math.max(1e-9, one.time_s - time) } : one));
+      if (drive) for (const key of ["goals", "stops", "pushers"]) if (drive[key]) drive[key] = drive[key].filter(there).map((one) => (one.time_s ? { ...one, time_s: Math.max(1e-9, one.time_s - time) } : one));
       const title = titleOf(scene, now.id.length, time), head = { title, source, ...(period_x_m ? { period_x_m } : {}), disks: { data: `${name}.data` } };
       return [[`${name}.toml`, `${toToml({ ...head, ...(drive && { drive }), ...rest })}\n`], [`${name}.data`, toData(now, title)]];
     },
@@ -441,7 +444,7 @@
     const doors = exits(scene.content).filter((one) => !one.ahead).flatMap((one) => [one.door_start_m, one.door_end_m].map((p) => p.map((v, k) => v + one.outward[k])));
     frameIn(boxOf([...points, ...doors], (scene.content.walls || []).flatMap((one) => [one.start_m, one.end_m]), 1.3, 1.5 * r));
   }
-  const frameIn = (box) => { view = fitted(canvas, box, [0.42, 0.62]); };
+  const frameIn = (box) => { view = fitted(canvas, box, [0.42, 0.54]); };
   function draw() {
     if (drawing && drawing.kind !== "pillar") return outline();
     if (run.moved) heading();
@@ -458,17 +461,28 @@
     });
     id.forEach((one, i) => ["stroke", "fill"].forEach((paint) => disk(pen, paint, to(place(i)), scale * r[i], tint(loads[i], known), one === chosen)));
     const period = scene.content.period_x_m ? scene.content.period_x_m[1] - scene.content.period_x_m[0] : 0;
-    const widest = Math.min(10, 1.2 * scale * mean(r)), groups = [1, 2, 3, 4, 5, 6, 7, 8].map(() => []);
+    const widest = Math.min(10, 1.2 * scale * mean(r)), groups = [1, 2, 3, 4, 5, 6, 7, 8].map(() => []), heaviest = Math.max(largest, known.limits[0]);
     for (const [first, second, wall, size] of lines) {
       const from = place(first), hit = wall && scene.content.walls[second];
       const end = hit ? nearest(from, hit.start_m, hit.end_m) : across(place(second), from, period);
-      if (size > 0) groups[Math.min(7, Math.floor(8 * size / largest))].push([to(from), to(end)]);
+      if (size > 0) groups[Math.min(7, Math.floor(8 * size / heaviest))].push([to(from), to(end)]);
     }
     for (const [colour, more] of [["#fff", widest / 6], ["#000", 0]]) groups.forEach((group, k) => { if (group.length) stroke(pen, colour, widest * (k + 1) / 8 + more, group); });
     marks(pen);
     $("now").textContent = `${(run.step * run.h).toFixed(2)} s: largest force ${number(rounded(largest))} N, ${run.flow.at(-1)[1]} of ${id.length} beyond the door. ${run.ended}`;
     $("now").classList.toggle("alarm", run.ended !== "");
-    if (run.shown !== run.frames.length) run.shown = run.frames.length, curve($("load"), run.load, "load on all walls (N)", rounded), curve($("flow"), run.flow, "people beyond the door"), list();
+    if (run.shown !== run.frames.length) run.shown = run.frames.length, curve($("load"), run.load, "load on all walls (N)", rounded), curve($("flow"), run.flow, "people beyond the door"), tell(), list();
+  }
+  // Flow (per metre and second) and largest contact of late, in words, beside what was measured.
+  function tell() {
+    const gates = new Map(exits(scene.content).filter((one) => !one.ahead).map((one) => [`${one.door_start_m} ${one.door_end_m}`, gap(one.door_start_m, one.door_end_m)]));
+    const widths = [...gates.values()], [t, now] = run.flow.at(-1), [from, then] = run.flow.find(([one]) => one >= Math.max(run.since, t - FLOW_S) - 1e-9) || [t, now];
+    const peak = most(run.peak.filter(([one]) => one > t - 1 + 1e-9).map((one) => one[1])), over = widths.reduce((sum, one) => sum + one, 0) * (t - from), count = now - then;
+    const known = t - from > 1 - 1e-9 && now > 0 && now < scene.disks.id.length, [low, high] = MEASURED;
+    // one person more or less makes no verdict
+    const verdict = !known || least(widths) < WIDE_M - 1e-9 ? "" : (count - 1) / over > high ? " No measured crowd flows so fast." : (count + 1) / over < low ? " This one flows less." : " <b>This one flows so.</b>";
+    const flow = `Flow <b>${known ? (count / over).toFixed(1) : "–"} people per metre and second</b>, largest`, load = `contact of the last second <b>${number(rounded(peak))} N</b>.`;
+    $("crowd").innerHTML = widths.length ? `${flow} ${load} Measured crowds: ${low} to ${high} through doors from ${WIDE_M} m.${verdict}` : `Largest ${load}`;
   }
   function curve(on, points, title, told = (one) => one) {
     const sharp = devicePixelRatio || 1, [wide, high] = [on.clientWidth, on.clientHeight], pen = on.getContext("2d");
@@ -507,10 +521,10 @@
   const width = () => { const one = exits(scene.content)[0]; return one && !one.ahead ? gap(one.door_start_m, one.door_end_m) : 0; };
   function fill() {
     const { disks, content } = scene, is = { people: disks.id.length, radius: placed ? placed.radius : +mean(disks.r).toFixed(3), seed: placed ? placed.seed : 1, push: +push().toPrecision(4),
-      friction: content.contact.friction || 0, restitution: content.contact.restitution, door: +width().toFixed(3) };
+      friction: content.contact.friction || 0, restitution: content.contact.restitution, door: +width().toFixed(3), pushing: shareOf(content.drive) };
     for (const [name, value] of Object.entries(is)) $(name).value = value;
     for (const name of ["people", "radius", "seed", "door"]) $(name).disabled = !width();
-    $("push").disabled = !content.drive;
+    for (const name of ["push", "pushing"]) $(name).disabled = !content.drive;
   }
   function loop(last, late) {
     return (now) => {
@@ -531,17 +545,26 @@
   }
   function stepOnce() { pause(), undrawn(); const frames = run.frames.length, until = performance.now() + 1000; while (advance() && run.frames.length === frames && performance.now() < until); draw(); }
   function again() { const held = chosen; pause(); begin(run.began); chosen = held; }
+  const shareOf = (drive) => (drive && has(drive, "push_share") ? drive.push_share : 1);
+  // Push with a share. Where everybody pushes and nothing else is said of distances, they are left out.
+  function sharing(drive, value) {
+    const usual = Math.max(RULES.time_gap_s, drive.relaxation_time_s), plain = { ...RULES.distance, time_gap_s: usual, push_share: shareOf(drive) };
+    if (value < 1 || Object.keys(plain).some((key) => has(drive, key) && drive[key] !== plain[key])) Object.assign(drive, { time_gap_s: drive.time_gap_s || usual, push_share: value });
+    else delete drive.time_gap_s, delete drive.push_share;
+  }
   // What changes the law begins the record anew, since the time step changes with it.
   function changed(name, value) {
-    const { drive, contact } = scene.content, speed = name === "push" && value * drive.relaxation_time_s / mean(scene.disks.m);
-    const then = { ...scene.content, ...(name === "push" ? { drive: { ...drive, speed_m_per_s: speed } } : { contact: { ...contact, [name]: value } }) };
-    limited(then, []), timing({ ...scene, content: then });
-    if (name === "push") drive.speed_m_per_s = speed;
-    else contact[name] = value;
-    const { content } = run.began;
-    run.began.content = { ...content, drive: drive && { ...content.drive, speed_m_per_s: drive.speed_m_per_s }, contact: { ...contact } };
+    const act = ({ drive, contact }) => {
+      if (name === "pushing") sharing(drive, value);
+      else if (name === "push") drive.speed_m_per_s = value * drive.relaxation_time_s / mean(scene.disks.m);
+      else contact[name] = value;
+    };
+    const then = copy(scene.content);
+    act(then), limited(then, []), timing({ ...scene, content: then });
+    act(scene.content), act(run.began.content);
     const [h] = timing(scene);
-    if (h !== run.h) run.step = 0, run.frames = [], run.load = [], run.flow = [], run.shown = -1;
+    run.since = h === run.h ? run.step * h : 0, run.shown = -1;
+    if (h !== run.h) run.step = 0, run.frames = [], run.load = [], run.flow = [], run.peak = [];
     law(), accepted(core.reconnect());
     if (!run.frames.length) accepted(core.begin(0)), write();
     heading(), draw();
@@ -606,6 +629,7 @@
     if (["people", "radius", "seed"].includes(name)) { pause(); trying(() => place(asked())); } else if (name === "door") trying(() => widen(+input.value));
     else trying(() => changed(name, +input.value));
   };
+  $("pushing").oninput = () => trying(() => changed("pushing", +$("pushing").value));
   $("person").oninput = () => { chosen = +$("person").value; draw(); list(); };
   $("room").onclick = () => { pause(); drawing = { parts: [], points: [], kind: "room" }; frame(); say("Tap the corners of the room, the first one again at the end: the picture is 16 m wide."); };
   $("pillar").onclick = () => { pause(); drawing = { parts: [], points: [], kind: "pillar" }; canvas.focus(); say("Tap two opposite corners of the pillar."); };

@@ -196,9 +196,9 @@ document.querySelectorAll(".film").forEach(async (root) => {
     const parts = {
       difference: () => [line(of.more, false, "more in soft bodies"), line(of.less, true, "more in rigid bodies")],
       open: () => [line(of.known, false, "fixed by equilibrium"), line(of.open, true, "not unique: within the range of the table"), line("#666", true, "not known")],
-      force: () => unit === "N" ? keyOf(film) : [dot(NOBODY, "0"), `<i style="background:linear-gradient(to right, ${film.shades.join(",")});width:6rem"></i>`],
+      force: () => unit === "N" ? keyOf(film, scales[unit] > 0 ? "" : unit) : [dot(NOBODY, "0"), `<i style="background:linear-gradient(to right, ${film.shades.join(",")});width:6rem;border-radius:0"></i>`],
     }[by]();
-    if (by !== "open") parts.push(`<span><b class="wedge"></b> 0–${number(rounded(scales[unit] || 0), unit)}</span>`);
+    if (by !== "open" && scales[unit] > 0) parts.push(`<span><b class="wedge"></b> 0–${number(rounded(scales[unit]), unit)}</span>`);
     if (reel.frames.some((frame) => frame.h)) parts.push(dot(of.head, "head, as filmed", "width:.4rem;height:.4rem"));
     key.innerHTML = parts.join(" ");
   }

@@ -44,6 +44,11 @@ const CHECKS = {
     const { relaxation_time_s: time } = positive({ relaxation_time_s: RULES.relaxation_s, ...rest }, ["relaxation_time_s"]);
     return { ...rest, relaxation_time_s: time, speed_m_per_s: push * time / known[1] };
   },
+  _with_a_gap(given) {
+    const late = (key) => has(given, key) && bareOf(given[key]) !== RULES.distance[key];
+    const key = has(given, "time_gap_s") && given.time_gap_s !== null ? "" : Object.keys(RULES.distance).find(late);
+    return key ? wrong(`${key}: only for people who keep their distance. Give time_gap_s`) : given;
+  },
   _check_door(made) {
     if (!isUnit(made.outward)) wrong("outward must be a unit vector");
     if (samePoint(made.door_start_m, made.door_end_m)) wrong("door_start_m and door_end_m are the same point");
@@ -52,7 +57,7 @@ const CHECKS = {
   },
   _one_goal_each(made) {
     if (has(made, "clearance_m") && ![made, ...(made.goals || [])].every(hasDoor)) wrong("clearance_m: a way leads to a door. Give door_start_m and door_end_m");
-    for (const name of ["goals", "stops"]) {
+    for (const name of ["goals", "stops", "pushers"]) {
       const ranges = (made[name] || []).map((one) => one.people).sort(([a, b], [c, d]) => a - c || b - d);
       ranges.slice(1).forEach(([first], k) => { if (first <= ranges[k][1]) wrong(`${name}: person ${first} has two`); });
     }
@@ -88,6 +93,10 @@ const CHECKS = {
     const [straight, slope, downhill] = ["acceleration_m_per_s2", "slope_deg", "downhill"].map((key) => has(made, key));
     if (straight === slope || slope !== downhill) wrong("acceleration_m_per_s2, or slope_deg and downhill, are needed");
     if (downhill && !isUnit(made.downhill)) wrong("downhill must be a unit vector");
+  },
+  _a_door_ahead({ drive, period_x_m: period }) {
+    const ends = drive ? [drive, ...(drive.goals || [])] : [];
+    if (drive && has(drive, "time_gap_s") && !period && !ends.every(hasDoor)) wrong("drive.time_gap_s: who has no door ahead keeps no distance. Give door_start_m");
   },
   _whole_impact: (made) => made.kind !== "impact" || !made.time_s || wrong("time_s: an impact is compared over its whole run. Leave it out"),
   _one_of_each: ({ frames, after_s, data }) => (frames.length === after_s.length && after_s.length === data.length) || wrong("frames, after_s and data need one entry per frame"),
@@ -171,12 +180,28 @@ function limited(value, path) {  // by this page
   }
 }
 
+// Push shares of people with these ids, as in scene/distance.py: who of them pushes is the first number of numpy's SeedSequence([seed, id]).
+function pushShares(drive, ids) {
+  const { push_share: share, pushing_people: some, pushers, seed } = { ...RULES.distance, ...drive };
+  const stirred = (value) => (value ^ (value >>> 16)) >>> 0, mix = (x, y) => stirred(Math.imul(0xca01f9dd, x) - Math.imul(0x4973f715, y));
+  const hashing = (by, factor) => (value) => { const now = value ^ by; return stirred(Math.imul(now, by = Math.imul(by, factor))); };
+  const uniform = (id) => {
+    const hash = hashing(0x43b0d7e5, 0x931e8875), pool = [seed, id >>> 0, Math.floor(id / 2 ** 32), 0].map(hash);
+    for (let from = 0; from < 4; ++from) for (let to = 0; to < 4; ++to) if (from !== to) pool[to] = mix(pool[to], hash(pool[from]));
+    return hashing(0x8b51f9dd, 0x58f38ded)(pool[0]) / 2 ** 32;
+  };
+  return ids.map((id) => {
+    const own = pushers.find(({ people: [a, b] }) => a <= id && id <= b);
+    return own ? own.push_share : uniform(id) < some ? share : 0;
+  });
+}
+
 // ---- a scene as a whole: what Scene.check and the rigid engine refuse, and what this page does not have
 // `deepest`: the deepest contact of all with gaps of at most so many m, [first, second, is_wall, gap] or nothing.
 function checkScene({ content, disks }, deepest) {
   const { walls = [], drive = {}, period_x_m: period } = content, { id, r, x } = disks, gates = [drive, ...(drive.goals || [])].filter(hasDoor);
   if (new Set(walls.map((one) => one.name)).size < walls.length) wrong("walls: two walls have the same name");
-  for (const name of ["goals", "stops"]) (drive[name] || []).forEach(({ people: [a, b] }, k) => {
+  for (const name of ["goals", "stops", "pushers"]) (drive[name] || []).forEach(({ people: [a, b] }, k) => {
     if (!id.some((one) => a <= one && one <= b)) wrong(`drive.${name}: number ${k + 1}: nobody has an id from ${a} to ${b}`);
   });
   const giving = walls.find((one) => has(one, "mass_kg"));
@@ -249,7 +274,7 @@ function outside(people, lines, doors) {
 }
 
 // ---- files and links
-// TOML as scene files have it, without dotted keys, tables in braces and strings of several lines: tables without prototype.
+// TOML as scene files have it, without dotted keys and strings of several lines: tables without prototype.
 function fromToml(given) {
   const text = given.replace(/\r\n/g, "\n"), top = Object.create(null), kinds = new Map([[top, "head"]]);
   let at = 0, deep = 0, current = top;
@@ -264,12 +289,25 @@ function fromToml(given) {
     --deep;
     return found;
   };
+  const braces = () => {
+    const one = Object.create(null);
+    if (++deep > 50) fail();
+    do {
+      const [, key] = need(/[ \t]*([\w-]+)[ \t]*=[ \t]*/y);
+      if (has(one, key)) fail();
+      one[key] = value();
+    } while (eat(/[ \t]*,/y));
+    need(/[ \t]*\}/y), --deep;
+    return one;
+  };
   function value() {
     const from = at, quoted = eat(/"(?!"")(?:\\.|[^"\\\n])*"/y), literal = quoted || eat(/'(?!'')([^'\n]*)'/y);
     if (quoted && /\\(?:\/|u[dD][89a-fA-F])/.test(quoted[0])) fail(from);
     if (quoted) try { return JSON.parse(quoted[0].replace(/\t/g, "\\t")); } catch { fail(from); }
     if (literal) return literal[1];
     if (eat(/\[/y)) return list();
+    if (eat(/\{[ \t]*\}/y)) return Object.create(null);
+    if (eat(/\{/y)) return braces();
     const [word] = need(/[\w.+-]+/y), size = Number(word.replace(/_/g, "").replace(/inf$/, "Infinity"));
     if (word === "true" || word === "false") return word === "true";
     const [, part] = /^[-+]?(?:(?:0|[1-9](?:_?\d)*)((?:\.\d(?:_?\d)*)?(?:[eE][-+]?\d(?:_?\d)*)?)|inf|nan)$/.exec(word) || fail(from);

@@ -9,14 +9,17 @@ import pytest
 from analysis.dumps import index_dump
 from analysis.engines.run import simulate
 from analysis.scene.shipped_scenes import make
+from tests.crowds import spaced
 from tests.engines.at_hand import require
 
+SPACES = {"spaces": True}
 ROUGH, ARMS = {"friction": 0.4}, {"arm_reach_m": 0.15, "arm_force_N": 300.0}
 
 
-def colliding(**contact):
-    """12 people before a door who run in all directions."""
+def colliding(spaces=False, **contact):
+    """12 people before a door who run in all directions, and may then keep their distance."""
     scene = make("arch", disks=12).with_contact(stiffness_N_per_m=1e5, **contact)
+    scene = spaced(scene, jostling_m_per_s=0.5, heading_sd_rad=0.3) if spaces else scene
     velocity = np.random.default_rng(1).normal(0.0, 3.0, (12, 2))
     snapshot = dataclasses.replace(scene.snapshot, velocity=velocity)
     return scene.model_copy(update={"snapshot": snapshot})
@@ -32,7 +35,8 @@ def table(scene, name, folder, steps):
 @pytest.mark.parametrize(
     ("name", "contact", "least"),
     [
-        ("rigid", {}, 0.0), ("rigid", ROUGH, 0.0), ("rigid", ARMS, 1.8),
+        ("rigid", {}, 0.0), ("rigid", ROUGH, 0.0), ("rigid", ARMS, 1.8), ("rigid", SPACES, 0.0),
+        ("lammps", SPACES, 3.0), ("yade", SPACES | ROUGH, 3.0),
         ("lammps", ROUGH, 3.0), ("lammps", ARMS, 3.0), ("lammps", {"law": "hertz"}, 3.0),
         ("yade", ROUGH, 3.0), ("yade", {"law": "hertz"}, 3.0),
     ],

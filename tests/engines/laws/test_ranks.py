@@ -11,7 +11,7 @@ from analysis.engines.record import EngineError
 from analysis.engines.run import run_engine
 from analysis.scene.shipped_scenes import make
 from analysis.support.frames import write_frame
-from tests.crowds import disks_at, scene_at
+from tests.crowds import disks_at, scene_at, spaced
 
 
 def test_two_ranks_give_the_run_of_one(tmp_path):
@@ -35,8 +35,10 @@ def test_what_is_not_shared(tmp_path):
     scene = make("arch", 20).with_run(duration_s=0.1, frames=1)
     with pytest.raises(EngineError, match="ranks: 2, but rigid runs on one core"):
         run_engine(scene, "rigid", tmp_path / "rigid", ranks=2)
-    with pytest.raises(EngineError, match="impulses on one rank only"):
+    with pytest.raises(EngineError, match=r"ranks: run\.impulses: .* on one rank only"):
         run_engine(scene.with_run(impulses=True), "lammps", tmp_path / "run", ranks=2)
+    with pytest.raises(EngineError, match=r"ranks: drive\.time_gap_s: .* on one rank only"):
+        run_engine(spaced(scene), "lammps", tmp_path / "run", ranks=2)
     assert not list(tmp_path.rglob("run.json"))
 
 
