@@ -506,6 +506,7 @@ def infer(
     *,
     room: InputFile,
     row: str | None = None,
+    without: list[str] | None = None,
     runs: Annotated[int, typer.Option(min=60, max=10_000)] = 200,
     seed: Seed = 1,
     unit: Unit | None = None,
@@ -527,6 +528,8 @@ def infer(
         speed_m_per_s. These are from zone_start_m to zone_end_m before the door.
     room: TOML file with the walls and the door.
     row: Of a table: the first cell of the row that is meant.
+    without: Number that is not compared: density, speed, nearest_5, nearest_50, correlation or
+        acceleration. May be repeated.
     runs: Simulated crowds.
     columns: What each column is, as 'frame id x y', where names do not say.
 
@@ -535,7 +538,7 @@ def infer(
     from analysis.infer.seen import see
 
     given = drop_none(unit=unit, frame_rate=frame_rate, columns=columns, time_unit=time_unit, take_as_is=take_as_is or None)
-    seen = see(file, room, row, **given)
+    seen = see(file, room, row, without=without or (), **given)
     say_expected(inference.expected_seconds(seen.site, runs), f"{runs} simulated crowds", jobs)
     with progress() as bars:
         ran = inference.run_prior(seen.site, runs, seed, bars, jobs)

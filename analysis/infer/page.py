@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from analysis.infer.crowd import PRIOR
-from analysis.infer.inference import FITS, NAMES, WALL_FACTOR, Inferred
+from analysis.infer.inference import NAMES, WALL_FACTOR, Inferred
 from analysis.infer.posterior import INTERVAL
 from analysis.infer.tracks import STATISTICS
 from analysis.pages import drawing
@@ -34,9 +34,11 @@ def interval(found: Floats) -> str:
 def rows(found: Inferred) -> list[list[str]]:
     """Give the rows of HEAD: quantiles before and after, the width as a share, and the coverage."""
     said = Words(__package__).parts("names")
-    after = {name: interval(found.found[name]) if found.fits else "–" for name in SHOWN}
-    shares = {name: [percent(each[name], 2) for each in (found.width, found.coverage)] for name in SHOWN}
-    return [[said[name], interval(found.prior[name]), after[name], *shares[name]] for name in SHOWN]
+    after = {name: [interval(found.found[name]), percent(found.width[name], 2)] for name in SHOWN if found.fits}
+    return [
+        [said[name], interval(found.prior[name]), *after.get(name, ["–", "–"]), percent(found.coverage[name], 2)]
+        for name in SHOWN
+    ]
 
 
 def verdict(found: Inferred) -> str:
@@ -76,7 +78,7 @@ def write_inferred(found: Inferred, name: str, notes: Sequence[str], folder: Pat
         title, _, unit = said[key].partition(" (")
         charts.append(Chart(title, unit.strip(")"), bars, widest=bars["inferred"][1:]))
     about: dict[str, Any] = {
-        "runs": len(found.statistics), "unsolved": found.unsolved, "factor": WALL_FACTOR, "most": FITS, "owed": _owed(found),
+        "runs": len(found.statistics), "unsolved": found.unsolved, "factor": WALL_FACTOR, "owed": _owed(found) if found.fits else [],
         "holds": [percent(found.coverage[key], 2) for key in SHOWN[:3]],
     }  # fmt: skip
     tables = [words.table("table_statistics", statistics), words.table("table_alone", alone)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -124,15 +125,23 @@ def seen_in_table(file: Path, room: Room, path: str, row: str | None = None) -> 
     return Seen(Site(room=room, gate=gate, people=people, span=span, duration_s=duration), statistics, [])
 
 
-def see(file: Path, room: Path, row: str | None = None, **of_tracks: Any) -> Seen:
-    """Read what was seen: a table that has a column flow_per_s, else tracks; of_tracks: see `Recording.read`.
+def see(file: Path, room: Path, row: str | None = None, without: Sequence[str] = (), **of_tracks: Any) -> Seen:
+    """Read what was seen: a table that has a column flow_per_s, else tracks; without: statistics that are not
+    compared; of_tracks: see `Recording.read`.
 
     Raises ValueError in one line naming the file, and the line, column or person."""
     stated, _ = read_room(room, whole=False)
     if FLOW.encode() not in reading.start_of(file, reading.LONGEST_LINE).partition(b"\n")[0]:
         if row is not None:
             raise ValueError(f"--row: only of a table with a column {FLOW}")
-        return seen_in_tracks(Recording.read(file, **of_tracks), stated, str(room))
-    if of_tracks:
+        seen = seen_in_tracks(Recording.read(file, **of_tracks), stated, str(room))
+    elif of_tracks:
         raise ValueError(f"--{next(iter(of_tracks)).replace('_', '-')}: only of a trajectory, and {file} is a table")
-    return seen_in_table(file, stated, str(room), row)
+    else:
+        seen = seen_in_table(file, stated, str(room), row)
+    for name in without:
+        if name not in seen.statistics or len(seen.statistics) == 1:
+            raise ValueError(f"--without: {name!r}. There are: {', '.join(seen.statistics)}")
+        del seen.statistics[name]
+        seen.notes.append(f"{name} is not compared")
+    return seen
