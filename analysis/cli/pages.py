@@ -533,7 +533,7 @@ def infer(
     runs: Simulated crowds.
     columns: What each column is, as 'frame id x y', where names do not say.
 
-    Example: percussions infer scenes/gate_excerpt.txt --room scenes/rooms/gate.toml"""
+    Example: percussions infer 040_c_56_h-.txt --room scenes/rooms/gate_passage.toml --unit m"""
     from analysis.infer import inference, page
     from analysis.infer.seen import see
 

@@ -78,8 +78,8 @@ def write_inferred(found: Inferred, name: str, notes: Sequence[str], folder: Pat
         title, _, unit = said[key].partition(" (")
         charts.append(Chart(title, unit.strip(")"), bars, widest=bars["inferred"][1:]))
     about: dict[str, Any] = {
-        "runs": len(found.statistics), "unsolved": found.unsolved, "factor": WALL_FACTOR, "owed": _owed(found) if found.fits else [],
-        "holds": [percent(found.coverage[key], 2) for key in SHOWN[:3]],
+        "runs": len(found.statistics), "unsolved": found.unsolved, "factor": WALL_FACTOR,
+        "owed": _owed(found) if found.fits else [], "holds": [percent(found.coverage[key], 2) for key in SHOWN[:3]],
     }  # fmt: skip
     tables = [words.table("table_statistics", statistics), words.table("table_alone", alone)]
     tables, inferred = tables[: 1 + found.fits], [words.table("table_inferred", rows(found))]

@@ -109,11 +109,9 @@ def site():
 
 def test_a_crowd_that_pushes_for_ever_presses_more_than_one_that_does_not_push(site):
     usual = crowd.crowd_of(np.full(len(crowd.PRIOR), 0.5)) | {"jostling_m_per_s": 0.0, "radius_m": 0.2}
-    polite, again, pushing = (
-        crowd.simulate(site, one, 1)
-        for one in (usual | {"push_share": 0.0}, usual | {"push_share": 0.0},
-                    {key: value for key, value in usual.items() if key in ("speed_m_per_s", "relaxation_time_s", *crowd.OF_BODIES)})
-    )  # fmt: skip
+    kept = ("speed_m_per_s", "relaxation_time_s", *crowd.OF_BODIES)
+    kinds = (*2 * [usual | {"push_share": 0.0}], {key: usual[key] for key in kept})
+    polite, again, pushing = (crowd.simulate(site, one, 1) for one in kinds)
     assert polite == again
     assert pushing.statistics["flow"] > polite.statistics["flow"]
     # m U/τ of one person is what the last one in a row of them presses with, at least
