@@ -76,10 +76,12 @@ def test_posterior_of_a_gaussian_is_the_known_one_and_covers():
     low, median, high = runs.posterior(seen).quantiles()
     assert median == pytest.approx(spread @ model.T @ seen / 0.16, abs=0.05)
     assert high - low == pytest.approx(2 * 1.645 * np.sqrt(np.diag(spread)), rel=0.12)
-    left_out = few.left_out()
+    left_out, stretch = few.left_out()
     inside = (left_out[:, 0] <= theta[:300]) & (theta[:300] <= left_out[:, 2])
     assert inside.mean(0) == pytest.approx(0.9, abs=0.05)
-    assert runs.misfit(seen) < 0.9 < runs.misfit(np.array([3.0, 0.0, -3.0]))
+    assert few.misfit(seen, stretch) < 0.9 < few.misfit(np.array([2.0, 0.0, -2.0]), stretch)
+    assert few.misfit(np.array([0.0, 99.0, 0.0])) == 1.0
+    assert runs.posterior(np.zeros(3)).stretch == pytest.approx(1.0, abs=0.05)  # in the middle
 
 
 def test_prior_is_reproducible_within_its_bounds_and_people_react_within_their_time_gap():
