@@ -508,6 +508,7 @@ def infer(
     *,
     room: InputFile,
     row: str | None = None,
+    without: list[str] | None = None,
     runs: Annotated[int, typer.Option(min=60, max=10_000)] = 200,
     seed: Seed = 1,
     unit: Unit | None = None,
@@ -525,19 +526,21 @@ def infer(
 
     Writes a page, infer.json and runs.csv.
 
-    file: Trajectory of heads, or a table (CSV) with the columns people, flow_per_s and, if known,
-        density_per_m2 and speed_m_per_s (from zone_start_m to zone_end_m before the door).
+    file: Trajectory of heads, or CSV with people, flow_per_s and, if known, density_per_m2 and
+        speed_m_per_s. These are from zone_start_m to zone_end_m before the door.
     room: TOML file with the walls and the door.
     row: Of a table: the first cell of the row that is meant.
+    without: Number that is not compared: density, speed, nearest_5, nearest_50, correlation or
+        acceleration. May be repeated.
     runs: Simulated crowds.
     columns: What each column is, as 'frame id x y', where names do not say.
 
-    Example: percussions infer scenes/gate_excerpt.txt --room scenes/rooms/gate.toml"""
+    Example: percussions infer 040_c_56_h-.txt --room scenes/rooms/gate_passage.toml --unit m"""
     from analysis.infer import inference, page
     from analysis.infer.seen import see
 
     given = drop_none(unit=unit, frame_rate=frame_rate, columns=columns, time_unit=time_unit, take_as_is=take_as_is or None)
-    seen = see(file, room, row, **given)
+    seen = see(file, room, row, without=without or (), **given)
     say_expected(inference.expected_seconds(seen.site, runs), f"{runs} simulated crowds", jobs)
     with progress() as bars:
         ran = inference.run_prior(seen.site, runs, seed, bars, jobs)

@@ -32,16 +32,13 @@ OF_BODIES = ("radius_m", "friction", "sway_m")
 OF_DOOR = ("door_start_m", "door_end_m", "outward", "aim", "clearance_m")
 # s, of a run; by which share radii differ; kg.
 RIGID_STEP_S, SPREAD, MASS_KG = 0.02, 0.1, 75.0
-# Heads sway at so many frequencies (1/s) between these.
-SWAYS, SWAY_HZ = 4, (0.3, 1.0)
+SWAYS, SWAY_HZ = 4, (0.3, 1.0)  # heads sway at so many frequencies (1/s) between these
 # s that a run goes on after the last departure that counts; it may last so many times as long as seen.
 AFTER_S, PATIENCE = 1.5, 1.8
 # Where nobody was seen at the start: people per m², from so many m before the door on.
 START_PER_M2, FREE_M = 3.0, 0.5
-# Of the 5 % nearest distance of heads, the largest radius.
-OF_NEAREST = 0.6
-# In a tenth of the time largest contacts and wall loads are above.
-HIGH = 0.9
+# The largest radius over the 5 % nearest distance; loads are above their number in a tenth of the time.
+OF_NEAREST, HIGH = 0.6, 0.9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -74,8 +71,7 @@ class Ran(NamedTuple):
 
 def gate_of(room: Room, path: str, heads: Floats) -> Gate:
     """Find the door of a room and the floor around heads (n,2) m. Raises SceneError naming the key."""
-    drive = room.drive
-    if drive is None or not drive.has_door:
+    if (drive := room.drive) is None or not drive.has_door:
         raise SceneError(f"{path}: drive: a door is needed (door_start_m, door_end_m, outward)")
     for name, given in (("drive.goals", drive.goals), ("body_force", room.body_force), ("period_x_m", room.period_x_m)):
         if given:
@@ -149,8 +145,7 @@ def simulate(site: Site, crowd: Mapping[str, float], seed: int) -> Ran | None:
 def swayed(position: Floats, sway: float, seed: int) -> Floats:
     """Add the sway of heads to tracks (f,n,2) m: with a standard deviation (m) along and across."""
     random, (low, high) = np.random.default_rng([seed, 2]), SWAY_HZ
-    shape = (SWAYS, 1, *position.shape[1:])
-    turning = 2 * np.pi * (low + (high - low) * random.random(shape))
-    phase = 2 * np.pi * random.random(shape)
+    turning, phase = 2 * np.pi * random.random((2, SWAYS, 1, *position.shape[1:]))
     time = STEP_S * np.arange(len(position))[None, :, None, None]
-    return np.asarray(position + sway * np.sqrt(2 / SWAYS) * np.cos(turning * time + phase).sum(0))
+    angle = (2 * np.pi * low + (high - low) * turning) * time + phase
+    return np.asarray(position + sway * np.sqrt(2 / SWAYS) * np.cos(angle).sum(0))

@@ -33,7 +33,7 @@ class Inferred:
     seen: statistics by name; statistics: (n,s) of the runs
     values: (n,k+2) parameters of the runs and forces (N), as NAMES
     unsolved: runs that had no solution, or nobody to be measured
-    beyond: share of runs that are nearer to others than what was seen is to any
+    beyond: share of runs that others describe better than this crowd (`Reference.misfit`)
     prior, found: quantiles; of wall loads no finer than a factor 1.5; alone: from some statistics
     width: of the intervals, as a share of the prior's (of forces in their logarithm)
     coverage: share of runs that lie in the 90 % interval inferred from the others
@@ -118,7 +118,7 @@ def infer(
     crowd = comparable(names, np.array([seen[name] for name in names]))
     report = progress or (lambda label, share: None)
     report("each run from the others", 0.0)
-    left_out, posterior = every.left_out(), every.posterior(crowd)
+    (left_out, stretch), posterior = every.left_out(), every.posterior(crowd)
     report("each run from the others", 1.0)
     inside = (left_out[:, 0] <= coordinates) & (coordinates <= left_out[:, 2])
     # widths: of parameters as uniform numbers
@@ -131,7 +131,7 @@ def infer(
     values = _values(coordinates, site.largest_m)
     return Inferred(
         seen={name: seen[name] for name in names}, statistics=statistics, values=values, unsolved=len(ran) - len(good),
-        beyond=every.misfit(crowd), prior=dict(zip(NAMES, np.quantile(values, INTERVAL, axis=0).T, strict=True)),
+        beyond=every.misfit(crowd, stretch), prior=dict(zip(NAMES, np.quantile(values, INTERVAL, axis=0).T, strict=True)),
         found=_quantiles(posterior, site.largest_m), alone=alone, width=width, coverage=coverage,
         owed={name: owed[name] for name in PRIOR},
     )  # fmt: skip

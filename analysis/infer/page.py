@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from analysis.infer.crowd import PRIOR
-from analysis.infer.inference import FITS, NAMES, WALL_FACTOR, Inferred
+from analysis.infer.inference import NAMES, WALL_FACTOR, Inferred
 from analysis.infer.posterior import INTERVAL
 from analysis.infer.tracks import STATISTICS
 from analysis.pages import drawing
@@ -34,15 +34,17 @@ def interval(found: Floats) -> str:
 def rows(found: Inferred) -> list[list[str]]:
     """Give the rows of HEAD: quantiles before and after, the width as a share, and the coverage."""
     said = Words(__package__).parts("names")
-    after = {name: interval(found.found[name]) if found.fits else "–" for name in SHOWN}
-    shares = {name: [percent(each[name], 2) for each in (found.width, found.coverage)] for name in SHOWN}
-    return [[said[name], interval(found.prior[name]), after[name], *shares[name]] for name in SHOWN]
+    after = {name: [interval(found.found[name]), percent(found.width[name], 2)] for name in SHOWN if found.fits}
+    return [
+        [said[name], interval(found.prior[name]), *after.get(name, ["–", "–"]), percent(found.coverage[name], 2)]
+        for name in SHOWN
+    ]
 
 
 def verdict(found: Inferred) -> str:
     """Say in Markdown what was inferred: the force first, then the push; or that nothing fits."""
     words = Words(__package__)
-    odd = [words.parts("names")[name] for name, share in below(found).items() if not ODD <= share <= 1 - ODD]
+    odd = [words.parts("names")[one] for one, share in below(found).items() if not ODD <= share <= 1 - ODD]
     named = {name: interval(found.found[name]) for name in NAMES}
     return words.text("verdict", found=found, beyond=found.beyond, named=named, odd=odd, owed=_owed(found)[:3])
 
@@ -74,25 +76,24 @@ def write_inferred(found: Inferred, name: str, notes: Sequence[str], folder: Pat
     for key in SHOWN[:BARS] if found.fits else ():
         bars = {of: (q[1], q[0], q[2]) for of, q in (("before", found.prior[key]), ("inferred", found.found[key]))}
         title, _, unit = said[key].partition(" (")
-        charts.append(Chart(title, unit.strip(")"), bars))
+        charts.append(Chart(title, unit.strip(")"), bars, widest=bars["inferred"][1:]))
     about: dict[str, Any] = {
-        "runs": len(found.statistics), "unsolved": found.unsolved, "factor": WALL_FACTOR, "most": FITS, "owed": _owed(found),
-        "holds": [percent(found.coverage[key], 2) for key in SHOWN[:3]],
+        "runs": len(found.statistics), "unsolved": found.unsolved, "factor": WALL_FACTOR,
+        "owed": _owed(found) if found.fits else [], "holds": [percent(found.coverage[key], 2) for key in SHOWN[:3]],
     }  # fmt: skip
     tables = [words.table("table_statistics", statistics), words.table("table_alone", alone)]
-    parts = {
-        "result": Section(number="result", title=words.text("title"), introduction=[verdict(found)], charts=charts,
-                          warnings=notes, pictures=[words.picture("seen", _seen(found, said))]),
-        "inferred": Section(number="inferred", title=words.text("title_inferred"),
-                            tables=[words.table("table_inferred", rows(found))]),
-        "statistics": Section(number="statistics", title=words.text("title_statistics"), tables=tables[: 1 + found.fits]),
-        "sure": Section(number="sure", title=words.text("title_sure"), words=words.items("sure", **about),
-                        introduction=words.items("assumptions"), files=["runs.csv"]),
-    }  # fmt: skip
+    tables, inferred = tables[: 1 + found.fits], [words.table("table_inferred", rows(found))]
+    first = Section(number="result", title=words.text("title"), introduction=[verdict(found)], charts=charts,
+                    warnings=notes, pictures=[words.picture("seen", _seen(found, said))])  # fmt: skip
+    folds = [
+        Section(number="inferred", title=words.text("title_inferred"), tables=inferred),
+        Section(number="statistics", title=words.text("title_statistics"), tables=tables),
+        Section(number="sure", title=words.text("title_sure"), words=words.items("sure", **about),
+                introduction=words.items("assumptions"), files=["runs.csv"]),
+    ]  # fmt: skip
     columns = np.concatenate([found.statistics, found.values], axis=1).T
     write_columns(folder / "runs.csv", dict(zip((*found.seen, *NAMES), columns, strict=True)))
     write_json(folder / "infer.json", content(found))
-    first, *folds = parts.values()
     page = folder / "index.html"
     write_html(page, "infer.html", [first, *folds], command=command, name=name, first=first, folds=folds)
     return [folder / "runs.csv", folder / "infer.json", page]

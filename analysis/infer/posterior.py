@@ -18,11 +18,13 @@ NEIGHBOURS, INTERVAL = 5, (0.05, 0.5, 0.95)
 
 
 class Posterior(NamedTuple):
-    """Hold a sample (m,k), its weights (m,), and the residuals (m,k) of the regression."""
+    """Hold a sample (m,k), its weights (m,), the residuals (m,k) of the regression, and how far that is from
+    its middle: the variance of a mean there over that in the middle."""
 
     sample: Floats
     weight: Floats
     residual: Floats
+    stretch: float
 
     def quantiles(self) -> Floats:
         """Give the quantiles INTERVAL (3,k) of each coordinate."""
@@ -60,18 +62,24 @@ class Reference(NamedTuple):
         near = np.argsort(distance, kind="stable")[: min(len(runs) - 1, max(FEWEST, round(NEAREST * len(runs))))]
         weight = 1 - (distance[near] / (distance[near[-1]] + 1e-9)) ** 2 + 1e-6
         terms = np.concatenate([np.ones((len(near), 1)), runs[near] - crowd], axis=1)
-        hat = np.linalg.pinv((terms.T * weight) @ terms) @ (terms.T * weight)
+        inverse = np.linalg.pinv((terms.T * weight) @ terms)
+        hat = inverse @ (terms.T * weight)
         fitted, own = hat @ self.coordinates[near], np.minimum((terms * hat.T).sum(1), LEVERAGE)
         residual = (self.coordinates[near] - terms @ fitted) / (1 - own)[:, None]
-        return Posterior(fitted[0] + residual, weight, residual)
+        return Posterior(fitted[0] + residual, weight, residual, float(inverse[0, 0] * weight.sum()))
 
-    def left_out(self) -> Floats:
-        """Infer each run from all others: quantiles (n,3,k)."""
-        return np.array([self.posterior(seen, n).quantiles() for n, seen in enumerate(self.statistics)])
+    def left_out(self) -> tuple[Floats, Floats]:
+        """Infer each run from all others: quantiles (n,3,k), and how far (n,) the regression stretches."""
+        each = [self.posterior(seen, n) for n, seen in enumerate(self.statistics)]
+        return np.array([one.quantiles() for one in each]), np.array([one.stretch for one in each])
 
-    def misfit(self, seen: Floats) -> float:
-        """Give the share of runs that are nearer to their five nearest runs than this crowd."""
+    def misfit(self, seen: Floats, stretch: Floats | None = None) -> float:
+        """Give the share of runs that are nearer to their five nearest runs than this crowd, or whose
+        regression stretches less far (n,) where that is more; 1 for a number beyond that of all runs."""
+        if ((self.statistics < seen).all(0) | (self.statistics > seen).all(0)).any():
+            return 1.0
         runs, crowd = self._white(seen)
         tree = cKDTree(runs)
         own = tree.query(runs, k=NEIGHBOURS + 1)[0][:, 1:].mean(1)
-        return float((own < tree.query(crowd, k=NEIGHBOURS)[0].mean()).mean())
+        far = float((own < tree.query(crowd, k=NEIGHBOURS)[0].mean()).mean())
+        return far if stretch is None else max(far, float((stretch < self.posterior(seen).stretch).mean()))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -57,16 +58,12 @@ def seen_in_tracks(recording: Recording, room: Room, path: str) -> Seen:
     first = len(count) - 1 - int(count[::-1].argmax())
     late = int((~before[: first + 1].any(0)).sum())
     if late > LATE * len(before[0]):
-        raise TrajectoryError(
-            f"{file}: {late} of {len(before[0])} people come when most are there. Give the part in which a "
-            "crowd leaves"
-        )
+        raise TrajectoryError(f"{file}: {late} of {len(before[0])} people come when most are there. Give less of it")
     position, start = position[first:], position[first, before[first]]
     left = departures(gate, position)
-    try:
-        span = span_of(int(np.isfinite(left).sum()))
-    except ValueError as error:
-        raise TrajectoryError(f"{file}: {error}") from None
+    if (gone := int(np.isfinite(left).sum())) < FEWEST:
+        raise TrajectoryError(f"{file}: {gone} people leave by the door. At least {FEWEST} are needed")
+    span = span_of(gone)
     statistics = measure(gate, position, span)
     near = np.nan_to_num(statistics["nearest_5"], nan=1.0)
     site = Site(
@@ -128,15 +125,23 @@ def seen_in_table(file: Path, room: Room, path: str, row: str | None = None) -> 
     return Seen(Site(room=room, gate=gate, people=people, span=span, duration_s=duration), statistics, [])
 
 
-def see(file: Path, room: Path, row: str | None = None, **of_tracks: Any) -> Seen:
-    """Read what was seen: a table that has a column flow_per_s, else tracks; of_tracks: see `Recording.read`.
+def see(file: Path, room: Path, row: str | None = None, without: Sequence[str] = (), **of_tracks: Any) -> Seen:
+    """Read what was seen: a table that has a column flow_per_s, else tracks; without: statistics that are not
+    compared; of_tracks: see `Recording.read`.
 
     Raises ValueError in one line naming the file, and the line, column or person."""
     stated, _ = read_room(room, whole=False)
     if FLOW.encode() not in reading.start_of(file, reading.LONGEST_LINE).partition(b"\n")[0]:
         if row is not None:
             raise ValueError(f"--row: only of a table with a column {FLOW}")
-        return seen_in_tracks(Recording.read(file, **of_tracks), stated, str(room))
-    if of_tracks:
+        seen = seen_in_tracks(Recording.read(file, **of_tracks), stated, str(room))
+    elif of_tracks:
         raise ValueError(f"--{next(iter(of_tracks)).replace('_', '-')}: only of a trajectory, and {file} is a table")
-    return seen_in_table(file, stated, str(room), row)
+    else:
+        seen = seen_in_table(file, stated, str(room), row)
+    for name in without:
+        if name not in seen.statistics or len(seen.statistics) == 1:
+            raise ValueError(f"--without: {name!r}. There are: {', '.join(seen.statistics)}")
+        del seen.statistics[name]
+        seen.notes.append(f"{name} is not compared")
+    return seen

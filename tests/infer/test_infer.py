@@ -76,10 +76,12 @@ def test_posterior_of_a_gaussian_is_the_known_one_and_covers():
     low, median, high = runs.posterior(seen).quantiles()
     assert median == pytest.approx(spread @ model.T @ seen / 0.16, abs=0.05)
     assert high - low == pytest.approx(2 * 1.645 * np.sqrt(np.diag(spread)), rel=0.12)
-    left_out = few.left_out()
+    left_out, stretch = few.left_out()
     inside = (left_out[:, 0] <= theta[:300]) & (theta[:300] <= left_out[:, 2])
     assert inside.mean(0) == pytest.approx(0.9, abs=0.05)
-    assert runs.misfit(seen) < 0.9 < runs.misfit(np.array([3.0, 0.0, -3.0]))
+    assert few.misfit(seen, stretch) < 0.9 < few.misfit(np.array([2.0, 0.0, -2.0]), stretch)
+    assert few.misfit(np.array([0.0, 99.0, 0.0])) == 1.0
+    assert runs.posterior(np.zeros(3)).stretch == pytest.approx(1.0, abs=0.05)  # in the middle
 
 
 def test_prior_is_reproducible_within_its_bounds_and_people_react_within_their_time_gap():
@@ -109,11 +111,9 @@ def site():
 
 def test_a_crowd_that_pushes_for_ever_presses_more_than_one_that_does_not_push(site):
     usual = crowd.crowd_of(np.full(len(crowd.PRIOR), 0.5)) | {"jostling_m_per_s": 0.0, "radius_m": 0.2}
-    polite, again, pushing = (
-        crowd.simulate(site, one, 1)
-        for one in (usual | {"push_share": 0.0}, usual | {"push_share": 0.0},
-                    {key: value for key, value in usual.items() if key in ("speed_m_per_s", "relaxation_time_s", *crowd.OF_BODIES)})
-    )  # fmt: skip
+    kept = ("speed_m_per_s", "relaxation_time_s", *crowd.OF_BODIES)
+    kinds = (*2 * [usual | {"push_share": 0.0}], {key: usual[key] for key in kept})
+    polite, again, pushing = (crowd.simulate(site, one, 1) for one in kinds)
     assert polite == again
     assert pushing.statistics["flow"] > polite.statistics["flow"]
     # m U/τ of one person is what the last one in a row of them presses with, at least
