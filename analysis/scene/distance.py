@@ -122,4 +122,4 @@ def _uniform(seed: int, ids: Indices) -> Floats:
     if not len(ids):
         return np.zeros(0)
     numbers = [np.random.SeedSequence([seed, int(one)]).generate_state(1)[0] for one in ids]
-    return np.asarray(numbers) / 2.0**32
+    return np.asarray(numbers) / 4294967296.0

@@ -66,17 +66,21 @@ def through_door(steps: Any, width: float) -> tuple[float, float, float]:
             break
     first, last = (int(np.searchsorted(gone, share)) for share in (0.1, 0.9))
     if last >= len(gone):
-        return np.nan, float(np.mean(near[first:])), float(np.quantile(force[first:], 0.9))
+        half = len(gone) // 2  # clogged
+        return np.nan, float(np.mean(near[half:])), float(np.quantile(force[half:], 0.9))
     flow = 0.8 * len(place) / ((last - first) * STEP_S) / width
     now = slice(first, last)
     return flow, float(np.mean(near[now])), float(np.quantile(force[now], 0.9))
 
 
 def interval(values: Any, digits: int = 2) -> str:
-    """The least and the most of seeds; ∞ stands for who never came."""
+    """The least and the most of seeds."""
+    lost = int(np.isnan(values).sum())
+    if lost == len(values):
+        return "all clogged"
     low, high = np.nanmin(values), np.nanmax(values)
-    lost = f" ({int(np.isnan(values).sum())} clogged)" if np.isnan(values).any() else ""
-    return f"{low:.{digits}g}–{high:.{digits}g}{lost}"
+    clogged = f" ({lost} clogged)" if lost else ""
+    return f"{low:.{digits}g}–{high:.{digits}g}{clogged}"
 
 
 def doors(seeds: int, friction: float = 0.0, widths: Any = DOORS_M, shares: Any = SHARES) -> None:

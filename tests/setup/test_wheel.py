@@ -152,9 +152,9 @@ def test_what_is_shown_of_each_kind_of_thing_is_short():
     assert "gate" in repr(things["Scene"])
     assert f"{len(gate.snapshot)} disks" in repr(things["Scene"])
     kinds = {name for name in cp.__all__ if isinstance(getattr(cp, name), type)}
-    # an analysis and its results: tests/percussions; people of JuPedSim: tests/exchange
+    # an analysis and its results: tests/percussions, tests/audit; people of JuPedSim: tests/exchange
     errors = {"DumpError", "EngineError", "NoGradientError", "SceneError"}
-    assert kinds - set(things) == errors | {"PercussionAnalysis", "RigidPeople"}
+    assert kinds - set(things) == errors | {"Audit", "PercussionAnalysis", "RigidPeople"}
 
 
 def test_its_example():
