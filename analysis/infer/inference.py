@@ -24,7 +24,7 @@ FITS = 0.95
 WALL_FACTOR = 1.5
 DIGITS = 3  # after the point, of quantiles: a push share below is none
 SMALLEST, EDGE, FEWEST_RUNS = 1e-3, 1e-6, 60
-COST_S = 5e-4  # CPU seconds of a person's second
+COST_S = 3e-4  # CPU seconds of a person's second
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -134,7 +134,8 @@ def infer(
     prior = np.quantile(values, INTERVAL, axis=0)
     return Inferred(
         seen={name: seen[name] for name in names}, statistics=statistics, values=values, unsolved=len(ran) - len(good),
-        beyond=every.misfit(crowd, stretch), prior=dict(zip(NAMES, prior.round(DIGITS).T, strict=True)), found=_quantiles(posterior, site.largest_m), alone=alone, width=width, coverage=coverage,
+        beyond=every.misfit(crowd, stretch), prior=dict(zip(NAMES, prior.round(DIGITS).T, strict=True)),
+        found=_quantiles(posterior, site.largest_m), alone=alone, width=width, coverage=coverage,
         owed={name: owed[name] for name in PRIOR},
     )  # fmt: skip
 
