@@ -18,12 +18,22 @@ from analysis.pages.numbers import between, percent, significant, two
 from analysis.pages.ranges import Chart
 from analysis.pages.section import Section
 from analysis.pages.words import Words
+from analysis.support.columns import Columns
 from analysis.support.files import write_columns, write_json
 from nscd.arrays import Floats
 
 # Before the others, and as bars on the first screen; a number is odd beyond so many runs.
 SHOWN, BARS, ODD = ("contact_N", "wall_N", *PRIOR), 4, 0.025
 HEAD = ["quantity", "before", "inferred", "width", "holds"]
+COLUMNS = Columns("""
+flow, density, speed | 1/s, 1/m², m/s | departures, people per m² before the door, mean speed
+nearest_5, nearest_50 | m | 5 % and 50 % of the distances to the nearest head
+correlation, acceleration | –, m/s² | of velocities of neighbours; root mean square
+push_share, jostling_m_per_s, time_gap_s, speed_m_per_s | –, m/s, s, m/s | as in `[drive]`
+radius_m, relaxation_time_s, heading_sd_rad, friction | m, s, rad, – | mean radius; as in a scene
+jostling_length_m, jostling_period_s, sway_m | m, s, m | as in `[drive]`; standard deviation of heads
+contact_N, wall_N | N | largest contact force, load on all walls, exceeded in a tenth of the time
+""")
 
 
 def interval(found: Floats) -> str:
@@ -92,7 +102,8 @@ def write_inferred(found: Inferred, name: str, notes: Sequence[str], folder: Pat
                 introduction=words.items("assumptions"), files=["runs.csv"]),
     ]  # fmt: skip
     columns = np.concatenate([found.statistics, found.values], axis=1).T
-    write_columns(folder / "runs.csv", dict(zip((*found.seen, *NAMES), columns, strict=True)))
+    names = [one for one in COLUMNS if one in (*found.seen, *NAMES)]
+    write_columns(folder / "runs.csv", dict(zip(names, columns, strict=True)))
     write_json(folder / "infer.json", content(found))
     page = folder / "index.html"
     write_html(page, "infer.html", [first, *folds], command=command, name=name, first=first, folds=folds)

@@ -12,6 +12,7 @@ from analysis.engines import energy  # noqa: E402
 from analysis.exchange import fclib  # noqa: E402
 from analysis.exposure import loads, sensors  # noqa: E402
 from analysis.film import summary  # noqa: E402
+from analysis.infer import page as infer  # noqa: E402
 from analysis.measured import page as measured  # noqa: E402
 from analysis.motion import pairwise  # noqa: E402
 from analysis.paper import page as paper  # noqa: E402
@@ -30,7 +31,7 @@ TABLES = {
     "window_contacts": pairwise.WINDOW_CONTACTS, "points": point.POINTS,
     "whole_runs": whole_runs.COLUMNS, "cells": stability.CELL_COLUMNS,
     "boundaries": stability.BOUNDARY_COLUMNS, "push": push.CASES, "score": score.COLUMNS,
-    "standards": standards.COLUMNS, "measured": measured.TABLE, "claims": paper.CLAIMS,
+    "standards": standards.COLUMNS, "measured": measured.TABLE, "infer": infer.COLUMNS, "claims": paper.CLAIMS,
     "impulses": frames.IMPULSE_COLUMNS,
     "energy": energy.ENERGY, "losses": energy.CONTACTS,
 }  # fmt: skip
@@ -135,6 +136,10 @@ One row per test and number; several runs of one test have theirs behind the nam
 One row per step and model.
 
 {measured}
+
+## `runs.csv` of `percussions infer`
+
+{infer}
 
 ## `scores.csv` of `benchmarks/library.py score`
 
