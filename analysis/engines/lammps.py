@@ -8,6 +8,7 @@ import itertools
 import math
 import shutil
 import sys
+import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -142,7 +143,7 @@ NEARLY = "Nearly the same (within 8 %): law = body_hertz"
 MOST_MEETING = 30
 # What walls go on beyond the end of a period: much more than a skin.
 BEYOND_M = 1.0
-SHARED = Path("/dev/shm")
+SHARED, STARTS_S = Path("/dev/shm"), 60.0
 
 
 class Lammps(Engine):
@@ -256,7 +257,9 @@ def _remove_shared_memory_of_the_dead() -> None:
         with contextlib.suppress(ValueError, PermissionError):  # another program's, another user's
             maps, used = Path("/proc") / str(int(left.name.split("_")[2], 16)) / "maps", False
             with contextlib.suppress(FileNotFoundError, ProcessLookupError):  # it has ended
-                used = left.name in maps.read_text()
+                there = maps.read_text()
+                starts = time.time() - left.stat().st_mtime < STARTS_S  # before it is mapped
+                used = left.name in there or (bool(there) and starts)
             if not used:
                 left.unlink(missing_ok=True)
 
