@@ -1,4 +1,6 @@
-"""A fixture for the tests of any engine, where crowd-percussions is installed beside pytest."""
+"""A fixture for the tests of any engine, by a line in their conftest.py:
+
+    pytest_plugins = ["crowd_percussions.pytest_plugin"]"""
 
 from collections.abc import Callable
 

@@ -2,7 +2,6 @@
 background has switched it off, the command as a user calls it, without warnings, and a cluster."""
 
 import importlib
-import importlib.metadata
 import signal
 import subprocess
 import sys
@@ -19,10 +18,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 settings.register_profile("crowd", deadline=None, max_examples=40, derandomize=True)
 settings.load_profile("crowd")
 
-try:
-    importlib.metadata.entry_points(group="pytest11")["crowd_percussions"]
-except KeyError:  # a tree that was installed before it had the plugin
-    pytest_plugins = ["crowd_percussions.pytest_plugin"]
+pytest_plugins = ["crowd_percussions.pytest_plugin"]
 
 _communicate = subprocess.Popen.communicate
 

@@ -117,7 +117,7 @@ def test_the_parts_are_those_of_pyproject():
 def test_every_library_that_is_imported_is_declared():
     """None is there only because another one needs it."""
     declared = {library for part in (BASE, *EXTRAS) for library in part.libraries}
-    own = {*PACKAGES, *sys.stdlib_module_names, "pytest"}  # which loads its plugin itself
+    own = {*PACKAGES, *sys.stdlib_module_names, "pytest"}  # of its plugin
     found = set()
     for path in (path for package in PACKAGES for path in (ROOT / package).rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
