@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <tuple>
 #include <utility>
 
 #include "contacts.hpp"
@@ -61,6 +62,33 @@ inline Turn turned(double angle) {
         sine = 2.0 * half * (1.0 - less), less = 2.0 * half * half;
     }
     return {1.0 - less, sine};
+}
+
+// Many at once, four or eight of them in a vector where the machine has such, with the same bits.
+#if defined(__x86_64__) && defined(__ELF__) && defined(__GNUC__) && !defined(__clang__)
+#define NSCD_WIDE [[gnu::target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")]]
+#else
+#define NSCD_WIDE
+#endif
+
+// Make vectors (k) m unit ones; the gaps (m) between disks of such radii (m), infinite where there is no direction.
+NSCD_WIDE void spaced(std::size_t k, double* dx, double* dy, const double* one, const double* other, double* gap) {
+    for (std::size_t c = 0; c < k; ++c) {
+        const double s = length(dx[c], dy[c]);
+        gap[c] = s > 0.0 ? s - one[c] - other[c] : INFINITE, dx[c] /= s, dy[c] /= s;
+    }
+}
+NSCD_WIDE void repelled(std::size_t k, const double* gap, double* size) {
+    for (std::size_t c = 0; c < k; ++c) size[c] = FROM_PEOPLE * decayed(std::min(gap[c] * (1.0 / PEOPLE_DECAY), FADED));
+}
+
+// Add cos and sin of k·q − ωt, turned by the phases of both components, of so many places (m).
+template <class Wave>
+NSCD_WIDE void wave_at(std::size_t k, const double* x, const double* y, const Wave& wave, double time, double* along, double* across) {
+    for (std::size_t i = 0; i < k; ++i) {
+        const Turn at = turned(wave.x * x[i] + wave.y * y[i] - wave.turning * time);
+        along[i] += at.cosine * wave.cosine[0] - at.sine * wave.sine[0], across[i] += at.cosine * wave.cosine[1] - at.sine * wave.sine[1];
+    }
 }
 
 }  // namespace
@@ -171,38 +199,44 @@ void Drive::heading(const double* at, int door, double radius, bool round, doubl
     way[0] = dx - less * to.outward[0], way[1] = dy - less * to.outward[1];
 }
 
-void Drive::jostle(In x, const Flags& before, double time, Out u) const {
-    const std::size_t n = before.size();
-    Numbers along(n, 0.0), across(n, 0.0);
-    for (const Wave& wave : waves_)
-        for (std::size_t i = 0; i < n; ++i) {
-            const Turn at = turned(wave.x * x[2 * i] + wave.y * x[2 * i + 1] - wave.turning * time);
-            along[i] += at.cosine * wave.cosine[0] - at.sine * wave.sine[0], across[i] += at.cosine * wave.cosine[1] - at.sine * wave.sine[1];
-        }
-    const double size = law_.jostling * std::sqrt(2.0 / WAVES);
-    for (std::size_t i = 0; i < n; ++i)
-        if (before[i]) u[2 * i] += size * along[i], u[2 * i + 1] += size * across[i];
-}
-
-Numbers Drive::desired(In at, In radius, double time) const {
-    Numbers x(at.begin(), at.end());
-    if (walls.period > 0.0)
-        for (std::size_t i = 0; i < x.size(); i += 2) x[i] -= walls.period * std::floor((x[i] - walls.low) / walls.period);
-    Numbers u = wished(x, time);
-    if (!(law_.time_gap > 0.0)) return u;
+// What somebody who keeps a distance sees of the others, and what comes of it.
+struct Drive::Look {
+    const Drive& of;
+    const double time, most;
+    const Numbers& x;
+    const In radius;
     const std::size_t n = radius.size();
-    const double most = std::max(FADED * PEOPLE_DECAY, speed * law_.time_gap);
-    const Touching near = touching(x, radius, walls, most);
-    Numbers e(2 * n), direction(2 * n), ahead(n, INFINITE), mine(n);
-    Flags before(n, 0);
-    const std::size_t pairs = near.pairs < 0 ? 0 : std::size_t(near.pairs);
-    std::vector<std::size_t> of_walls(n + 1, 0);
-    for (std::size_t c = pairs; c < near.size(); ++c) ++of_walls[near.first[c] + 1];
-    for (std::size_t i = 0; i < n; ++i) of_walls[i + 1] += of_walls[i];
-    const auto hidden = [&](std::size_t i, double dx, double dy) {
+    Nearby near;
+    Numbers vector, gaps;  // (k·2), (k) m, of those that are near; with a period alone
+    Touching at;     // walls
+    Starts of_walls = Starts(n + 1, 0);
+    Numbers e = Numbers(2 * n), direction = Numbers(2 * n), ahead = Numbers(n, INFINITE), mine = Numbers(n);
+    Flags before = Flags(n, 0), meets = Flags(n, 0);
+
+    Look(const Drive& drive, const Numbers& places, In radii, double now)
+        : of(drive), time(now), most(std::max(FADED * PEOPLE_DECAY, drive.speed * drive.law_.time_gap)), x(places), radius(radii) {
+        if (of.walls.period > 0.0) {
+            at = touching(x, radius, of.walls, most);
+            near.start.assign(n + 1, 0);
+            const auto pairs = std::size_t(std::max<std::int64_t>(at.pairs, 0));
+            for (std::size_t c = 0; c < pairs; ++c) ++near.start[at.first[c] + 1], near.other.push_back(Index(at.second[c]));
+            for (std::size_t i = 0; i < n; ++i) near.start[i + 1] += near.start[i];
+            for (std::size_t c = 0; c < pairs; ++c) gaps.push_back(at.distance[c] > 0.0 ? at.gap[c] : INFINITE);
+            vector = std::move(at.vector);
+        } else {
+            near = nearby(x, radius, most);
+            near.start.resize(n + 1, 0);
+        }
+        at = touching_walls(x, radius, of.walls, most);
+        for (const std::int64_t i : at.first) ++of_walls[i + 1];
+        for (std::size_t i = 0; i < n; ++i) of_walls[i + 1] += of_walls[i];
+    }
+
+    bool hidden(std::size_t i, double dx, double dy) const {
+        const Segments& walls = of.walls;
         const double px = x[2 * i], py = x[2 * i + 1];
-        for (std::size_t c = pairs + of_walls[i]; c < pairs + of_walls[i + 1]; ++c) {
-            const std::size_t w = 2 * (near.second[c]);
+        for (std::int64_t c = of_walls[i]; c < of_walls[i + 1]; ++c) {
+            const std::size_t w = 2 * (at.second[c]);
             const double ax = walls.along[w], ay = walls.along[w + 1], sy = walls.start[w + 1] - py;
             for (const double round : {0.0, walls.period, -walls.period}) {
                 const double sx = walls.start[w] + round - px;
@@ -213,97 +247,167 @@ Numbers Drive::desired(In at, In radius, double time) const {
             }
         }
         return false;
-    };
-    for (std::size_t i = 0; i < n; ++i) {
-        double way[2];
-        heading(&x[2 * i], int(goes[i]), radius[i], true, way);
-        if (hidden(i, way[0], way[1])) heading(&x[2 * i], int(goes[i]), radius[i], false, way);
-        const double size = length(way[0], way[1]);
-        for (int a = 0; a < 2; ++a) e[2 * i + a] = direction[2 * i + a] = size > 0.0 ? way[a] / size : 0.0;
-        mine[i] = left(x[2 * i], x[2 * i + 1], int(goes[i]));
-        const double* of = &exits[8 * int(goes[i])];
-        before[i] = time < stop[i] - INSTANT && (mine[i] > 0.0 || std::abs(of[6]) + std::abs(of[7]) > FAR);
     }
-    const auto nearer = [&](std::size_t i, std::size_t j, double dx, double dy) {
-        const bool same = goes[i] == goes[j] && !(walls.period > 0.0);
-        return (same ? mine[j] : left(x[2 * i] + dx, x[2 * i + 1] + dy, int(goes[i]))) < mine[i];
-    };
-    const auto turn = [&](std::size_t i, double ux, double uy, double size, bool round) {
-        const double against = round ? std::max(0.0, ux * e[2 * i] + uy * e[2 * i + 1]) : 0.0;
+    bool visible(std::size_t i, std::size_t j, double dx, double dy) const { return !hidden(i, dx, dy) && !hidden(j, -dx, -dy); }
+    // whether both have the same way left at the same place
+    bool same(std::size_t i, std::size_t j) const { return of.goes[i] == of.goes[j] && !(of.walls.period > 0.0); }
+    bool nearer(std::size_t i, std::size_t j, double dx, double dy) const {
+        return (same(i, j) ? mine[j] : of.left(x[2 * i] + dx, x[2 * i + 1] + dy, int(of.goes[i]))) < mine[i];
+    }
+    bool meet(std::size_t i, std::size_t j, double dx, double dy) const {
+        return !same(i, j) && e[2 * i] * e[2 * j] + e[2 * i + 1] * e[2 * j + 1] < 0.0 && nearer(i, j, dx, dy) && nearer(j, i, -dx, -dy);
+    }
+
+    void find_ways() {
+        for (std::size_t i = 0; i < n; ++i) {
+            double way[2];
+            of.heading(&x[2 * i], int(of.goes[i]), radius[i], true, way);
+            if (hidden(i, way[0], way[1])) of.heading(&x[2 * i], int(of.goes[i]), radius[i], false, way);
+            const double size = length(way[0], way[1]);
+            for (int a = 0; a < 2; ++a) e[2 * i + a] = direction[2 * i + a] = size > 0.0 ? way[a] / size : 0.0;
+            mine[i] = of.left(x[2 * i], x[2 * i + 1], int(of.goes[i]));
+            const double* exit = &of.exits[8 * int(of.goes[i])];
+            before[i] = time < of.stop[i] - INSTANT && (mine[i] > 0.0 || std::abs(exit[6]) + std::abs(exit[7]) > FAR);
+        }
+    }
+    void turn(std::size_t i, double ux, double uy, double size, bool round) {
+        const double along = ux * e[2 * i] + uy * e[2 * i + 1], against = round && along > 0.0 ? along : 0.0;
         direction[2 * i] -= size * (ux - against * e[2 * i]);
         direction[2 * i + 1] -= size * (uy - against * e[2 * i + 1]);
-    };
+    }
     // who meets somebody gives way, to the right where the other is not to the right, and goes aside for that
-    Flags meets(n, 0);
-    const auto meet = [&](std::size_t i, std::size_t j, double dx, double dy) {
-        return e[2 * i] * e[2 * j] + e[2 * i + 1] * e[2 * j + 1] < 0.0 && nearer(i, j, dx, dy) && nearer(j, i, -dx, -dy);
-    };
-    const auto pass = [&](std::size_t i, double dx, double dy, double wide, double size) {
+    void pass(std::size_t i, double dx, double dy, double wide, double size) {
         const double left = e[2 * i] * dy - e[2 * i + 1] * dx, free = std::max(0.0, 1.0 - std::abs(left) / wide);
         const double side = left >= 0.0 ? size * free : -size * free;
         direction[2 * i] += side * e[2 * i + 1], direction[2 * i + 1] -= side * e[2 * i];
         meets[i] = meets[i] || free > 0.0;
-    };
-    const auto visible = [&](std::size_t i, std::size_t j, double dx, double dy) { return !hidden(i, dx, dy) && !hidden(j, -dx, -dy); };
-    // several at once, which branches would not let the compiler do
-    Numbers repelled(near.size());
-    for (std::size_t c = 0; c < pairs; ++c) repelled[c] = FROM_PEOPLE * decayed(std::min(near.gap[c] * (1.0 / PEOPLE_DECAY), FADED));
-    for (std::size_t c = pairs; c < near.size(); ++c) repelled[c] = FROM_WALLS * decayed(std::min(near.gap[c] * (1.0 / WALL_DECAY), FADED));
-    for (std::size_t c = 0; c < near.size(); ++c) {
-        const std::size_t i = std::size_t(near.first[c]), j = std::size_t(near.second[c]);
-        const double dx = near.vector[2 * c], dy = near.vector[2 * c + 1], s = near.distance[c];
-        if (!(s > 0.0)) continue;
-        const double ux = dx / s, uy = dy / s, gap = near.gap[c];
-        if (c >= pairs) {
+    }
+    std::pair<double, double> to(std::size_t i, std::size_t c) const {
+        if (!vector.empty()) return {vector[2 * c], vector[2 * c + 1]};
+        const std::size_t j = std::size_t(near.other[c]);
+        return {x[2 * j] - x[2 * i], x[2 * j + 1] - x[2 * i + 1]};
+    }
+
+    void give_way() {
+        Numbers ux, uy, gap, one, other, size;
+        for (std::size_t begin = 0, end; begin < n; begin = end) {
+            end = std::min(n, begin + 64);
+            const auto c0 = std::size_t(near.start[begin]), k = std::size_t(near.start[end]) - c0;
+            for (Numbers* all : {&ux, &uy, &gap, &one, &other, &size}) all->resize(k);
+            for (std::size_t i = begin, c = 0; i < end; ++i)
+                for (; c0 + c < std::size_t(near.start[i + 1]); ++c) {
+                    std::tie(ux[c], uy[c]) = to(i, c0 + c);
+                    one[c] = radius[i], other[c] = radius[near.other[c0 + c]];
+                }
+            spaced(k, ux.data(), uy.data(), one.data(), other.data(), gap.data());
+            if (!gaps.empty()) std::copy_n(&gaps[c0], k, gap.begin());
+            repelled(k, gap.data(), size.data());
+            for (std::size_t i = begin, c = 0; i < end; ++i)
+                for (; c0 + c < std::size_t(near.start[i + 1]); ++c) {
+                    if (!(gap[c] <= most)) continue;
+                    const auto j = std::size_t(near.other[c0 + c]);
+                    if (same(i, j)) {
+                        if (!(gap[c] < FADED * PEOPLE_DECAY)) continue;
+                        if ((of_walls[i] < of_walls[i + 1] || of_walls[j] < of_walls[j + 1])) {
+                            const auto [dx, dy] = to(i, c0 + c);
+                            if (!visible(i, j, dx, dy)) continue;
+                        }
+                        turn(i, ux[c], uy[c], size[c], !(mine[j] < mine[i])), turn(j, -ux[c], -uy[c], size[c], !(mine[i] < mine[j]));
+                        continue;
+                    }
+                    const auto [dx, dy] = to(i, c0 + c);
+                    if (meet(i, j, dx, dy)) {
+                        const double wide = radius[i] + radius[j], aside = FROM_PEOPLE * decayed(std::min(gap[c] / MEETING_DECAY, FADED));
+                        if (visible(i, j, dx, dy)) pass(i, dx, dy, wide, aside), pass(j, -dx, -dy, wide, aside);
+                    } else if (gap[c] < FADED * PEOPLE_DECAY && visible(i, j, dx, dy)) {
+                        turn(i, ux[c], uy[c], size[c], !nearer(i, j, dx, dy)), turn(j, -ux[c], -uy[c], size[c], !nearer(j, i, -dx, -dy));
+                    }
+                }
+        }
+        for (std::size_t c = 0; c < at.size(); ++c) {
+            const double s = at.distance[c], size = FROM_WALLS * decayed(std::min(at.gap[c] * (1.0 / WALL_DECAY), FADED));
             // walls turn people, and never back
-            if (gap < FADED * WALL_DECAY) turn(i, ux, uy, repelled[c], true);
-        } else if (meet(i, j, dx, dy)) {
-            const double wide = radius[i] + radius[j], size = FROM_PEOPLE * decayed(std::min(gap / MEETING_DECAY, FADED));
-            if (visible(i, j, dx, dy)) pass(i, dx, dy, wide, size), pass(j, -dx, -dy, wide, size);
-        } else if (gap < FADED * PEOPLE_DECAY && visible(i, j, dx, dy)) {
-            turn(i, ux, uy, repelled[c], !nearer(i, j, dx, dy)), turn(j, -ux, -uy, repelled[c], !nearer(j, i, -dx, -dy));
+            if (s > 0.0 && at.gap[c] < FADED * WALL_DECAY) turn(std::size_t(at.first[c]), at.vector[2 * c] / s, at.vector[2 * c + 1] / s, size, true);
+        }
+        for (std::size_t i = 0; i < n; ++i) {
+            const double size = length(direction[2 * i], direction[2 * i + 1]);
+            for (int a = 0; a < 2; ++a) direction[2 * i + a] = size > 0.0 ? direction[2 * i + a] / size : e[2 * i + a];
         }
     }
-    for (std::size_t i = 0; i < n; ++i) {
-        const double size = length(direction[2 * i], direction[2 * i + 1]);
-        for (int a = 0; a < 2; ++a) direction[2 * i + a] = size > 0.0 ? direction[2 * i + a] / size : e[2 * i + a];
-    }
-    const auto before_me = [&](std::size_t i, double dx, double dy, double wide, double gap) {
+
+    // how far i sees free way, whom j may be before; c: their pair
+    void look(std::size_t i, std::size_t j, double dx, double dy, std::size_t c) {
         const double nx = direction[2 * i], ny = direction[2 * i + 1];
-        return gap < ahead[i] && dx * nx + dy * ny >= 0.0 && std::abs(dx * ny - dy * nx) <= ABREAST * wide;
-    };
-    const auto look = [&](std::size_t i, std::size_t j, double dx, double dy, double gap) {
-        // nobody waits for who has stopped
+        if (!(dx * nx + dy * ny >= 0.0 && std::abs(dx * ny - dy * nx) <= ABREAST * (radius[i] + radius[j]))) return;
+        const double s = length(dx, dy);
+        double gap = gaps.empty() ? s - radius[std::min(i, j)] - radius[std::max(i, j)] : gaps[c];
+        if (!(s > 0.0 && gap <= most)) return;
         if (gap < SHUFFLE && meet(i, j, dx, dy)) gap = SHUFFLE;
-        if (before_me(i, dx, dy, radius[i] + radius[j], gap) && time < stop[j] - INSTANT && nearer(i, j, dx, dy) && visible(i, j, dx, dy)) ahead[i] = gap;
-    };
-    for (std::size_t c = 0; c < pairs; ++c) {
-        const std::size_t i = std::size_t(near.first[c]), j = std::size_t(near.second[c]);
-        const double dx = near.vector[2 * c], dy = near.vector[2 * c + 1], gap = near.gap[c];
-        if (near.distance[c] > 0.0) look(i, j, dx, dy, gap), look(j, i, -dx, -dy, gap);
+        // nobody waits for who has stopped
+        if (gap < ahead[i] && time < of.stop[j] - INSTANT && nearer(i, j, dx, dy) && visible(i, j, dx, dy)) ahead[i] = gap;
     }
-    for (std::size_t i = 0; i < n; ++i) {
-        if (time >= stop[i] - INSTANT) continue;
-        const double along = meets[i] ? 1.0 : std::max(0.0, direction[2 * i] * e[2 * i] + direction[2 * i + 1] * e[2 * i + 1]);
-        const double walked = along * std::min(speed, std::max(0.0, ahead[i]) / law_.time_gap);
-        double own[2] = {walked * direction[2 * i], walked * direction[2 * i + 1]};
-        // towards a wall nobody walks faster than its gap allows, along it as fast as else
-        for (std::size_t c = pairs + of_walls[i]; c < pairs + of_walls[i + 1]; ++c) {
-            const double s = near.distance[c], nx = near.vector[2 * c] / s, ny = near.vector[2 * c + 1] / s;
-            const double into = own[0] * nx + own[1] * ny - std::max(0.0, near.gap[c]) / law_.time_gap;
-            if (s > 0.0 && into > 0.0) own[0] -= into * nx, own[1] -= into * ny;
-        }
-        for (int a = 0; a < 2; ++a) own[a] = (1.0 - share[i]) * own[a] + share[i] * u[2 * i + a];
-        if (law_.heading_sd > 0.0) {
-            const double phase = Draws(law_.seed, ids[i], -1.0).uniform();
-            const double held = std::floor((time + INSTANT) / law_.heading_hold + phase);
-            const Turn by = turn_by(law_.heading_sd * Draws(law_.seed, ids[i], held).normal());
-            u[2 * i] = by.cosine * own[0] - by.sine * own[1], u[2 * i + 1] = by.sine * own[0] + by.cosine * own[1];
-        } else {
-            u[2 * i] = own[0], u[2 * i + 1] = own[1];
+    void look_ahead() {
+        for (std::size_t i = 0; i < n; ++i)
+            for (auto c = std::size_t(near.start[i]); c < std::size_t(near.start[i + 1]); ++c) {
+                const auto j = std::size_t(near.other[c]);
+                const auto [dx, dy] = to(i, c);
+                if (same(i, j)) {
+                    const bool on = mine[j] < mine[i];
+                    look(on ? i : j, on ? j : i, on ? dx : -dx, on ? dy : -dy, c);
+                } else {
+                    look(i, j, dx, dy, c), look(j, i, -dx, -dy, c);
+                }
+            }
+    }
+
+    void walk(Numbers& u) const {
+        const Distance& law = of.law_;
+        for (std::size_t i = 0; i < n; ++i) {
+            if (time >= of.stop[i] - INSTANT) continue;
+            const double along = meets[i] ? 1.0 : std::max(0.0, direction[2 * i] * e[2 * i] + direction[2 * i + 1] * e[2 * i + 1]);
+            const double walked = along * std::min(of.speed, std::max(0.0, ahead[i]) / law.time_gap);
+            double own[2] = {walked * direction[2 * i], walked * direction[2 * i + 1]};
+            // towards a wall nobody walks faster than its gap allows, along it as fast as else
+            for (std::int64_t c = of_walls[i]; c < of_walls[i + 1]; ++c) {
+                const double s = at.distance[c], nx = at.vector[2 * c] / s, ny = at.vector[2 * c + 1] / s;
+                const double into = own[0] * nx + own[1] * ny - std::max(0.0, at.gap[c]) / law.time_gap;
+                if (s > 0.0 && into > 0.0) own[0] -= into * nx, own[1] -= into * ny;
+            }
+            for (int a = 0; a < 2; ++a) own[a] = (1.0 - of.share[i]) * own[a] + of.share[i] * u[2 * i + a];
+            if (law.heading_sd > 0.0) {
+                const double phase = Draws(law.seed, of.ids[i], -1.0).uniform();
+                const double held = std::floor((time + INSTANT) / law.heading_hold + phase);
+                const Turn by = turn_by(law.heading_sd * Draws(law.seed, of.ids[i], held).normal());
+                u[2 * i] = by.cosine * own[0] - by.sine * own[1], u[2 * i + 1] = by.sine * own[0] + by.cosine * own[1];
+            } else {
+                u[2 * i] = own[0], u[2 * i + 1] = own[1];
+            }
         }
     }
-    if (!waves_.empty()) jostle(x, before, time, u);
+
+    void jostle(Numbers& u) const {
+        const double size = of.law_.jostling * std::sqrt(2.0 / WAVES);
+        constexpr std::size_t BLOCK = 256;
+        double px[BLOCK], py[BLOCK], along[BLOCK], across[BLOCK];
+        for (std::size_t begin = 0, k; begin < n; begin += k) {
+            k = std::min(BLOCK, n - begin);
+            for (std::size_t i = 0; i < k; ++i) px[i] = x[2 * (begin + i)], py[i] = x[2 * (begin + i) + 1], along[i] = across[i] = 0.0;
+            for (const Wave& wave : of.waves_) wave_at(k, px, py, wave, time, along, across);
+            for (std::size_t i = 0; i < k; ++i)
+                if (before[begin + i]) u[2 * (begin + i)] += size * along[i], u[2 * (begin + i) + 1] += size * across[i];
+        }
+    }
+};
+
+Numbers Drive::desired(In at, In radius, double time) const {
+    Numbers x(at.begin(), at.end());
+    if (walls.period > 0.0)
+        for (std::size_t i = 0; i < x.size(); i += 2) x[i] -= walls.period * std::floor((x[i] - walls.low) / walls.period);
+    Numbers u = wished(x, time);
+    if (!(law_.time_gap > 0.0)) return u;
+    Look look(*this, x, radius, time);
+    look.find_ways(), look.give_way(), look.look_ahead(), look.walk(u);
+    if (!waves_.empty()) look.jostle(u);
     return u;
 }
 
