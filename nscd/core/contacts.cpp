@@ -92,32 +92,30 @@ Nearby nearby(In position, In radius, double most, std::span<const Index> body) 
     const Cells cells = cells_of(position, reach);
     // each comes into its cell after all before it, which so are sorted for those that they find and for those that find them
     std::vector<Held> held(n);
-    Places filled = cells.begins, early, found(n), from(n + 1, 0);
+    Places filled = cells.begins, early(8 * n), from(n + 1, 0);
     Starts count(n + 1, 0);
-    std::int64_t close = 0;
     for (std::size_t b = 0; b < n; ++b) {
         const Held me{position[2 * b], position[2 * b + 1], radius[b], Index(b)};
         const int i = cells.at[2 * b], j = cells.at[2 * b + 1], q0 = std::max(j - 1, 0), q1 = std::min(j + 2, cells.ny);
-        std::size_t size = 0;
+        const std::size_t first = std::size_t(from[b]);
+        std::size_t size = first;
+        if (early.size() < size + b) early.resize(2 * early.size() + n);
         for (int p = std::max(i - 1, 0), p1 = std::min(i + 2, cells.nx); p < p1; ++p)
             for (std::size_t cell = cells.of(p, q0), end = cells.of(p, q1); cell < end; ++cell)
                 for (Index k = cells.begins[cell]; k < filled[cell]; ++k) {
                     const double dx = held[k].x - me.x, dy = held[k].y - me.y, square = dx * dx + dy * dy;
                     const double apart = (held[k].radius + me.radius + more) * MARGIN;
-                    close += square <= reach * reach;
-                    found[size] = held[k].disk;
+                    early[size] = held[k].disk;
                     size += square <= apart * apart;  // without a branch, which nobody could foresee
                 }
         held[filled[cells.of(i, j)]++] = me;
-        for (std::size_t k = 0; k < size; ++k) {
-            if (!body.empty() && body[found[k]] == body[b]) continue;
-            early.push_back(found[k]), ++count[found[k] + 1];
-        }
-        from[b + 1] = Index(early.size());
-        if (close > MOST_PAIRS) return near;
+        if (!body.empty()) size = std::size_t(std::remove_if(&early[first], &early[0] + size, [&](Index a) { return body[a] == body[b]; }) - &early[0]);
+        for (std::size_t k = first; k < size; ++k) ++count[early[k] + 1];
+        if (size > MOST_PAIRS) return near;
+        from[b + 1] = Index(size);
     }
     for (std::size_t a = 0; a < n; ++a) count[a + 1] += count[a];
-    near.start = count, near.other.resize(early.size());
+    near.start = count, near.other.resize(std::size_t(from[n]));
     for (std::size_t b = 0; b < n; ++b)
         for (Index k = from[b]; k < from[b + 1]; ++k) near.other[count[early[k]]++] = Index(b);
     return near;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <tuple>
 #include <utility>
 
 #include "contacts.hpp"
@@ -33,11 +32,16 @@ struct Draws {
     Draws(double seed, double of, double number) : state(mixed(mixed(mixed(bits(seed)) ^ bits(of)) ^ bits(number))) {}
     static std::uint64_t bits(double whole) { return std::uint64_t(std::int64_t(whole)); }
     double uniform() { return double((state = mixed(state)) >> 11) * 0x1p-53; }
-    // as the sum of twelve, of which every processor knows the same digits
     double normal() {
-        double sum = -6.0;
-        for (int i = 0; i < 12; ++i) sum += uniform();
-        return sum;
+        double one;
+        normals(1, &state, &one);
+        return one;
+    }
+    // One of each of many states, as the sum of twelve, of which every processor knows the same digits.
+    static void normals(std::size_t k, std::uint64_t* state, double* sum) {
+        std::fill_n(sum, k, -6.0);
+        for (int i = 0; i < 12; ++i)
+            for (std::size_t c = 0; c < k; ++c) sum[c] += double((state[c] = mixed(state[c])) >> 11) * 0x1p-53;
     }
 };
 
@@ -156,15 +160,20 @@ Drive::Leg Drive::leg(const double* at, int door) const {
 }
 
 Numbers Drive::wished(In x, double time) const {
+    const std::size_t n = x.size() / 2;
     Numbers u(x.size(), 0.0);
     const double none[2] = {0.0, 0.0};
-    for (std::size_t i = 0; 2 * i < x.size(); ++i) {
-        if (time >= stop[i] - INSTANT) continue;
+    for (std::size_t i = 0, end; i < n; i = end) {
+        const auto same = [&](std::size_t j) { return grid.empty() && goes[j] == goes[i]; };
+        for (end = i + 1; end < n && same(end);) ++end;
         const Leg to = leg(&x[2 * i], int(goes[i]));
-        const Out mine(&u[2 * i], 2);
-        if (grid.empty()) headed(In(&x[2 * i], 2), to.start, to.end, to.outward, to.place, speed, mine);
-        else add_drive(mine, In(&x[2 * i], 2), In(none, 2), speed, 1.0, to.start, to.end, to.place, to.outward);
+        const In place = x.subspan(2 * i, 2 * (end - i));
+        const Out mine(&u[2 * i], place.size());
+        if (grid.empty()) headed(place, to.start, to.end, to.outward, to.place, speed, mine);
+        else add_drive(mine, place, In(none, 2), speed, 1.0, to.start, to.end, to.place, to.outward);
     }
+    for (std::size_t i = 0; i < n; ++i)
+        if (time >= stop[i] - INSTANT) u[2 * i] = u[2 * i + 1] = 0.0;
     return u;
 }
 
@@ -183,10 +192,10 @@ double Drive::left(double x, double y, int door) const {
 
 // The straight way of somebody who keeps clear of the posts of a door: to it, or first to a place from which it is 45° aslant, and
 // from beside it along its line.
-void Drive::heading(const double* at, int door, double radius, bool round, double (&way)[2]) const {
+void Drive::heading(const double* at, int door, double left, double radius, bool round, double (&way)[2]) const {
     Leg to = leg(at, door);
     const double ex = to.end[0] - to.start[0], ey = to.end[1] - to.start[1], wide = length(ex, ey);
-    if (to.corner || wide > FAR || !(left(at[0], at[1], door) > 0.0)) {
+    if (to.corner || wide > FAR || !(left > 0.0)) {
         headed(In(at, 2), to.start, to.end, to.outward, to.place, 1.0, Out(way, 2));
         return;
     }
@@ -201,35 +210,39 @@ void Drive::heading(const double* at, int door, double radius, bool round, doubl
 
 // What somebody who keeps a distance sees of the others, and what comes of it.
 struct Drive::Look {
+    // what pairs ask of somebody: m, unit vectors of the straight way and of the walk, what is left (m)
+    struct Person { double x, y, e[2], walk[2], mine, radius; };
     const Drive& of;
-    const double time, most;
-    const Numbers& x;
-    const In radius;
+    const In x, radius;
+    const double time, most = std::max(FADED * PEOPLE_DECAY, of.speed * of.law_.time_gap);
     const std::size_t n = radius.size();
+    const bool round = of.walls.period > 0.0;
     Nearby near;
     Numbers vector, gaps;  // (k·2), (k) m, of those that are near; with a period alone
-    Touching at;     // walls
+    Touching at;           // walls
     Starts of_walls = Starts(n + 1, 0);
-    Numbers e = Numbers(2 * n), direction = Numbers(2 * n), ahead = Numbers(n, INFINITE), mine = Numbers(n);
-    Flags before = Flags(n, 0), meets = Flags(n, 0);
+    std::vector<Person, Aligned<Person>> people = std::vector<Person, Aligned<Person>>(n);
+    Numbers ahead = Numbers(n, INFINITE);
+    Flags before = Flags(n, 0), meets = Flags(n, 0), walled = Flags(n, 0);
 
-    Look(const Drive& drive, const Numbers& places, In radii, double now)
-        : of(drive), time(now), most(std::max(FADED * PEOPLE_DECAY, drive.speed * drive.law_.time_gap)), x(places), radius(radii) {
-        if (of.walls.period > 0.0) {
+    Look(const Drive& drive, In places, In radii, double now) : of(drive), x(places), radius(radii), time(now) {
+        if (round) {
             at = touching(x, radius, of.walls, most);
             near.start.assign(n + 1, 0);
-            const auto pairs = std::size_t(std::max<std::int64_t>(at.pairs, 0));
-            for (std::size_t c = 0; c < pairs; ++c) ++near.start[at.first[c] + 1], near.other.push_back(Index(at.second[c]));
+            for (std::int64_t c = 0; c < at.pairs; ++c) {
+                ++near.start[at.first[c] + 1], near.other.push_back(Index(at.second[c]));
+                gaps.push_back(at.distance[c] > 0.0 ? at.gap[c] : INFINITE);
+            }
             for (std::size_t i = 0; i < n; ++i) near.start[i + 1] += near.start[i];
-            for (std::size_t c = 0; c < pairs; ++c) gaps.push_back(at.distance[c] > 0.0 ? at.gap[c] : INFINITE);
             vector = std::move(at.vector);
         } else {
             near = nearby(x, radius, most);
             near.start.resize(n + 1, 0);
         }
         at = touching_walls(x, radius, of.walls, most);
-        for (const std::int64_t i : at.first) ++of_walls[i + 1];
+        for (const std::int64_t i : at.first) ++of_walls[i + 1], walled[i] = 1;
         for (std::size_t i = 0; i < n; ++i) of_walls[i + 1] += of_walls[i];
+        find_ways();
     }
 
     bool hidden(std::size_t i, double dx, double dy) const {
@@ -238,109 +251,111 @@ struct Drive::Look {
         for (std::int64_t c = of_walls[i]; c < of_walls[i + 1]; ++c) {
             const std::size_t w = 2 * (at.second[c]);
             const double ax = walls.along[w], ay = walls.along[w + 1], sy = walls.start[w + 1] - py;
-            for (const double round : {0.0, walls.period, -walls.period}) {
-                const double sx = walls.start[w] + round - px;
+            for (const double past : {0.0, walls.period, -walls.period}) {
+                const double sx = walls.start[w] + past - px;
                 const double side = (dx * sy - dy * sx) * (dx * (sy + ay) - dy * (sx + ax));
                 const double other = (ax * -sy + ay * sx) * (ax * (dy - sy) - ay * (dx - sx));
                 if (side < 0.0 && other < 0.0) return true;
-                if (!(walls.period > 0.0)) break;
+                if (!round) break;
             }
         }
         return false;
     }
-    bool visible(std::size_t i, std::size_t j, double dx, double dy) const { return !hidden(i, dx, dy) && !hidden(j, -dx, -dy); }
+    bool visible(std::size_t i, std::size_t j, double dx, double dy) const {
+        return !(walled[i] | walled[j]) || (!hidden(i, dx, dy) && !hidden(j, -dx, -dy));
+    }
     // whether both have the same way left at the same place
-    bool same(std::size_t i, std::size_t j) const { return of.goes[i] == of.goes[j] && !(of.walls.period > 0.0); }
+    bool same(std::size_t i, std::size_t j) const { return of.goes[i] == of.goes[j] && !round; }
     bool nearer(std::size_t i, std::size_t j, double dx, double dy) const {
-        return (same(i, j) ? mine[j] : of.left(x[2 * i] + dx, x[2 * i + 1] + dy, int(of.goes[i]))) < mine[i];
+        return (same(i, j) ? people[j].mine : of.left(x[2 * i] + dx, x[2 * i + 1] + dy, int(of.goes[i]))) < people[i].mine;
     }
     bool meet(std::size_t i, std::size_t j, double dx, double dy) const {
-        return !same(i, j) && e[2 * i] * e[2 * j] + e[2 * i + 1] * e[2 * j + 1] < 0.0 && nearer(i, j, dx, dy) && nearer(j, i, -dx, -dy);
+        const Person &a = people[i], &b = people[j];
+        return !same(i, j) && a.e[0] * b.e[0] + a.e[1] * b.e[1] < 0.0 && nearer(i, j, dx, dy) && nearer(j, i, -dx, -dy);
+    }
+    std::pair<double, double> to(const Person& a, const Person& b, std::size_t c) const {
+        if (round) return {vector[2 * c], vector[2 * c + 1]};
+        return {b.x - a.x, b.y - a.y};
     }
 
     void find_ways() {
         for (std::size_t i = 0; i < n; ++i) {
+            const double *exit = &of.exits[8 * int(of.goes[i])], left = of.left(x[2 * i], x[2 * i + 1], int(of.goes[i]));
             double way[2];
-            of.heading(&x[2 * i], int(of.goes[i]), radius[i], true, way);
-            if (hidden(i, way[0], way[1])) of.heading(&x[2 * i], int(of.goes[i]), radius[i], false, way);
+            of.heading(&x[2 * i], int(of.goes[i]), left, radius[i], true, way);
+            if (hidden(i, way[0], way[1])) of.heading(&x[2 * i], int(of.goes[i]), left, radius[i], false, way);
             const double size = length(way[0], way[1]);
-            for (int a = 0; a < 2; ++a) e[2 * i + a] = direction[2 * i + a] = size > 0.0 ? way[a] / size : 0.0;
-            mine[i] = of.left(x[2 * i], x[2 * i + 1], int(of.goes[i]));
-            const double* exit = &of.exits[8 * int(of.goes[i])];
-            before[i] = time < of.stop[i] - INSTANT && (mine[i] > 0.0 || std::abs(exit[6]) + std::abs(exit[7]) > FAR);
+            for (double& one : way) one = size > 0.0 ? one / size : 0.0;
+            people[i] = {x[2 * i], x[2 * i + 1], {way[0], way[1]}, {way[0], way[1]}, left, radius[i]};
+            before[i] = time < of.stop[i] - INSTANT && (left > 0.0 || std::abs(exit[6]) + std::abs(exit[7]) > FAR);
         }
     }
-    void turn(std::size_t i, double ux, double uy, double size, bool round) {
-        const double along = ux * e[2 * i] + uy * e[2 * i + 1], against = round && along > 0.0 ? along : 0.0;
-        direction[2 * i] -= size * (ux - against * e[2 * i]);
-        direction[2 * i + 1] -= size * (uy - against * e[2 * i + 1]);
+
+    static void turn(Person& one, double ux, double uy, double size, bool never_back) {
+        const double along = ux * one.e[0] + uy * one.e[1], against = never_back && along > 0.0 ? along : 0.0;
+        one.walk[0] -= size * (ux - against * one.e[0]), one.walk[1] -= size * (uy - against * one.e[1]);
     }
     // who meets somebody gives way, to the right where the other is not to the right, and goes aside for that
     void pass(std::size_t i, double dx, double dy, double wide, double size) {
-        const double left = e[2 * i] * dy - e[2 * i + 1] * dx, free = std::max(0.0, 1.0 - std::abs(left) / wide);
+        Person& one = people[i];
+        const double left = one.e[0] * dy - one.e[1] * dx, free = std::max(0.0, 1.0 - std::abs(left) / wide);
         const double side = left >= 0.0 ? size * free : -size * free;
-        direction[2 * i] += side * e[2 * i + 1], direction[2 * i + 1] -= side * e[2 * i];
+        one.walk[0] += side * one.e[1], one.walk[1] -= side * one.e[0];
         meets[i] = meets[i] || free > 0.0;
     }
-    std::pair<double, double> to(std::size_t i, std::size_t c) const {
-        if (!vector.empty()) return {vector[2 * c], vector[2 * c + 1]};
-        const std::size_t j = std::size_t(near.other[c]);
-        return {x[2 * j] - x[2 * i], x[2 * j + 1] - x[2 * i + 1]};
+    // u: from i to j, c: their pair
+    void repel(std::size_t i, std::size_t j, std::size_t c, double ux, double uy, double gap, double size) {
+        Person &a = people[i], &b = people[j];
+        const auto [dx, dy] = to(a, b, c);
+        if (same(i, j)) {
+            if (gap < FADED * PEOPLE_DECAY && visible(i, j, dx, dy)) turn(a, ux, uy, size, !(b.mine < a.mine)), turn(b, -ux, -uy, size, !(a.mine < b.mine));
+        } else if (meet(i, j, dx, dy)) {
+            const double wide = a.radius + b.radius, aside = FROM_PEOPLE * decayed(std::min(gap / MEETING_DECAY, FADED));
+            if (visible(i, j, dx, dy)) pass(i, dx, dy, wide, aside), pass(j, -dx, -dy, wide, aside);
+        } else if (gap < FADED * PEOPLE_DECAY && visible(i, j, dx, dy)) {
+            turn(a, ux, uy, size, !nearer(i, j, dx, dy)), turn(b, -ux, -uy, size, !nearer(j, i, -dx, -dy));
+        }
     }
-
     void give_way() {
+        constexpr std::size_t SOME = 16;  // people whose pairs are in the cache together
         Numbers ux, uy, gap, one, other, size;
         for (std::size_t begin = 0, end; begin < n; begin = end) {
-            end = std::min(n, begin + 64);
+            end = std::min(n, begin + SOME);
             const auto c0 = std::size_t(near.start[begin]), k = std::size_t(near.start[end]) - c0;
-            for (Numbers* all : {&ux, &uy, &gap, &one, &other, &size}) all->resize(k);
+            for (Numbers* all : {&ux, &uy, &gap, &one, &other, &size})
+                if (all->size() < k) all->resize(2 * k);
             for (std::size_t i = begin, c = 0; i < end; ++i)
                 for (; c0 + c < std::size_t(near.start[i + 1]); ++c) {
-                    std::tie(ux[c], uy[c]) = to(i, c0 + c);
-                    one[c] = radius[i], other[c] = radius[near.other[c0 + c]];
+                    const Person& another = people[near.other[c0 + c]];
+                    const auto [dx, dy] = to(people[i], another, c0 + c);
+                    ux[c] = dx, uy[c] = dy, one[c] = people[i].radius, other[c] = another.radius;
                 }
             spaced(k, ux.data(), uy.data(), one.data(), other.data(), gap.data());
-            if (!gaps.empty()) std::copy_n(&gaps[c0], k, gap.begin());
+            if (round) std::copy_n(&gaps[c0], k, gap.begin());
             repelled(k, gap.data(), size.data());
             for (std::size_t i = begin, c = 0; i < end; ++i)
-                for (; c0 + c < std::size_t(near.start[i + 1]); ++c) {
-                    if (!(gap[c] <= most)) continue;
-                    const auto j = std::size_t(near.other[c0 + c]);
-                    if (same(i, j)) {
-                        if (!(gap[c] < FADED * PEOPLE_DECAY)) continue;
-                        if ((of_walls[i] < of_walls[i + 1] || of_walls[j] < of_walls[j + 1])) {
-                            const auto [dx, dy] = to(i, c0 + c);
-                            if (!visible(i, j, dx, dy)) continue;
-                        }
-                        turn(i, ux[c], uy[c], size[c], !(mine[j] < mine[i])), turn(j, -ux[c], -uy[c], size[c], !(mine[i] < mine[j]));
-                        continue;
-                    }
-                    const auto [dx, dy] = to(i, c0 + c);
-                    if (meet(i, j, dx, dy)) {
-                        const double wide = radius[i] + radius[j], aside = FROM_PEOPLE * decayed(std::min(gap[c] / MEETING_DECAY, FADED));
-                        if (visible(i, j, dx, dy)) pass(i, dx, dy, wide, aside), pass(j, -dx, -dy, wide, aside);
-                    } else if (gap[c] < FADED * PEOPLE_DECAY && visible(i, j, dx, dy)) {
-                        turn(i, ux[c], uy[c], size[c], !nearer(i, j, dx, dy)), turn(j, -ux[c], -uy[c], size[c], !nearer(j, i, -dx, -dy));
-                    }
-                }
+                for (; c0 + c < std::size_t(near.start[i + 1]); ++c)
+                    if (gap[c] <= most) repel(i, std::size_t(near.other[c0 + c]), c0 + c, ux[c], uy[c], gap[c], size[c]);
         }
         for (std::size_t c = 0; c < at.size(); ++c) {
-            const double s = at.distance[c], size = FROM_WALLS * decayed(std::min(at.gap[c] * (1.0 / WALL_DECAY), FADED));
+            const double s = at.distance[c], wall = FROM_WALLS * decayed(std::min(at.gap[c] * (1.0 / WALL_DECAY), FADED));
             // walls turn people, and never back
-            if (s > 0.0 && at.gap[c] < FADED * WALL_DECAY) turn(std::size_t(at.first[c]), at.vector[2 * c] / s, at.vector[2 * c + 1] / s, size, true);
+            if (s > 0.0 && at.gap[c] < FADED * WALL_DECAY) turn(people[at.first[c]], at.vector[2 * c] / s, at.vector[2 * c + 1] / s, wall, true);
         }
-        for (std::size_t i = 0; i < n; ++i) {
-            const double size = length(direction[2 * i], direction[2 * i + 1]);
-            for (int a = 0; a < 2; ++a) direction[2 * i + a] = size > 0.0 ? direction[2 * i + a] / size : e[2 * i + a];
+        for (Person& one : people) {
+            const double all = length(one.walk[0], one.walk[1]);
+            for (int a = 0; a < 2; ++a) one.walk[a] = all > 0.0 ? one.walk[a] / all : one.e[a];
         }
     }
 
     // how far i sees free way, whom j may be before; c: their pair
     void look(std::size_t i, std::size_t j, double dx, double dy, std::size_t c) {
-        const double nx = direction[2 * i], ny = direction[2 * i + 1];
-        if (!(dx * nx + dy * ny >= 0.0 && std::abs(dx * ny - dy * nx) <= ABREAST * (radius[i] + radius[j]))) return;
+        const Person &me = people[i], &other = people[j];
+        const double nx = me.walk[0], ny = me.walk[1];
+        // not &&, since nobody could foresee either
+        if (!((dx * nx + dy * ny >= 0.0) & (std::abs(dx * ny - dy * nx) <= ABREAST * (me.radius + other.radius)))) return;
         const double s = length(dx, dy);
-        double gap = gaps.empty() ? s - radius[std::min(i, j)] - radius[std::max(i, j)] : gaps[c];
+        double gap = round ? gaps[c] : i < j ? s - me.radius - other.radius : s - other.radius - me.radius;
         if (!(s > 0.0 && gap <= most)) return;
         if (gap < SHUFFLE && meet(i, j, dx, dy)) gap = SHUFFLE;
         // nobody waits for who has stopped
@@ -350,23 +365,37 @@ struct Drive::Look {
         for (std::size_t i = 0; i < n; ++i)
             for (auto c = std::size_t(near.start[i]); c < std::size_t(near.start[i + 1]); ++c) {
                 const auto j = std::size_t(near.other[c]);
-                const auto [dx, dy] = to(i, c);
-                if (same(i, j)) {
-                    const bool on = mine[j] < mine[i];
-                    look(on ? i : j, on ? j : i, on ? dx : -dx, on ? dy : -dy, c);
-                } else {
-                    look(i, j, dx, dy, c), look(j, i, -dx, -dy, c);
-                }
+                const auto [dx, dy] = to(people[i], people[j], c);
+                if (!same(i, j)) look(i, j, dx, dy, c), look(j, i, -dx, -dy, c);
+                else if (people[j].mine < people[i].mine) look(i, j, dx, dy, c);
+                else look(j, i, -dx, -dy, c);
             }
     }
 
+    // by what people turn aside from where they want to walk
+    std::vector<Turn> turns() const {
+        const Distance& law = of.law_;
+        std::vector<std::uint64_t> state(n);
+        Numbers normal(n);
+        for (std::size_t i = 0; i < n; ++i) {
+            const double phase = Draws(law.seed, of.ids[i], -1.0).uniform();
+            state[i] = Draws(law.seed, of.ids[i], std::floor((time + INSTANT) / law.heading_hold + phase)).state;
+        }
+        constexpr std::size_t SOME = 64;
+        for (std::size_t i = 0; i < n; i += SOME) Draws::normals(std::min(SOME, n - i), &state[i], &normal[i]);
+        std::vector<Turn> all(n);
+        for (std::size_t i = 0; i < n; ++i) all[i] = turn_by(law.heading_sd * normal[i]);
+        return all;
+    }
     void walk(Numbers& u) const {
         const Distance& law = of.law_;
+        const std::vector<Turn> by = law.heading_sd > 0.0 ? turns() : std::vector<Turn>();
         for (std::size_t i = 0; i < n; ++i) {
             if (time >= of.stop[i] - INSTANT) continue;
-            const double along = meets[i] ? 1.0 : std::max(0.0, direction[2 * i] * e[2 * i] + direction[2 * i + 1] * e[2 * i + 1]);
+            const Person& me = people[i];
+            const double along = meets[i] ? 1.0 : std::max(0.0, me.walk[0] * me.e[0] + me.walk[1] * me.e[1]);
             const double walked = along * std::min(of.speed, std::max(0.0, ahead[i]) / law.time_gap);
-            double own[2] = {walked * direction[2 * i], walked * direction[2 * i + 1]};
+            double own[2] = {walked * me.walk[0], walked * me.walk[1]};
             // towards a wall nobody walks faster than its gap allows, along it as fast as else
             for (std::int64_t c = of_walls[i]; c < of_walls[i + 1]; ++c) {
                 const double s = at.distance[c], nx = at.vector[2 * c] / s, ny = at.vector[2 * c + 1] / s;
@@ -374,23 +403,16 @@ struct Drive::Look {
                 if (s > 0.0 && into > 0.0) own[0] -= into * nx, own[1] -= into * ny;
             }
             for (int a = 0; a < 2; ++a) own[a] = (1.0 - of.share[i]) * own[a] + of.share[i] * u[2 * i + a];
-            if (law.heading_sd > 0.0) {
-                const double phase = Draws(law.seed, of.ids[i], -1.0).uniform();
-                const double held = std::floor((time + INSTANT) / law.heading_hold + phase);
-                const Turn by = turn_by(law.heading_sd * Draws(law.seed, of.ids[i], held).normal());
-                u[2 * i] = by.cosine * own[0] - by.sine * own[1], u[2 * i + 1] = by.sine * own[0] + by.cosine * own[1];
-            } else {
-                u[2 * i] = own[0], u[2 * i + 1] = own[1];
-            }
+            u[2 * i] = own[0], u[2 * i + 1] = own[1];
+            if (!by.empty()) u[2 * i] = by[i].cosine * own[0] - by[i].sine * own[1], u[2 * i + 1] = by[i].sine * own[0] + by[i].cosine * own[1];
         }
     }
-
     void jostle(Numbers& u) const {
         const double size = of.law_.jostling * std::sqrt(2.0 / WAVES);
-        constexpr std::size_t BLOCK = 256;
-        double px[BLOCK], py[BLOCK], along[BLOCK], across[BLOCK];
+        constexpr std::size_t SOME = 256;
+        double px[SOME], py[SOME], along[SOME], across[SOME];
         for (std::size_t begin = 0, k; begin < n; begin += k) {
-            k = std::min(BLOCK, n - begin);
+            k = std::min(SOME, n - begin);
             for (std::size_t i = 0; i < k; ++i) px[i] = x[2 * (begin + i)], py[i] = x[2 * (begin + i) + 1], along[i] = across[i] = 0.0;
             for (const Wave& wave : of.waves_) wave_at(k, px, py, wave, time, along, across);
             for (std::size_t i = 0; i < k; ++i)
@@ -405,9 +427,9 @@ Numbers Drive::desired(In at, In radius, double time) const {
         for (std::size_t i = 0; i < x.size(); i += 2) x[i] -= walls.period * std::floor((x[i] - walls.low) / walls.period);
     Numbers u = wished(x, time);
     if (!(law_.time_gap > 0.0)) return u;
-    Look look(*this, x, radius, time);
-    look.find_ways(), look.give_way(), look.look_ahead(), look.walk(u);
-    if (!waves_.empty()) look.jostle(u);
+    Look all(*this, x, radius, time);
+    all.give_way(), all.look_ahead(), all.walk(u);
+    if (!waves_.empty()) all.jostle(u);
     return u;
 }
 

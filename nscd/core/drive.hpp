@@ -45,7 +45,7 @@ private:
     int corner_of(const double* at, int door) const;
     Leg leg(const double* at, int door) const;
     double left(double x, double y, int door) const;
-    void heading(const double* at, int door, double radius, bool round, double (&way)[2]) const;
+    void heading(const double* at, int door, double left, double radius, bool round, double (&way)[2]) const;
 
     Distance law_;
     std::vector<Wave> waves_;
