@@ -17,6 +17,7 @@ constexpr double MEETING_DECAY = 0.3, SHUFFLE = 0.2;  // m; m, the least space b
 constexpr double FADED = 10.0;   // decay lengths, where a repulsion ends
 constexpr double ABREAST = 0.8;  // of the radii: who is less far beside the way is before me
 constexpr double FAR = 1e28;     // m: a door that far is none, and people walk outward
+constexpr double CLOSE = 0.25;   // m: who is before me is mostly as near
 constexpr int WAVES = 40;
 constexpr double TURN = 6.283185307179586;
 
@@ -75,7 +76,17 @@ inline Turn turned(double angle) {
 #define NSCD_WIDE
 #endif
 
-// Make vectors (k) m unit ones; the gaps (m) between disks of such radii (m), infinite where there is no direction.
+// Pairs of people, one and another: the vector (m), then unit vector between them, what each wants, has left and turns by.
+struct Pairs {
+    enum { X, Y, SIZE, ONE, OTHER, ONE_X, ONE_Y, ONE_LEFT, OTHER_X, OTHER_Y, OTHER_LEFT, PARTS };
+    Numbers part[PARTS];
+    void reserve(std::size_t k) {
+        for (Numbers& one : part)
+            if (one.size() < k) one.resize(2 * k);
+    }
+};
+
+// Make vectors unit ones; gaps (m), infinite where there is no direction.
 NSCD_WIDE void spaced(std::size_t k, double* dx, double* dy, const double* one, const double* other, double* gap) {
     for (std::size_t c = 0; c < k; ++c) {
         const double s = length(dx[c], dy[c]);
@@ -84,6 +95,19 @@ NSCD_WIDE void spaced(std::size_t k, double* dx, double* dy, const double* one, 
 }
 NSCD_WIDE void repelled(std::size_t k, const double* gap, double* size) {
     for (std::size_t c = 0; c < k; ++c) size[c] = FROM_PEOPLE * decayed(std::min(gap[c] * (1.0 / PEOPLE_DECAY), FADED));
+}
+// What somebody with the way e turns by who is repelled along −u, never back or back as well.
+inline Turn aside(double ux, double uy, double ex, double ey, double size, bool never_back) {
+    const double along = ux * ex + uy * ey, against = never_back && along > 0.0 ? along : 0.0;
+    return {size * (ux - against * ex), size * (uy - against * ey)};
+}
+// In place of what both want.
+NSCD_WIDE void asides(std::size_t k, const double* ux, const double* uy, const double* size, double* ax, double* ay, const double* mine, double* bx,
+                      double* by, const double* other) {
+    for (std::size_t c = 0; c < k; ++c) {
+        const Turn a = aside(ux[c], uy[c], ax[c], ay[c], size[c], !(other[c] < mine[c])), b = aside(-ux[c], -uy[c], bx[c], by[c], size[c], !(mine[c] < other[c]));
+        ax[c] = a.cosine, ay[c] = a.sine, bx[c] = b.cosine, by[c] = b.sine;
+    }
 }
 
 // Add cos and sin of k·q − ωt, turned by the phases of both components, of so many places (m).
@@ -212,23 +236,31 @@ void Drive::heading(const double* at, int door, double left, double radius, bool
 struct Drive::Look {
     // what pairs ask of somebody: m, unit vectors of the straight way and of the walk, what is left (m)
     struct Person { double x, y, e[2], walk[2], mine, radius; };
+    struct Pair { Index one, other; std::int64_t number; };
+    // what a look leaves for the next one, which need not ask for memory
+    struct Memory {
+        Nearby near;
+        Numbers gaps;
+        std::vector<Pair> close;
+    };
     const Drive& of;
     const In x, radius;
     const double time, most = std::max(FADED * PEOPLE_DECAY, of.speed * of.law_.time_gap);
     const std::size_t n = radius.size();
-    const bool round = of.walls.period > 0.0;
-    Nearby near;
-    Numbers vector, gaps;  // (k·2), (k) m, of those that are near; with a period alone
+    const bool round = of.walls.period > 0.0, alike = !round && of.exits.size() == 8;
+    Nearby& near;
+    Numbers &gaps, vector;  // (k) m, and with a period (k·2) m, of those that are near
+    std::vector<Pair>& close;
     Touching at;           // walls
     Starts of_walls = Starts(n + 1, 0);
     std::vector<Person, Aligned<Person>> people = std::vector<Person, Aligned<Person>>(n);
     Numbers ahead = Numbers(n, INFINITE);
     Flags before = Flags(n, 0), meets = Flags(n, 0), walled = Flags(n, 0);
 
-    Look(const Drive& drive, In places, In radii, double now) : of(drive), x(places), radius(radii), time(now) {
+    Look(const Drive& drive, In places, In radii, double now, Memory& kept) : of(drive), x(places), radius(radii), time(now), near(kept.near), gaps(kept.gaps), close(kept.close) {
         if (round) {
             at = touching(x, radius, of.walls, most);
-            near.start.assign(n + 1, 0);
+            near.start.assign(n + 1, 0), near.other.clear(), gaps.clear();
             for (std::int64_t c = 0; c < at.pairs; ++c) {
                 ++near.start[at.first[c] + 1], near.other.push_back(Index(at.second[c]));
                 gaps.push_back(at.distance[c] > 0.0 ? at.gap[c] : INFINITE);
@@ -236,8 +268,9 @@ struct Drive::Look {
             for (std::size_t i = 0; i < n; ++i) near.start[i + 1] += near.start[i];
             vector = std::move(at.vector);
         } else {
-            near = nearby(x, radius, most);
-            near.start.resize(n + 1, 0);
+            find_nearby(x, radius, most, {}, near);
+            if (near.start.empty()) near.other.clear();
+            near.start.resize(n + 1, 0), gaps.resize(near.other.size());
         }
         at = touching_walls(x, radius, of.walls, most);
         for (const std::int64_t i : at.first) ++of_walls[i + 1], walled[i] = 1;
@@ -265,7 +298,7 @@ struct Drive::Look {
         return !(walled[i] | walled[j]) || (!hidden(i, dx, dy) && !hidden(j, -dx, -dy));
     }
     // whether both have the same way left at the same place
-    bool same(std::size_t i, std::size_t j) const { return of.goes[i] == of.goes[j] && !round; }
+    bool same(std::size_t i, std::size_t j) const { return alike || (of.goes[i] == of.goes[j] && !round); }
     bool nearer(std::size_t i, std::size_t j, double dx, double dy) const {
         return (same(i, j) ? people[j].mine : of.left(x[2 * i] + dx, x[2 * i + 1] + dy, int(of.goes[i]))) < people[i].mine;
     }
@@ -292,8 +325,8 @@ struct Drive::Look {
     }
 
     static void turn(Person& one, double ux, double uy, double size, bool never_back) {
-        const double along = ux * one.e[0] + uy * one.e[1], against = never_back && along > 0.0 ? along : 0.0;
-        one.walk[0] -= size * (ux - against * one.e[0]), one.walk[1] -= size * (uy - against * one.e[1]);
+        const Turn by = aside(ux, uy, one.e[0], one.e[1], size, never_back);
+        one.walk[0] -= by.cosine, one.walk[1] -= by.sine;
     }
     // who meets somebody gives way, to the right where the other is not to the right, and goes aside for that
     void pass(std::size_t i, double dx, double dy, double wide, double size) {
@@ -317,26 +350,44 @@ struct Drive::Look {
         }
     }
     void give_way() {
-        constexpr std::size_t SOME = 16;  // people whose pairs are in the cache together
-        Numbers ux, uy, gap, one, other, size;
+        constexpr std::size_t SOME = 8;  // people whose pairs are in the cache together
+        std::size_t many = 0;
+        Pairs pairs;
+        Numbers known;
         for (std::size_t begin = 0, end; begin < n; begin = end) {
             end = std::min(n, begin + SOME);
             const auto c0 = std::size_t(near.start[begin]), k = std::size_t(near.start[end]) - c0;
-            for (Numbers* all : {&ux, &uy, &gap, &one, &other, &size})
-                if (all->size() < k) all->resize(2 * k);
+            pairs.reserve(k), close.resize(std::max(close.size(), many + k));
+            const auto part = [&](int one) { return pairs.part[one].data(); };
             for (std::size_t i = begin, c = 0; i < end; ++i)
-                for (; c0 + c < std::size_t(near.start[i + 1]); ++c) {
-                    const Person& another = people[near.other[c0 + c]];
-                    const auto [dx, dy] = to(people[i], another, c0 + c);
-                    ux[c] = dx, uy[c] = dy, one[c] = people[i].radius, other[c] = another.radius;
+                for (const Person& a = people[i]; c0 + c < std::size_t(near.start[i + 1]); ++c) {
+                    const Person& b = people[near.other[c0 + c]];
+                    const auto [dx, dy] = to(a, b, c0 + c);
+                    const double all[] = {dx, dy, 0.0, a.radius, b.radius, a.e[0], a.e[1], a.mine, b.e[0], b.e[1], b.mine};
+                    for (int one = 0; one < Pairs::PARTS; ++one) part(one)[c] = all[one];
                 }
-            spaced(k, ux.data(), uy.data(), one.data(), other.data(), gap.data());
-            if (round) std::copy_n(&gaps[c0], k, gap.begin());
-            repelled(k, gap.data(), size.data());
+            double* gap = &gaps[c0];
+            if (round) known.assign(gap, gap + k);
+            spaced(k, part(Pairs::X), part(Pairs::Y), part(Pairs::ONE), part(Pairs::OTHER), gap);
+            if (round) std::copy_n(known.begin(), k, gap);
+            repelled(k, gap, part(Pairs::SIZE));
+            asides(k, part(Pairs::X), part(Pairs::Y), part(Pairs::SIZE), part(Pairs::ONE_X), part(Pairs::ONE_Y), part(Pairs::ONE_LEFT),
+                   part(Pairs::OTHER_X), part(Pairs::OTHER_Y), part(Pairs::OTHER_LEFT));
             for (std::size_t i = begin, c = 0; i < end; ++i)
-                for (; c0 + c < std::size_t(near.start[i + 1]); ++c)
-                    if (gap[c] <= most) repel(i, std::size_t(near.other[c0 + c]), c0 + c, ux[c], uy[c], gap[c], size[c]);
+                for (Person& a = people[i]; c0 + c < std::size_t(near.start[i + 1]); ++c) {
+                    const auto j = std::size_t(near.other[c0 + c]);
+                    close[many] = {Index(i), Index(j), std::int64_t(c0 + c)}, many += gap[c] <= CLOSE;
+                    if (!(gap[c] <= most)) continue;
+                    if (walled[i] | walled[j] || !same(i, j)) {
+                        repel(i, j, c0 + c, part(Pairs::X)[c], part(Pairs::Y)[c], gap[c], part(Pairs::SIZE)[c]);
+                    } else if (gap[c] < FADED * PEOPLE_DECAY) {
+                        Person& b = people[j];
+                        a.walk[0] -= part(Pairs::ONE_X)[c], a.walk[1] -= part(Pairs::ONE_Y)[c];
+                        b.walk[0] -= part(Pairs::OTHER_X)[c], b.walk[1] -= part(Pairs::OTHER_Y)[c];
+                    }
+                }
         }
+        close.resize(many);
         for (std::size_t c = 0; c < at.size(); ++c) {
             const double s = at.distance[c], wall = FROM_WALLS * decayed(std::min(at.gap[c] * (1.0 / WALL_DECAY), FADED));
             // walls turn people, and never back
@@ -348,28 +399,40 @@ struct Drive::Look {
         }
     }
 
-    // how far i sees free way, whom j may be before; c: their pair
-    void look(std::size_t i, std::size_t j, double dx, double dy, std::size_t c) {
+    // how far i sees free way, whom j may be before
+    void look(std::size_t i, std::size_t j, double dx, double dy, double gap) {
         const Person &me = people[i], &other = people[j];
         const double nx = me.walk[0], ny = me.walk[1];
-        // not &&, since nobody could foresee either
         if (!((dx * nx + dy * ny >= 0.0) & (std::abs(dx * ny - dy * nx) <= ABREAST * (me.radius + other.radius)))) return;
-        const double s = length(dx, dy);
-        double gap = round ? gaps[c] : i < j ? s - me.radius - other.radius : s - other.radius - me.radius;
-        if (!(s > 0.0 && gap <= most)) return;
         if (gap < SHUFFLE && meet(i, j, dx, dy)) gap = SHUFFLE;
         // nobody waits for who has stopped
         if (gap < ahead[i] && time < of.stop[j] - INSTANT && nearer(i, j, dx, dy) && visible(i, j, dx, dy)) ahead[i] = gap;
     }
+    void look(const Pair& pair) {
+        const auto i = std::size_t(pair.one), j = std::size_t(pair.other), c = std::size_t(pair.number);
+        const auto [dx, dy] = to(people[i], people[j], c);
+        const bool on = people[j].mine < people[i].mine;
+        const double sign = on ? 1.0 : -1.0;
+        if (same(i, j)) look(on ? i : j, on ? j : i, sign * dx, sign * dy, gaps[c]);
+        else look(i, j, dx, dy, gaps[c]), look(j, i, -dx, -dy, gaps[c]);
+    }
+    // first at who is close, behind whom few others have to be looked at
     void look_ahead() {
-        for (std::size_t i = 0; i < n; ++i)
-            for (auto c = std::size_t(near.start[i]); c < std::size_t(near.start[i + 1]); ++c) {
-                const auto j = std::size_t(near.other[c]);
-                const auto [dx, dy] = to(people[i], people[j], c);
-                if (!same(i, j)) look(i, j, dx, dy, c), look(j, i, -dx, -dy, c);
-                else if (people[j].mine < people[i].mine) look(i, j, dx, dy, c);
-                else look(j, i, -dx, -dy, c);
+        for (const Pair& pair : close) look(pair);
+        Flags open(n);
+        for (std::size_t i = 0; i < n; ++i) open[i] = ahead[i] > CLOSE;
+        for (std::size_t i = 0; i < n; ++i) {
+            const auto c0 = std::size_t(near.start[i]), c1 = std::size_t(near.start[i + 1]);
+            close.resize(std::max(close.size(), c1 - c0));
+            std::size_t size = 0;
+            for (std::size_t c = c0; c < c1; ++c) {
+                const Index j = near.other[c];
+                close[size] = {Index(i), j, std::int64_t(c)};
+                size += open[i] | open[j];  // without a branch, which nobody could foresee
             }
+            for (std::size_t k = 0; k < size; ++k)
+                if (const double gap = gaps[close[k].number]; gap > CLOSE && gap <= most && (gap < ahead[i] || gap < ahead[close[k].other])) look(close[k]);
+        }
     }
 
     // by what people turn aside from where they want to walk
@@ -427,7 +490,8 @@ Numbers Drive::desired(In at, In radius, double time) const {
         for (std::size_t i = 0; i < x.size(); i += 2) x[i] -= walls.period * std::floor((x[i] - walls.low) / walls.period);
     Numbers u = wished(x, time);
     if (!(law_.time_gap > 0.0)) return u;
-    Look all(*this, x, radius, time);
+    static thread_local Look::Memory kept;
+    Look all(*this, x, radius, time, kept);
     all.give_way(), all.look_ahead(), all.walk(u);
     if (!waves_.empty()) all.jostle(u);
     return u;
