@@ -13,7 +13,8 @@ namespace nscd {
 namespace {
 
 constexpr double FROM_PEOPLE = 5.0, PEOPLE_DECAY = 0.1, FROM_WALLS = 5.0, WALL_DECAY = 0.05;  // repulsion in directions; m
-constexpr double MEETING_DECAY = 0.3, SHUFFLE = 0.2;  // m; m, the least space before who meets somebody
+constexpr double SEEN = 3.0, BESIDE = 1.0;    // m: so far ahead, and so little beside the way, people come towards me
+constexpr double ASIDE = 2.0, SHUFFLE = 0.2;  // of the way, to the right; m, the least space before who meets somebody
 constexpr double FADED = 10.0;   // decay lengths, where a repulsion ends
 constexpr double ABREAST = 0.8;  // of the radii: who is less far beside the way is before me
 constexpr double FAR = 1e28;     // m: a door that far is none, and people walk outward
@@ -184,6 +185,39 @@ void Drive::jostle(In x, const Flags& before, double time, Out u) const {
         if (before[i]) u[2 * i] += size * along[i], u[2 * i + 1] += size * across[i];
 }
 
+// How much (n) each keeps to the right, 0 to 1, for people who come: each is before the other, and no wall is between.
+Numbers Drive::aside(In x, In radius, In e, In mine) const {
+    Numbers much(radius.size(), 0.0);
+    if (std::adjacent_find(goes.begin(), goes.end(), std::not_equal_to<>()) == goes.end()) return much;
+    Segments none;
+    none.low = walls.low, none.period = walls.period;
+    const Touching far = touching(x, radius, none, SEEN);
+    const auto hidden = [&](double px, double py, double dx, double dy) {
+        for (std::size_t w = 0; w < walls.start.size(); w += 2) {
+            const double ax = walls.along[w], ay = walls.along[w + 1], sx = walls.start[w] - px, sy = walls.start[w + 1] - py;
+            const double side = (dx * sy - dy * sx) * (dx * (sy + ay) - dy * (sx + ax));
+            if (side < 0.0 && (ax * -sy + ay * sx) * (ax * (dy - sy) - ay * (dx - sx)) < 0.0) return true;
+        }
+        return false;
+    };
+    for (std::int64_t c = 0; c < far.pairs; ++c) {
+        const std::size_t i = std::size_t(far.first[c]), j = std::size_t(far.second[c]);
+        const double dx = far.vector[2 * c], dy = far.vector[2 * c + 1];
+        if (e[2 * i] * e[2 * j] + e[2 * i + 1] * e[2 * j + 1] >= 0.0) continue;
+        const auto on_way = [&](std::size_t k) {
+            return std::abs(dx * e[2 * k + 1] - dy * e[2 * k]) < BESIDE && (k == i ? 1.0 : -1.0) * (dx * e[2 * k] + dy * e[2 * k + 1]) > 0.0;
+        };
+        const bool of_i = much[i] < 1.0 && on_way(i), of_j = much[j] < 1.0 && on_way(j);
+        if (!of_i && !of_j) continue;
+        if (!(left(x[2 * i] + dx, x[2 * i + 1] + dy, int(goes[i])) < mine[i] && left(x[2 * j] - dx, x[2 * j + 1] - dy, int(goes[j])) < mine[j])) continue;
+        if (hidden(x[2 * i], x[2 * i + 1], dx, dy)) continue;
+        const double near = 1.0 - far.gap[c] / SEEN;
+        if (of_i) much[i] = std::min(1.0, much[i] + near);
+        if (of_j) much[j] = std::min(1.0, much[j] + near);
+    }
+    return much;
+}
+
 Numbers Drive::desired(In at, In radius, double time) const {
     Numbers x(at.begin(), at.end());
     if (walls.period > 0.0)
@@ -233,16 +267,9 @@ Numbers Drive::desired(In at, In radius, double time) const {
         direction[2 * i] -= size * (ux - against * e[2 * i]);
         direction[2 * i + 1] -= size * (uy - against * e[2 * i + 1]);
     };
-    // who meets somebody gives way, to the right where the other is not to the right, and goes aside for that
-    Flags meets(n, 0);
+    const auto endless = [&](std::size_t i) { return std::abs(exits[8 * int(goes[i]) + 6]) + std::abs(exits[8 * int(goes[i]) + 7]) > FAR; };
     const auto meet = [&](std::size_t i, std::size_t j, double dx, double dy) {
         return e[2 * i] * e[2 * j] + e[2 * i + 1] * e[2 * j + 1] < 0.0 && nearer(i, j, dx, dy) && nearer(j, i, -dx, -dy);
-    };
-    const auto pass = [&](std::size_t i, double dx, double dy, double wide, double size) {
-        const double left = e[2 * i] * dy - e[2 * i + 1] * dx, free = std::max(0.0, 1.0 - std::abs(left) / wide);
-        const double side = left >= 0.0 ? size * free : -size * free;
-        direction[2 * i] += side * e[2 * i + 1], direction[2 * i + 1] -= side * e[2 * i];
-        meets[i] = meets[i] || free > 0.0;
     };
     const auto visible = [&](std::size_t i, std::size_t j, double dx, double dy) { return !hidden(i, dx, dy) && !hidden(j, -dx, -dy); };
     // several at once, which branches would not let the compiler do
@@ -257,14 +284,14 @@ Numbers Drive::desired(In at, In radius, double time) const {
         if (c >= pairs) {
             // walls turn people, and never back
             if (gap < FADED * WALL_DECAY) turn(i, ux, uy, repelled[c], true);
-        } else if (meet(i, j, dx, dy)) {
-            const double wide = radius[i] + radius[j], size = FROM_PEOPLE * decayed(std::min(gap / MEETING_DECAY, FADED));
-            if (visible(i, j, dx, dy)) pass(i, dx, dy, wide, size), pass(j, -dx, -dy, wide, size);
-        } else if (gap < FADED * PEOPLE_DECAY && visible(i, j, dx, dy)) {
+        } else if (gap < FADED * PEOPLE_DECAY && !meet(i, j, dx, dy) && visible(i, j, dx, dy)) {
             turn(i, ux, uy, repelled[c], !nearer(i, j, dx, dy)), turn(j, -ux, -uy, repelled[c], !nearer(j, i, -dx, -dy));
         }
     }
+    // who sees people come keeps to the right, and goes aside for that
+    const Numbers to_right = aside(x, radius, e, mine);
     for (std::size_t i = 0; i < n; ++i) {
+        if (to_right[i] > 0.0) direction[2 * i] += ASIDE * to_right[i] * e[2 * i + 1], direction[2 * i + 1] -= ASIDE * to_right[i] * e[2 * i];
         const double size = length(direction[2 * i], direction[2 * i + 1]);
         for (int a = 0; a < 2; ++a) direction[2 * i + a] = size > 0.0 ? direction[2 * i + a] / size : e[2 * i + a];
     }
@@ -273,8 +300,9 @@ Numbers Drive::desired(In at, In radius, double time) const {
         return gap < ahead[i] && dx * nx + dy * ny >= 0.0 && std::abs(dx * ny - dy * nx) <= ABREAST * wide;
     };
     const auto look = [&](std::size_t i, std::size_t j, double dx, double dy, double gap) {
+        // of two who meet, who has the longer way left waits, and the other shuffles on
+        if (gap < SHUFFLE && meet(i, j, dx, dy) && (mine[i] <= mine[j] || endless(i) || endless(j))) gap = SHUFFLE;
         // nobody waits for who has stopped
-        if (gap < SHUFFLE && meet(i, j, dx, dy)) gap = SHUFFLE;
         if (before_me(i, dx, dy, radius[i] + radius[j], gap) && time < stop[j] - INSTANT && nearer(i, j, dx, dy) && visible(i, j, dx, dy)) ahead[i] = gap;
     };
     for (std::size_t c = 0; c < pairs; ++c) {
@@ -284,7 +312,7 @@ Numbers Drive::desired(In at, In radius, double time) const {
     }
     for (std::size_t i = 0; i < n; ++i) {
         if (time >= stop[i] - INSTANT) continue;
-        const double along = meets[i] ? 1.0 : std::max(0.0, direction[2 * i] * e[2 * i] + direction[2 * i + 1] * e[2 * i + 1]);
+        const double along = to_right[i] > 0.0 ? 1.0 : std::max(0.0, direction[2 * i] * e[2 * i] + direction[2 * i + 1] * e[2 * i + 1]);
         const double walked = along * std::min(speed, std::max(0.0, ahead[i]) / law_.time_gap);
         double own[2] = {walked * direction[2 * i], walked * direction[2 * i + 1]};
         // towards a wall nobody walks faster than its gap allows, along it as fast as else

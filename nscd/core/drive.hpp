@@ -45,6 +45,7 @@ private:
     Leg leg(const double* at, int door) const;
     double left(double x, double y, int door) const;
     void heading(const double* at, int door, double radius, bool round, double (&way)[2]) const;
+    Numbers aside(In x, In radius, In e, In mine) const;
     void jostle(In x, const Flags& before, double time, Out u) const;
 
     Distance law_;
