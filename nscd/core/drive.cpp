@@ -13,7 +13,8 @@ namespace nscd {
 namespace {
 
 constexpr double FROM_PEOPLE = 5.0, PEOPLE_DECAY = 0.1, FROM_WALLS = 5.0, WALL_DECAY = 0.05;  // repulsion in directions; m
-constexpr double MEETING_DECAY = 0.3, SHUFFLE = 0.2;  // m; m, the least space before who meets somebody
+constexpr double SEEN = 3.0, BESIDE = 1.0;    // m: so far ahead, and so little beside the way, people come towards me
+constexpr double ASIDE = 2.0, SHUFFLE = 0.2;  // of the way, to the right; m, the least space before who meets somebody
 constexpr double FADED = 10.0;   // decay lengths, where a repulsion ends
 constexpr double ABREAST = 0.8;  // of the radii: who is less far beside the way is before me
 constexpr double FAR = 1e28;     // m: a door that far is none, and people walk outward
@@ -255,7 +256,8 @@ struct Drive::Look {
     Starts of_walls = Starts(n + 1, 0);
     std::vector<Person, Aligned<Person>> people = std::vector<Person, Aligned<Person>>(n);
     Numbers ahead = Numbers(n, INFINITE);
-    Flags before = Flags(n, 0), meets = Flags(n, 0), walled = Flags(n, 0);
+    Numbers to_right = Numbers(n, 0.0);
+    Flags before = Flags(n, 0), walled = Flags(n, 0);
 
     Look(const Drive& drive, In places, In radii, double now, Memory& kept) : of(drive), x(places), radius(radii), time(now), near(kept.near), gaps(kept.gaps), close(kept.close) {
         if (round) {
@@ -302,6 +304,7 @@ struct Drive::Look {
     bool nearer(std::size_t i, std::size_t j, double dx, double dy) const {
         return (same(i, j) ? people[j].mine : of.left(x[2 * i] + dx, x[2 * i + 1] + dy, int(of.goes[i]))) < people[i].mine;
     }
+    bool endless(std::size_t i) const { return std::abs(of.exits[8 * int(of.goes[i]) + 6]) + std::abs(of.exits[8 * int(of.goes[i]) + 7]) > FAR; }
     bool meet(std::size_t i, std::size_t j, double dx, double dy) const {
         const Person &a = people[i], &b = people[j];
         return !same(i, j) && a.e[0] * b.e[0] + a.e[1] * b.e[1] < 0.0 && nearer(i, j, dx, dy) && nearer(j, i, -dx, -dy);
@@ -328,13 +331,37 @@ struct Drive::Look {
         const Turn by = aside(ux, uy, one.e[0], one.e[1], size, never_back);
         one.walk[0] -= by.cosine, one.walk[1] -= by.sine;
     }
-    // who meets somebody gives way, to the right where the other is not to the right, and goes aside for that
-    void pass(std::size_t i, double dx, double dy, double wide, double size) {
-        Person& one = people[i];
-        const double left = one.e[0] * dy - one.e[1] * dx, free = std::max(0.0, 1.0 - std::abs(left) / wide);
-        const double side = left >= 0.0 ? size * free : -size * free;
-        one.walk[0] += side * one.e[1], one.walk[1] -= side * one.e[0];
-        meets[i] = meets[i] || free > 0.0;
+    // How much each keeps to the right, 0 to 1, for people who come: each is before the other, and no wall is between.
+    void find_coming() {
+        if (std::adjacent_find(of.goes.begin(), of.goes.end(), std::not_equal_to<>()) == of.goes.end()) return;
+        Segments none;
+        none.low = of.walls.low, none.period = of.walls.period;
+        const Touching far = touching(x, radius, none, SEEN);
+        for (std::int64_t c = 0; c < far.pairs; ++c) {
+            const std::size_t i = std::size_t(far.first[c]), j = std::size_t(far.second[c]);
+            const Person &a = people[i], &b = people[j];
+            const double dx = far.vector[2 * c], dy = far.vector[2 * c + 1];
+            if (a.e[0] * b.e[0] + a.e[1] * b.e[1] >= 0.0) continue;
+            const auto on_way = [&](const Person& me, double sign) {
+                return std::abs(dx * me.e[1] - dy * me.e[0]) < BESIDE && sign * (dx * me.e[0] + dy * me.e[1]) > 0.0;
+            };
+            const bool of_i = to_right[i] < 1.0 && on_way(a, 1.0), of_j = to_right[j] < 1.0 && on_way(b, -1.0);
+            if (!of_i && !of_j) continue;
+            if (!(of.left(x[2 * i] + dx, x[2 * i + 1] + dy, int(of.goes[i])) < a.mine && of.left(x[2 * j] - dx, x[2 * j + 1] - dy, int(of.goes[j])) < b.mine)) continue;
+            if (behind_any(a.x, a.y, dx, dy)) continue;
+            const double close_by = 1.0 - far.gap[c] / SEEN;
+            if (of_i) to_right[i] = std::min(1.0, to_right[i] + close_by);
+            if (of_j) to_right[j] = std::min(1.0, to_right[j] + close_by);
+        }
+    }
+    bool behind_any(double px, double py, double dx, double dy) const {
+        const Segments& walls = of.walls;
+        for (std::size_t w = 0; w < walls.start.size(); w += 2) {
+            const double ax = walls.along[w], ay = walls.along[w + 1], sx = walls.start[w] - px, sy = walls.start[w + 1] - py;
+            const double side = (dx * sy - dy * sx) * (dx * (sy + ay) - dy * (sx + ax));
+            if (side < 0.0 && (ax * -sy + ay * sx) * (ax * (dy - sy) - ay * (dx - sx)) < 0.0) return true;
+        }
+        return false;
     }
     // u: from i to j, c: their pair
     void repel(std::size_t i, std::size_t j, std::size_t c, double ux, double uy, double gap, double size) {
@@ -342,10 +369,7 @@ struct Drive::Look {
         const auto [dx, dy] = to(a, b, c);
         if (same(i, j)) {
             if (gap < FADED * PEOPLE_DECAY && visible(i, j, dx, dy)) turn(a, ux, uy, size, !(b.mine < a.mine)), turn(b, -ux, -uy, size, !(a.mine < b.mine));
-        } else if (meet(i, j, dx, dy)) {
-            const double wide = a.radius + b.radius, aside = FROM_PEOPLE * decayed(std::min(gap / MEETING_DECAY, FADED));
-            if (visible(i, j, dx, dy)) pass(i, dx, dy, wide, aside), pass(j, -dx, -dy, wide, aside);
-        } else if (gap < FADED * PEOPLE_DECAY && visible(i, j, dx, dy)) {
+        } else if (gap < FADED * PEOPLE_DECAY && !meet(i, j, dx, dy) && visible(i, j, dx, dy)) {
             turn(a, ux, uy, size, !nearer(i, j, dx, dy)), turn(b, -ux, -uy, size, !nearer(j, i, -dx, -dy));
         }
     }
@@ -393,7 +417,11 @@ struct Drive::Look {
             // walls turn people, and never back
             if (s > 0.0 && at.gap[c] < FADED * WALL_DECAY) turn(people[at.first[c]], at.vector[2 * c] / s, at.vector[2 * c + 1] / s, wall, true);
         }
-        for (Person& one : people) {
+        // who sees people come keeps to the right, and goes aside for that
+        find_coming();
+        for (std::size_t i = 0; i < n; ++i) {
+            Person& one = people[i];
+            if (to_right[i] > 0.0) one.walk[0] += ASIDE * to_right[i] * one.e[1], one.walk[1] -= ASIDE * to_right[i] * one.e[0];
             const double all = length(one.walk[0], one.walk[1]);
             for (int a = 0; a < 2; ++a) one.walk[a] = all > 0.0 ? one.walk[a] / all : one.e[a];
         }
@@ -404,7 +432,8 @@ struct Drive::Look {
         const Person &me = people[i], &other = people[j];
         const double nx = me.walk[0], ny = me.walk[1];
         if (!((dx * nx + dy * ny >= 0.0) & (std::abs(dx * ny - dy * nx) <= ABREAST * (me.radius + other.radius)))) return;
-        if (gap < SHUFFLE && meet(i, j, dx, dy)) gap = SHUFFLE;
+        // of two who meet, who has the longer way left waits, and the other shuffles on
+        if (gap < SHUFFLE && meet(i, j, dx, dy) && (me.mine <= other.mine || endless(i) || endless(j))) gap = SHUFFLE;
         // nobody waits for who has stopped
         if (gap < ahead[i] && time < of.stop[j] - INSTANT && nearer(i, j, dx, dy) && visible(i, j, dx, dy)) ahead[i] = gap;
     }
@@ -456,7 +485,7 @@ struct Drive::Look {
         for (std::size_t i = 0; i < n; ++i) {
             if (time >= of.stop[i] - INSTANT) continue;
             const Person& me = people[i];
-            const double along = meets[i] ? 1.0 : std::max(0.0, me.walk[0] * me.e[0] + me.walk[1] * me.e[1]);
+            const double along = to_right[i] > 0.0 ? 1.0 : std::max(0.0, me.walk[0] * me.e[0] + me.walk[1] * me.e[1]);
             const double walked = along * std::min(of.speed, std::max(0.0, ahead[i]) / law.time_gap);
             double own[2] = {walked * me.walk[0], walked * me.walk[1]};
             // towards a wall nobody walks faster than its gap allows, along it as fast as else
