@@ -18,8 +18,8 @@ class Flow(NamedTuple):
 
     @property
     def rate(self) -> float:
-        """People per second; NaN where nobody arrived."""
-        return self.people / self.seconds if self.seconds > 0 else float("nan")
+        """People per second."""
+        return self.people / self.seconds if self.seconds > 0 else 0.0
 
 
 def leaving(run: RunLoads) -> Floats:
@@ -39,10 +39,10 @@ def time_until(run: RunLoads, count: int | None = None) -> float:
 
 def flow_after_arrival(run: RunLoads) -> Flow:
     """Count who passes after the first one, from then to the last one, or to the end of the run where
-    people are left inside."""
+    people are left inside: nobody in the whole run where nobody got out."""
     times = leaving(run)
     out = times[np.isfinite(times)]
     if not len(out):
-        return Flow(0, 0.0)
+        return Flow(0, float(run.time[-1]))
     end = out[-1] if len(out) == len(times) else run.time[-1]
     return Flow(len(out) - 1, float(max(end, out[-1]) - out[0]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import isfinite
+from math import isfinite, nan
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -76,9 +76,10 @@ class Range(NamedTuple):
 
 def range_of(study: MotionStudy, key: str) -> Range:
     """Find the range of a quantity, and what widens it."""
-    ends = [end for one in study.models for end in _ends(one, key)]
+    models = [one for one in study.models if one.valid] or study.models
+    ends = [end for one in models for end in _ends(one, key)]
     means = {
-        factor: [one.interval(key).mean for one in study.models if one.factor in ("", factor)]
+        factor: [one.interval(key).mean for one in models if one.factor in ("", factor)]
         for factor in FACTORS
     }
     sample = study.models[0].sample(key)
@@ -114,7 +115,8 @@ def charts(study: MotionStudy, *, every: bool = False) -> list[Chart]:
             Chart(
                 measure.title,
                 measure.unit,
-                {one.label: (one.interval(key).mean, *_ends(one, key)) for one in shown},
+                {one.label: (one.interval(key).mean, *_ends(one, key)) for one in shown}
+                | dict.fromkeys(study.stopped if every else (), (nan,) * 3),
                 widest=(whole.low, whole.high),
                 marks=marks_of(study, key),
                 most=float(len(study.scene.people)) if measure.unit.startswith("of ") else None,
