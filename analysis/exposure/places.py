@@ -10,6 +10,7 @@ import numpy as np
 
 from analysis.exposure.along import (
     CORNER,
+    OnWalls,
     Stretch,
     at_corners,
     beside_doors,
@@ -18,6 +19,8 @@ from analysis.exposure.along import (
 )
 from analysis.exposure.loads import RunLoads
 from analysis.exposure.outline import Worst
+from analysis.pages.numbers import two
+from analysis.scene.scene import Scene
 from analysis.support.columns import Columns
 from analysis.support.files import write_columns, write_rows
 from nscd.arrays import Floats, Indices
@@ -52,25 +55,40 @@ class Profile:
     high: Floats
 
 
-def profile(runs: Sequence[RunLoads], last_s: float = np.inf) -> Profile:
-    """Take the load along the outlines of runs of one room, over the windows that begin in the last
-    `last_s` of each."""
-    outlines = outlines_of(runs[0].scene)
-    parts, arcs, places = list[Stretch](), list[Floats](), list[Floats]()
+def profile(scene: Scene, moments: Sequence[OnWalls]) -> Profile:
+    """Take the load along the outlines of a scene's walls over moments, of one run or of replicates."""
+    outlines = outlines_of(scene)
+    parts, arcs, places = list[Stretch](), [np.zeros(0)], [np.zeros((0, 2))]
     for outline, length in enumerate(outlines.length.tolist()):
         arc = np.linspace(0.0, length, max(2, round(length / EVERY_M) + 1))
-        arcs.append(arc)
-        places.append(np.array([outlines.point(outline, one) for one in arc]))
-        parts += [Stretch("", outline, one, *outlines.metre(outline, one)) for one in arc.tolist()]
-    last = [run.last(min(last_s, float(run.time[-1]))) for run in runs]
-    every = zip(runs, last, strict=True)
-    loads = np.concatenate([loads_on(one.scene, one.on_walls, parts)[some] for one, some in every])
-    of, arc = np.array([one.outline for one in parts], dtype=int), np.concatenate([*arcs, []])
-    wall = [outlines.wall_at(n, at, np.flatnonzero(outlines.number == n))
-            for n, at in zip(of.tolist(), arc.tolist(), strict=True)]  # fmt: skip
+        corners = [at for n, at in outlines.corners() if n == outline]
+        arcs.append(np.unique(np.append(arc, corners)))
+        places.append(np.array([outlines.point(outline, one) for one in arcs[-1]]))
+        parts += [Stretch("", outline, at, *outlines.metre(outline, at)) for at in arcs[-1].tolist()]
+    loads = loads_on(scene, moments, parts)
+    on = [np.flatnonzero(outlines.number == n) for n in range(len(outlines.length))]
+    wall = [outlines.wall_at(one.outline, one.at, on[one.outline]) for one in parts]
     low, high = np.quantile(loads, ENDS, axis=0)
-    return Profile(outline=of, wall=np.array(wall, dtype=int), arc=arc, mean=loads.mean(0),
-                   place=np.concatenate([*places, np.zeros((0, 2))]), low=low, high=high)  # fmt: skip
+    return Profile(outline=np.array([one.outline for one in parts], dtype=int), wall=np.array(wall, dtype=int),
+                   arc=np.concatenate(arcs), place=np.concatenate(places), low=low, mean=loads.mean(0), high=high)
+
+
+def moments_of(runs: Sequence[RunLoads], last_s: float = np.inf) -> list[OnWalls]:
+    """Give the contacts with walls in the windows that begin in the last `last_s` of each run."""
+    last = [run.last(min(last_s, float(run.time[-1]))) for run in runs]
+    return [on for run, some in zip(runs, last, strict=True)
+            for on, counts in zip(run.on_walls, some, strict=True) if counts]  # fmt: skip
+
+
+def place_words(run: RunLoads) -> str:
+    """Say where and when the largest metre of a run is; nothing where nobody presses on a wall."""
+    found = worst_metres(run)
+    at = int(np.argmax([one.load for one in found]))
+    load, outline, arc, (x, y), wall = found[at]
+    if outline < 0:
+        return ""
+    place = f"x = {x:.2f} m, y = {y:.2f} m on {run.scene.walls[wall].name}, {arc:.2f} m along outline {outline}"
+    return f"{two(1e-3 * load)} kN/m at {run.time[at]:.4g} s, {place}"
 
 
 ALONG = Columns("""
@@ -93,7 +111,7 @@ def write_along(run: RunLoads, folder: Path) -> list[Path]:
 
     Columns: docs/columns.md."""
     names = np.array([*(wall.name for wall in run.scene.walls), ""])
-    found, paths = profile([run]), [folder / f"exposure_{one}.csv" for one in ("outline", "places")]
+    found, paths = profile(run.scene, run.on_walls), [folder / f"exposure_{one}.csv" for one in ("outline", "places")]
     write_columns(paths[0], {
         "outline": found.outline, "arc_m": found.arc, "x_m": found.place[:, 0],
         "y_m": found.place[:, 1], "wall": names[found.wall], "low_kN_per_m": found.low,
