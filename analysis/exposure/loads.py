@@ -300,6 +300,13 @@ class RunLoads:
             running[number] = np.where(now, running[number - 1] + duration, 0.0)
         return running
 
+    def by_outline(self) -> RunLoads:
+        """Give it with line loads of joined walls, (t,o), in place of those of their pieces."""
+        of, every = outlines_of(self.scene), self.loads["wall_line_load"]
+        joined = [every[:, of.number == n].max(axis=1) for n in range(len(of.length))]
+        line = np.stack(joined, axis=1) if joined else every
+        return replace(self, loads={**self.loads, "wall_line_load": line})
+
     def names(self, of: str) -> list[Any]:
         """Name its people or walls, or the crowd, which has no name."""
         every: dict[str, list[Any]] = {
@@ -461,12 +468,12 @@ def _times_above(run: RunLoads, limits: Sequence[Limit]) -> Iterator[list[object
 def exposure_rows(run: RunLoads, limits: Sequence[Limit]) -> list[list[str]]:
     """Give a row per limit, HEAD above it: who is above it at any time, the longest stretch of
     anybody and, where the limit has a duration, that beside it."""
-    rows = []
+    rows, run = [], run.by_outline()
     for limit in limits:
         quantity = QUANTITIES[limit.quantity]
         total, longest = run.time_above(limit)
         above, most = int((total > 0).sum()), float(longest.max(initial=0.0))
-        names = {"person": "people", "wall": "walls"}
+        names = {"person": "people", "wall": "joined walls"}
         who = f"{above} of {len(total)} {names.get(quantity.of, '')}"
         if quantity.of == "crowd":
             who = ("the crowd" if above else "no") if len(total) else NONE

@@ -83,6 +83,8 @@ def moments_of(runs: Sequence[RunLoads], last_s: float = np.inf) -> list[OnWalls
 def place_words(run: RunLoads) -> str:
     """Say where and when the largest metre of a run is; nothing where nobody presses on a wall."""
     found = worst_metres(run)
+    if not run.scene.walls:
+        return ""
     at = int(np.argmax([one.load for one in found]))
     load, outline, arc, (x, y), wall = found[at]
     if outline < 0:
