@@ -24,7 +24,7 @@ from analysis.cli.options import (
     is_run,
     one_dump,
 )
-from analysis.support.extras import load
+from analysis.support.extras import load, missing_extra
 
 if TYPE_CHECKING:
     from analysis.exposure.loads import RunLoads
@@ -417,8 +417,9 @@ def exposure(
 ) -> None:
     """List who carries more than the limits, for how long, and the loads on walls.
 
-    Writes exposure_people.csv, exposure_walls.csv, exposure_crowd.csv and exposure_limits.csv into
-    the folder of the run. The rigid engine always sums impulses. LAMMPS and YADE sum them in
+    Writes exposure_people.csv, exposure_walls.csv, exposure_crowd.csv, exposure_limits.csv,
+    exposure_outline.csv and exposure_places.csv (loads along joined walls), and exposure_walls.png
+    into the folder of the run. The rigid engine always sums impulses. LAMMPS and YADE sum them in
     a run with --impulses.
 
     Of a LAMMPS dump or a trajectory the forces are the percussions of single frames, no sums of
@@ -433,7 +434,7 @@ def exposure(
     out: Folder for the results. Default: that of the run, or exposure.
 
     Example: percussions exposure out/arch/rigid_moreau_jean --limits mine.toml"""
-    from analysis.exposure import loads
+    from analysis.exposure import loads, places
     from analysis.exposure.limits import LimitError, known_limits
     from analysis.exposure.sensors import write_sensors
 
@@ -457,14 +458,32 @@ def exposure(
             f"forces are those of {len(found.time)} single frames, not sums of impulses. It lasts"
         )
     written = [write_sensors(run, sensors)] if sensors else []
-    written += loads.write_exposure(found, known, folder)
+    written += [*loads.write_exposure(found, known, folder), *places.write_along(found, folder)]
+    if found.scene.walls:
+        try:
+            written.append(_draw_walls(found, folder))
+        except ImportError as error:
+            warn(missing_extra(error) or str(error))
     title = f"{found.scene.title}: {what} {found.time[-1]:g} s"
     show(loads.HEAD, loads.exposure_rows(found, known), numbers_from=len(loads.HEAD), title=title)
+    if where := places.place_words(found):
+        print(f"Largest load on any metre of walls: {where}")
     for limit in (one for one in known if one.name == stops):
         count, path = loads.write_stops(found, limit, run.resolve().parent)
         print(f"{count} people stop. An assumption, no medicine")
         written.append(path)
     print(*written, sep="\n")
+
+
+def _draw_walls(found: RunLoads, folder: Path) -> Path:
+    """Draw the load along the walls into a folder. Raises ImportError without matplotlib."""
+    from analysis.exposure.picture import draw_loads
+    from analysis.pages.html import saved
+    from analysis.support.files import whole_file
+
+    with whole_file(folder / "exposure_walls.png", "wb") as file:
+        file.write(saved(draw_loads(found.scene, found.on_walls), "png"))
+    return folder / "exposure_walls.png"
 
 
 def _loads_of(file: Path, of_file: OfFile, radius: float | None) -> RunLoads:

@@ -116,6 +116,13 @@ def softest(scene: Scene) -> float:
     return float(f"{ceil(least / digit) * digit:.2g}")
 
 
+def chest() -> float:
+    """Give the stiffness (N/m, of two digits) between the ends of that of two chests, by their
+    geometric mean: the same in every crowd."""
+    body = known_bodies()["chest"]
+    return float(f"{(body.low_N_per_m * body.high_N_per_m) ** 0.5:.2g}")
+
+
 def softness_warning(scene: Scene) -> str | None:
     """Say before a run that its crowd is too soft; None where it is not."""
     s = softness(scene)

@@ -19,6 +19,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from analysis.exposure.along import outlined
 from analysis.exposure.limits import (
     QUANTITIES,
     above_key,
@@ -26,7 +27,8 @@ from analysis.exposure.limits import (
     limits_of_bodies,
     limits_of_people,
 )
-from analysis.film.frame import HEADLINES, MOST_OPEN, MOVED_FAR, OWN, RIGID, Frame, Reel
+from analysis.exposure.picture import draw_loads
+from analysis.film.frame import HEADLINES, MOST_OPEN, MOVED_FAR, OWN, RIGID, Frame, Reel, window_of
 from analysis.film.summary import (
     JUMP,
     band,
@@ -300,8 +302,8 @@ def write_film(reels: Sequence[Reel], folder: Path, command: str, source: str) -
 
     source: name of the file or the scene that was filmed"""
     words = words_of(reels)
-    still, series = _pictures(words, reels)
-    images = write_pictures([Section(number="still", title="", pictures=[still, series])], folder)
+    still, *others = _pictures(words, reels)
+    images = write_pictures([Section(number="still", title="", pictures=[still, *others])], folder)
     tables = [_headlines(words, reels), *([_limits(words, reels)] if _forces(reels) else [])]
     drawn, notes = charts_and_notes(reels)
     page = render(
@@ -323,7 +325,7 @@ def write_film(reels: Sequence[Reel], folder: Path, command: str, source: str) -
             Section(
                 number="numbers",
                 title="In numbers",
-                pictures=[series],
+                pictures=others,
                 tables=tables,
                 files=["film.csv"],
             )
@@ -540,16 +542,22 @@ def force_notes(
     ]
 
 
-def _pictures(words: Words, reels: Sequence[Reel]) -> tuple[Picture, Picture]:
-    """A typical frame of the middle reel, and all numbers over time."""
+def _pictures(words: Words, reels: Sequence[Reel]) -> list[Picture]:
+    """A typical frame of the middle reel, all numbers over time, and of forces the load along walls."""
     middle = reels[len(reels) // 2]
     most = middle.typical
     still, drawn = draw_still(middle, most), draw_series(reels)
     limits = any(axes.texts for axes in drawn.axes)  # each has its number beside it
-    return (
+    model, scene = middle.models[0], middle.scene
+    made = [
         words.picture("still", still, title=middle.title, number=most.number, time=most.time),
         words.picture("series", drawn, limits=limits),
-    )
+    ]
+    windows = [window_of(one.match, one.now, model) for one in middle.shown]
+    on = [outlined(scene, one) for one in windows]
+    if _forces(reels) and any(one.force.any() for one in on):
+        made.append(words.picture("walls", draw_loads(scene, on), title=middle.title, count=len(on)))
+    return made
 
 
 def _limits(words: Words, reels: Sequence[Reel]) -> Table:

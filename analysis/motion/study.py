@@ -15,7 +15,9 @@ from analysis.dumps import DumpError
 from analysis.engines import PENALTY, EngineError, engine
 from analysis.engines.guard import RunStoppedError
 from analysis.engines.run import EngineRun, run_ahead
+from analysis.engines.softness import VALID, softness
 from analysis.exposure.loads import MEASURES, RunLoads, read_exposure
+from analysis.exposure.times import flow_after_arrival
 from analysis.motion import inference
 from analysis.pages import numbers
 from analysis.pages.names import engine_name
@@ -68,37 +70,26 @@ class Model:
             lives = [series.lifetimes(self.last_s) for series in self.series]
             return [np.array([np.mean(one)]) for one in lives if len(one)]
         known = [series for series in self.series if measure in series.values]
-        chosen = [series.values[measure][series.last(self.last_s)] for series in known]
-        return [values.mean(keepdims=True) for values in chosen] if measure == "flow" else chosen
+        if measure == "flow":
+            return [np.array([flow_after_arrival(one).rate]) for one in known]
+        return [series.values[measure][series.last(self.last_s)] for series in known]
 
     def sample(self, measure: str) -> inference.Sample:
-        """Give one number per replicate; of the flow how many people passed."""
-        windows = self.windows(measure)
+        """Give one number per replicate, with the noise that chance gives it."""
         if measure == "flow":
-            seconds = self._counted_s()
-            return inference.Sample.of_counts(np.concatenate(windows) * seconds, seconds)
-        return inference.Sample.of_windows(windows)
+            return inference.Sample.of_rates(*self._counted())
+        return inference.Sample.of_windows(self.windows(measure))
 
     def interval(self, measure: str) -> Interval:
         """Give the mean, and the range that holds 90 % of further windows; of the flow, the counts
         of further replicates."""
-        windows = self.windows(measure)
-        low = high = mean = float("nan")
-        independent, alike = 0.0, 0
-        if windows:
-            pooled = np.concatenate(windows)
-            mean = float(pooled.mean())
-            independent = len(pooled) / inference.correlation_windows(windows)
-            alike = 0 if np.ptp(pooled) or measure == "flow" else len(pooled)
-        if len(windows) > 1 and measure == "flow":
-            sample = self.sample(measure)
-            low, high = (end * sample.unit for end in inference.range_of_counts(sample.values))
-        elif len(windows) > 1:
-            low, high = inference.range_of_windows(windows)
-            high = min(high, 1.0) if measure == "arch_share" else high
-            low, high = min(low, mean), max(high, mean)
-        counts = len(windows), len(windows[0]) if windows else 0
-        return Interval(mean, low, high, *counts, independent, alike)
+        found = interval_of(self.windows(measure))
+        if found.replicates > 1 and measure == "flow":
+            people, seconds = self._counted()
+            counts = np.rint(people / seconds * seconds.mean())
+            low, high = (end / seconds.mean() for end in inference.range_of_counts(counts))
+            return replace(found, low=float(low), high=float(high), alike=0)
+        return replace(found, high=min(found.high, 1.0)) if measure == "arch_share" else found
 
     def flows(self, width: float) -> list[float]:
         """Give people per metre and second of each replicate through doors of a width (m) in all, from
@@ -113,10 +104,38 @@ class Model:
                 found.append(float(after / (one.time[last] - one.time[first]) / width))
         return found
 
-    def _counted_s(self) -> float:
-        """How long the windows of a replicate that count last together (s)."""
-        first = self.series[0]
-        return float(first.duration[first.last(self.last_s)].sum())
+    def _counted(self) -> tuple[Floats, Floats]:
+        """Who passed after the first one in each replicate (n,), and in how long (s)."""
+        flows = [flow_after_arrival(one) for one in self.series if "flow" in one.values]
+        people, seconds = np.array(flows, dtype=float).reshape(-1, 2).T
+        return people, np.where(seconds > 0, seconds, 1.0)  # where the first is the last
+
+    @property
+    def valid(self) -> bool:
+        """Whether its bodies are hard enough for their crowd (`softness`)."""
+        springs = self.runs and self.runs[0].engine in (known.NAME for known in PENALTY)
+        return not springs or softness(self.runs[0].scene) < VALID
+
+    @property
+    def overlap(self) -> float:
+        """The largest overlap of its bodies in any frame, as a share of the smaller radius."""
+        records = [run.record() for run in self.runs if run.is_finished()]
+        return max((one.overlap_largest for one in records), default=float("nan"))
+
+
+def interval_of(windows: Sequence[Floats]) -> Interval:
+    """Give the mean of the windows (w,) of each replicate, and the range that holds 90 % of further ones."""
+    low = high = mean = float("nan")
+    independent, alike = 0.0, 0
+    if windows:
+        pooled = np.concatenate(windows)
+        mean = float(pooled.mean())
+        independent = len(pooled) / inference.correlation_windows(windows)
+        alike = 0 if np.ptp(pooled) else len(pooled)
+    if len(windows) > 1:
+        low, high = inference.range_of_windows(windows)
+        low, high = min(low, mean), max(high, mean)
+    return Interval(mean, low, high, len(windows), len(windows[0]) if windows else 0, independent, alike)
 
 
 @lru_cache(maxsize=64)  # a page says them in several places
@@ -139,6 +158,7 @@ class MotionStudy:
     failures: Sequence[str]  # what a reader should know
     warnings: Sequence[str]  # what a reader should know
     limits: tuple[Path, ...] = ()  # files of users' limits
+    stopped: Sequence[str] = ()  # labels of models that are not valid, of which no run ended well
 
 
 def model_title(scene: Scene, name: str) -> str:
@@ -175,13 +195,16 @@ def study_motion(
                 series.append(read_exposure(run.folder, limits=limits))
             except (EngineError, DumpError, StepError) as error:
                 said = f"{model.title}, replicate {index}: {error}"
-                (failures if isinstance(error, RunStoppedError) else warnings).append(said)
+                failed = isinstance(error, RunStoppedError) and model.valid
+                (failures if failed else warnings).append(said)
         if series:
             last = min(last_s, float(series[0].time[-1]))
             read.append(replace(model, series=series, last_s=last))
     crowds = max((len(model.runs) for model in models), default=0)
     once = sorted(set(warnings))
-    return MotionStudy(scene, read, crowds, last_s, failures, once, limits)
+    found = {model.label for model in read}
+    stopped = [model.label for model in models if model.label not in found and not model.valid]
+    return MotionStudy(scene, read, crowds, last_s, failures, once, limits, stopped)
 
 
 def interval_cell(found: Interval, written: Callable[[float], str] = numbers.two) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import isfinite
+from math import isfinite, nan
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -37,6 +37,7 @@ from analysis.pages.ranges import Chart
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
 from analysis.report.contacts import contacts_section, runs_of
+from analysis.report.sections import more_sections
 from analysis.scene import named_crowds as named
 from analysis.scene.scene import Scene, is_shipped
 from analysis.scene.shipped_scenes import how_varied
@@ -76,9 +77,10 @@ class Range(NamedTuple):
 
 def range_of(study: MotionStudy, key: str) -> Range:
     """Find the range of a quantity, and what widens it."""
-    ends = [end for one in study.models for end in _ends(one, key)]
+    models = [one for one in study.models if one.valid] or study.models
+    ends = [end for one in models for end in _ends(one, key)]
     means = {
-        factor: [one.interval(key).mean for one in study.models if one.factor in ("", factor)]
+        factor: [one.interval(key).mean for one in models if one.factor in ("", factor)]
         for factor in FACTORS
     }
     sample = study.models[0].sample(key)
@@ -114,7 +116,8 @@ def charts(study: MotionStudy, *, every: bool = False) -> list[Chart]:
             Chart(
                 measure.title,
                 measure.unit,
-                {one.label: (one.interval(key).mean, *_ends(one, key)) for one in shown},
+                {one.label: (one.interval(key).mean, *_ends(one, key)) for one in shown}
+                | dict.fromkeys(study.stopped if every else (), (nan,) * 3),
                 widest=(whole.low, whole.high),
                 marks=marks_of(study, key),
                 most=float(len(study.scene.people)) if measure.unit.startswith("of ") else None,
@@ -291,7 +294,8 @@ def write_report(
         contacts = contacts_section(one.study, runs)
         if one.moved:  # of these contacts, not of the first screen
             contacts = replace(contacts, warnings=one.study.warnings)
-        screens.append(_screen(one, contacts, limits, energy))
+        more, lacking = more_sections(one.moved) if one.moved else ([], [])
+        screens.append(_screen(one, [*more, contacts], limits, energy, lacking))
         numbers[one.scene.name] = {
             "failures": one.study.failures,
             "warnings": one.study.warnings,
@@ -329,7 +333,7 @@ def _reconciled(scene: Scene) -> dict[str, object]:
 
 
 def _screen(
-    one: Reported, contacts: Section, limits: tuple[Path, ...], energy: Picture | None
+    one: Reported, sections: Sequence[Section], limits: tuple[Path, ...], energy: Picture | None, lacking: Sequence[str]
 ) -> dict[str, Any]:
     """A scene as report.html takes it: its first screen, with the film as text and bars of the first
     model, and what folds away below, with bars of every model."""
@@ -344,7 +348,7 @@ def _screen(
     if motion:
         said = notes(motion, bars)
     elif scene.drive or scene.analysis.kind == "impact" or not one.reels:
-        said = [words.text("once") if scene.drive else "", *contacts.words[:1]]
+        said = [words.text("once") if scene.drive else "", *sections[-1].words[:1]]
     else:  # a crowd that leans: nothing but its frames varies
         bars, said = charts_and_notes(one.reels)
     numbers = [_numbers(words, motion, energy)] if motion else []
@@ -359,8 +363,8 @@ def _screen(
         "notes": said,
         "every": charts(motion, every=True) if motion else (),
         "verdicts": verdicts(motion) if motion else (),
-        "folds": [*numbers, _assumptions(words, scene, motion), contacts],
-        "warnings": one.warnings,
+        "folds": [*numbers, *sections[:-1], _assumptions(words, scene, motion), sections[-1]],
+        "warnings": [*one.warnings, *lacking],
     }
 
 
@@ -398,10 +402,13 @@ def _numbers(words: Words, motion: MotionStudy, energy: Picture | None) -> Secti
         if key not in four(motion)
     ]
     first = shown[0]
+    overlaps = [f"{significant(100 * one.overlap, 2)} %" if one.factor or one.runs[0].engine != RIGID else NONE for one in shown]
+    rows.append(["largest overlap (of a radius)", *overlaps])
+    rows = [[*row, *([NONE] * len(motion.stopped))] for row in rows]
     table = words.table(
         "numbers",
         rows,
-        models=[one.label for one in shown],
+        models=[*(one.label for one in shown), *motion.stopped],
         last=first.last_s,
         window=float(first.series[0].duration[0]),
     )

@@ -14,7 +14,7 @@ from analysis.dumps import DumpError
 from analysis.engines import PENALTY, EngineError
 from analysis.engines.rigid import NAME as RIGID
 from analysis.engines.run import EngineRun, run_folder
-from analysis.engines.softness import softest
+from analysis.engines.softness import chest, softest
 from analysis.film.export import film_runs
 from analysis.film.frame import Frames, Reel
 from analysis.motion.study import CROWD, Model, model_title
@@ -57,6 +57,8 @@ def motion_of(
         k = softest(scene)
         if scene.contact.law == "hooke" and k < min(stiffnesses) * (1 - NEAR):
             kinds.append((k, every[:fewer]))
+        if scene.contact.law == "hooke" and chest() not in (one for one, _ in kinds):
+            kinds.append((chest(), every[:fewer]))
         for k, some in kinds:
             made = [one.with_contact(stiffness_N_per_m=k) for one in some]
             factor = "bodies" if models else ""

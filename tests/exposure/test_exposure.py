@@ -18,10 +18,8 @@ from analysis.exposure.loads import (
     values_of,
     write_exposure,
 )
-from analysis.exposure.outline import Outlines
 from analysis.film.page import force_notes
 from analysis.scene.scene import Wall
-from nscd import Walls
 from tests.crowds import OWN_LIMIT, disks_at, drive_to, scene_at
 
 PUSH, RADIUS, PEOPLE = 150.0, 0.2, 5
@@ -114,32 +112,6 @@ def test_the_line_load_is_that_of_the_worst_metre():
     assert loads["wall_line_load"] == pytest.approx([5.0])
     assert loads["wall_load"] == pytest.approx([10_000.0])
     assert not loads["density"].size
-
-
-@pytest.mark.parametrize("pieces", [1, 2, 1000])
-def test_line_loads_do_not_depend_on_the_pieces_of_walls(pieces):
-    """Contacts of 1 to 9 N drawn along the outline of a room of 3 m x 2 m, of which a partition goes
-    off: the largest sum within a metre of arc length, round corners too, however walls are cut."""
-    random = np.random.default_rng(pieces)
-    corners = np.array([[0.0, 0], [3, 0], [3, 2], [0, 2], [0, 0]])
-    ends = np.array([0.0, 3, 5, 8, 10])
-    at = lambda arc: np.column_stack([np.interp(arc % 10, ends, x) for x in corners.T])  # noqa: E731
-    # the partition ends within a piece, or where two meet
-    inner = np.append(random.uniform(0, 10, max(0, pieces - 2)), 1.0)[: pieces - 1]
-    cuts = np.unique(np.append(ends, inner))
-    parts = np.stack([at(cuts[:-1]), at(cuts[1:])], axis=1)
-    turned = random.random(len(parts)) < 0.5
-    parts[turned] = parts[turned, ::-1]
-    partition = [[[1.0, 0.0], [1.5, 1.0]]]
-    order = random.permutation(len(parts) + 1)
-    walls = np.concatenate([parts, partition])[order]
-    arc, force = random.uniform(0, 10, 40), random.uniform(1, 9, 40)
-    within = (arc - arc[:, None]) % 10 <= 1
-    wall = np.argsort(order)[np.searchsorted(cuts, arc) - 1]
-    outlines = Outlines.of(Walls(start=walls[:, 0], end=walls[:, 1]))
-    loads = outlines.line_loads(wall, at(arc), force)
-    assert loads.max() == pytest.approx((within @ force).max())
-    assert not loads[np.argmax(order == len(parts))]
 
 
 def test_a_person_of_two_disks_bears_what_both_do():
