@@ -509,7 +509,7 @@ def infer(
     room: InputFile,
     row: str | None = None,
     without: list[str] | None = None,
-    runs: Annotated[int, typer.Option(min=60, max=10_000)] = 200,
+    runs: Annotated[int, typer.Option(min=60, max=10_000)] = 600,
     seed: Seed = 1,
     unit: Unit | None = None,
     frame_rate: Positive | None = None,
@@ -530,8 +530,7 @@ def infer(
         speed_m_per_s. These are from zone_start_m to zone_end_m before the door.
     room: TOML file with the walls and the door.
     row: Of a table: the first cell of the row that is meant.
-    without: Number that is not compared: density, speed, nearest_5, nearest_50, correlation or
-        acceleration. May be repeated.
+    without: Number that is not compared, as its column in runs.csv. May be repeated.
     runs: Simulated crowds.
     columns: What each column is, as 'frame id x y', where names do not say.
 

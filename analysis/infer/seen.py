@@ -113,7 +113,7 @@ def seen_in_table(file: Path, room: Room, path: str, row: str | None = None) -> 
     gate, people = gate_of(room, path, np.zeros((0, 2))), int(cells[who])
     low, high = (cells.get(name, usual) for name, usual in zip(ZONE, gate.zone, strict=True))
     gate = replace(gate, zone=(low, high), strip=True)
-    if not (0 <= low < high and gate.area > 0):
+    if not (0 <= low < high and gate.area(gate.zone) > 0):
         raise UnreadableError(f"{file}: {', '.join(ZONE)}: from {low:g} to {high:g} m before the door is no floor")
     for column in COLUMNS.keys() & cells.keys():
         most = COLUMNS[column][1] * (float(lengths(gate.end - gate.start)) if column == FLOW else 1.0)

@@ -32,7 +32,7 @@ def file_of(apart=0.5, speed=1.0, people=10, sway=None):
 def test_numbers_of_people_who_walk_in_a_line_are_their_speed_and_distance():
     found = tracks.measure(GATE, file_of(people=20), (1, 12))
     half_ring = np.pi * (1.5**2 - 0.5**2) / 2 + 1.0  # round both posts, and before the door
-    assert GATE.area == pytest.approx(half_ring, rel=1e-3)
+    assert GATE.area(GATE.zone) == pytest.approx(half_ring, rel=1e-3)
     assert found["flow"] == pytest.approx(2.0)  # 1 m/s over 0.5 m
     assert found["density"] == pytest.approx(2.0 / half_ring, rel=0.06)  # two in each metre
     assert [found[name] for name in ("speed", "nearest_5", "nearest_50")] == pytest.approx([1.0, 0.5, 0.5])
@@ -76,12 +76,14 @@ def test_posterior_of_a_gaussian_is_the_known_one_and_covers():
     low, median, high = runs.posterior(seen).quantiles()
     assert median == pytest.approx(spread @ model.T @ seen / 0.16, abs=0.05)
     assert high - low == pytest.approx(2 * 1.645 * np.sqrt(np.diag(spread)), rel=0.12)
-    left_out, stretch = few.left_out()
+    left_out = few.left_out()
     inside = (left_out[:, 0] <= theta[:300]) & (theta[:300] <= left_out[:, 2])
     assert inside.mean(0) == pytest.approx(0.9, abs=0.05)
-    assert few.misfit(seen, stretch) < 0.9 < few.misfit(np.array([2.0, 0.0, -2.0]), stretch)
-    assert few.misfit(np.array([0.0, 99.0, 0.0])) == 1.0
-    assert runs.posterior(np.zeros(3)).stretch == pytest.approx(1.0, abs=0.05)  # in the middle
+    # of statistics that this model gives 9 in 10 are within the 90 % of the runs; others are found
+    other = random.standard_normal((400, 2)) @ model.T + 0.4 * random.standard_normal((400, 3))
+    assert np.mean([few.misfit(one) < 0.9 for one in other]) == pytest.approx(0.9, abs=0.05)
+    for strange in ([2.0, 0.0, -2.0], [0.0, 99.0, 0.0], [9.0, 9.0, 0.0]):
+        assert few.misfit(np.array(strange)) > 0.95
 
 
 def test_prior_is_reproducible_within_its_bounds_and_people_react_within_their_time_gap():
