@@ -115,12 +115,11 @@ def run_prior(
         return do_all(tasks, executor, "simulations", progress)
 
 
-def infer(
-    site: Site, seen: Mapping[str, float], ran: Sequence[Ran | None], seed: int = 1, progress: Progress | None = None
-) -> Inferred:
-    """Infer the push of a crowd from its statistics, and the contact forces and wall loads that follow.
-
-    site, seen: of `seen.see`; ran: of `run_prior` with the same seed
+def gathered(
+    seen: Mapping[str, float], ran: Sequence[Ran | None], seed: int = 1
+) -> tuple[list[str], Floats, Floats]:
+    """Give what can be compared of a crowd with these statistics and runs of `run_prior`: names of statistics,
+    those of runs (n,s), and their coordinates (n,k+2): parameters and forces without bounds.
 
     Raises ValueError where fewer than 60 runs can be compared."""
     names = [name for name, value in seen.items() if np.isfinite(value)]
@@ -132,7 +131,18 @@ def infer(
         raise ValueError(f"runs: {len(good) * bool(names)} of {len(ran)} can be compared. At least {FEWEST_RUNS} are needed")
     statistics = np.array([[one[name] for name in names] for _, one, _ in good], dtype=float)
     drawn, forces = np.array([one[0] for one in good]), np.array([one[2] for one in good], dtype=float)
-    coordinates = np.concatenate([logit(np.clip(drawn, EDGE, 1 - EDGE)), np.log(forces + SOFT_N)], axis=1)
+    return names, statistics, np.concatenate([logit(np.clip(drawn, EDGE, 1 - EDGE)), np.log(forces + SOFT_N)], axis=1)
+
+
+def infer(
+    site: Site, seen: Mapping[str, float], ran: Sequence[Ran | None], seed: int = 1, progress: Progress | None = None
+) -> Inferred:
+    """Infer the push of a crowd from its statistics, and the contact forces and wall loads that follow.
+
+    site, seen: of `seen.see`; ran: of `run_prior` with the same seed
+
+    Raises ValueError as `gathered` does."""
+    names, statistics, coordinates = gathered(seen, ran, seed)
     every, report = Reference(coordinates, comparable(names, statistics)), progress or (lambda label, share: None)
     crowd = comparable(names, np.array([seen[name] for name in names]))
     report("each run from the others", 0.0)
@@ -152,10 +162,23 @@ def infer(
     by_name = _widths(found) / _widths(before), usual / _widths(before), inside, posterior.owed(len(PRIOR))
     width, usual, coverage, owed = (dict(zip(NAMES, each.tolist(), strict=True)) for each in by_name)
     return Inferred(
-        seen={name: seen[name] for name in names}, statistics=statistics, values=values, unsolved=len(ran) - len(good),
+        seen={name: seen[name] for name in names}, statistics=statistics, values=values, unsolved=len(ran) - len(statistics),
         beyond=every.misfit(crowd), prior=before, found=found, alone=alone, width=width, usual=usual, coverage=coverage,
         owed={name: owed[name] for name in PRIOR},
     )  # fmt: skip
+
+
+def infer_parts(
+    site: Site, seen: Sequence[Mapping[str, float]], ran: Sequence[Ran | None], seed: int = 1
+) -> list[Inferred | None]:
+    """Infer the push in each of the site's parts from its statistics; None where too few runs can be compared."""
+    found: list[Inferred | None] = []
+    for k, statistics in enumerate(seen):
+        try:
+            found.append(infer(site, statistics, [one and one.parts[k] for one in ran], seed))
+        except ValueError:
+            found.append(None)
+    return found
 
 
 def expected_seconds(site: Site, runs: int) -> float:

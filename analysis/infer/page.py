@@ -116,6 +116,24 @@ def write_inferred(found: Inferred, name: str, notes: Sequence[str], folder: Pat
     return [folder / "runs.csv", folder / "infer.json", page]
 
 
+def write_course(
+    windows: Sequence[tuple[float, float, Mapping[str, float]]], parts: Sequence[Inferred | None], file: Path
+) -> dict[str, Floats]:
+    """Write and return the columns of windows.csv: the push share and the contact force in each window; odd is the share
+    of runs that are less odd, and what is inferred holds where it is below 0.9."""
+    table: dict[str, list[Any]] = {"start_s": [], "end_s": [], "odd": []}
+    for (start, end, _), found in zip(windows, parts, strict=True):
+        row = {"start_s": start, "end_s": end, "odd": found.beyond if found else np.nan}
+        for name in ("push_share", "contact_N"):
+            values = found.found[name] if found else [np.nan] * 3
+            row |= {f"{name}_{percent}": value for percent, value in zip((5, 50, 95), values, strict=True)}
+        for name, value in row.items():
+            table.setdefault(name, []).append(float(f"{value:.3g}"))
+    columns = {name: np.array(values) for name, values in table.items()}
+    write_columns(file, columns)
+    return columns
+
+
 def content(found: Inferred) -> dict[str, Any]:
     """Give what infer.json holds: quantiles 5, 50 and 95 %; nothing inferred where nothing fits."""
     left = ("statistics", "values", "alone", *(() if found.fits else ("found", "width", "owed")))

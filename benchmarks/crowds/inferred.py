@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
+from collections.abc import Sequence
 
 import numpy as np
 import shapely
@@ -19,6 +20,7 @@ import shapely
 from analysis.infer.crowd import (
     AFTER_S,
     OF_BODIES,
+    PRIOR,
     Ran,
     Site,
     crowd_of,
@@ -27,7 +29,17 @@ from analysis.infer.crowd import (
     simulate,
     waiting,
 )
-from analysis.infer.inference import RUNS, infer, run_prior, uniform
+from analysis.infer.inference import (
+    FITS,
+    RUNS,
+    SOFT_N,
+    comparable,
+    gathered,
+    infer,
+    one_run,
+    uniform,
+)
+from analysis.infer.posterior import Reference
 from analysis.infer.tracks import STEP_S, departures, span_of
 from analysis.scene.rooms import Crowd, from_geometry
 from analysis.scene.scene import SceneError
@@ -119,6 +131,17 @@ def _try(site: Site, number: int, kind: str) -> Ran | None:
         return None
 
 
+def judged(one: Ran, ran: Sequence[Ran | None], seed: int) -> str:
+    """What is said of a crowd of another law."""
+    names, statistics, coordinates = gathered(one.statistics, ran, seed)
+    every = Reference(coordinates, comparable(names, statistics))
+    crowd = comparable(names, np.array([one.statistics[name] for name in names]))
+    if every.misfit(crowd) >= FITS:
+        return "said not to fit"
+    low, _, high = np.exp(every.posterior(crowd).quantiles()[:, len(PRIOR)]) - SOFT_N
+    return "right" if low <= one.contact_N <= high else "wrong and not said"
+
+
 def main() -> None:
     """Print a line for each room, and one for each law."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -127,30 +150,25 @@ def main() -> None:
     parser.add_argument("--others", type=int, default=4)
     given = parser.parse_args()
     every, ends = [], {kind: Counter[str]() for kind in LAWS}
-    for number in range(given.rooms):
-        site = site_of(number)
-        ran = run_prior(site, given.runs, 1 + number, None, cores())
-        own = infer(site, next(one.statistics for one in ran if one), ran, 1 + number)
-        every.append([each[key] for key in SHOWN for each in (own.coverage, own.usual)])
-        print(f"{number} {SHAPES[number % len(SHAPES)]}, {site.people} people: " + ", ".join(
-            f"{key} in {own.coverage[key]:.2f}, width {own.usual[key]:.2f}" for key in SHOWN))  # fmt: skip
-        with workers(cores()) as pool:
-            tasks = [Task(call=_try, arguments=(site, given.others * number + k, kind), work=1.0)
-                     for kind in LAWS for k in range(given.others)]  # fmt: skip
-            crowds = do_all(tasks, pool, "others", None)
-        for task, one in zip(tasks, crowds, strict=True):
-            kind, end = task.arguments[2], "no crowd"
-            if one:
-                found = infer(site, one.statistics, ran, 1 + number)
-                low, _, high = found.found["contact_N"]
-                end = "right" if low <= one.contact_N <= high else "wrong and not said"
-                end = end if found.fits else "said not to fit"
-            ends[kind][end] += 1
-        print("  " + "; ".join(f"{kind}: {dict(ends[kind])}" for kind in LAWS), flush=True)
-    low, mean, high = (f(np.array(every), axis=0).round(2).tolist() for f in (np.min, np.mean, np.max))
-    print("all rooms: mean (least to most): " + ", ".join(
-        f"{key} in {mean[2 * k]} ({low[2 * k]}–{high[2 * k]}), width {mean[2 * k + 1]} "
-        f"({low[2 * k + 1]}–{high[2 * k + 1]})" for k, key in enumerate(SHOWN)))  # fmt: skip
+    with workers(cores()) as pool:
+        for number in range(given.rooms):
+            site, seed, name = site_of(number), 1 + number, SHAPES[number % len(SHAPES)]
+            tasks = [Task(call=one_run, arguments=(site, seed, k), work=1.0) for k in range(given.runs)]
+            ran = do_all(tasks, pool, "simulations", None)
+            own = infer(site, next(one.statistics for one in ran if one), ran, seed)
+            every.append([each[key] for key in SHOWN for each in (own.coverage, own.usual)])
+            print(f"{number} {name}, {site.people} people: " + ", ".join(
+                f"{key} in {own.coverage[key]:.2f}, width {own.usual[key]:.2f}" for key in SHOWN))  # fmt: skip
+            numbers = range(given.others * number, given.others * (number + 1))
+            tasks = [Task(call=_try, arguments=(site, k, kind), work=1.0) for kind in LAWS for k in numbers]
+            for task, one in zip(tasks, do_all(tasks, pool, "others", None), strict=True):
+                ends[task.arguments[2]][judged(one, ran, seed) if one else "no crowd"] += 1
+            print("  " + "; ".join(f"{kind}: {dict(ends[kind])}" for kind in LAWS), flush=True)
+            found = [f(np.array(every), axis=0).round(2) for f in (np.mean, np.min, np.max)]
+            print("  rooms so far: " + ", ".join(
+                f"{key} {what} {mean} ({low}–{high})" for (key, what), mean, low, high in zip(
+                    [(key, what) for key in SHOWN for what in ("holds", "width")], *found, strict=True)),
+                flush=True)  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ import shapely
 from analysis.infer import crowd, page, tracks
 from analysis.infer.inference import NAMES, infer, run_prior, uniform
 from analysis.infer.posterior import Reference
+from analysis.infer.seen import see
 from analysis.scene.rooms import Crowd, room
 from analysis.scene.scene import SceneError
 
@@ -129,6 +130,44 @@ def test_a_room_without_one_door_is_refused_by_its_key(site):
         crowd.gate_of(goals, "here", np.zeros((1, 2)))
     with pytest.raises(SceneError, match="here: drive: a door"):
         crowd.gate_of(site.room.model_copy(update={"drive": None}), "here", np.zeros((1, 2)))
+
+
+def film(tmp_path, site, *more):
+    """See eight people, one behind the other, walk out of the room at 0.5 m/s; further rows: id, frame, x, y."""
+    rows = [(k, f, 0.05 * f - 0.3 - 0.5 * k, 0.0) for k in range(8) for f in range(90)] + [*more]
+    said = "# framerate: 10 fps\n# id frame x/m y/m\n"
+    (tmp_path / "film.txt").write_text(said + "".join(f"{n} {f} {x:.4f} {y}\n" for n, f, x, y in rows))
+    site.room.write(tmp_path)
+    return see(tmp_path / "film.txt", tmp_path / "small.toml", window_s=5.0)
+
+
+@pytest.mark.parametrize(("more", "people", "notes"), [
+    ([], 8, []),
+    ([(9, f, -3.0, -1.0) for f in range(90)], 9, ["not leave while they are seen: 1"]),
+    ([(9, f, 0.05 * f - 2.5, 1.0) for f in range(20, 40)], 8, ["come later and are not simulated: 1", "not leave"]),
+    ([(9, f, 0.5, 0.0) for f in range(30)], 8, []),  # behind the door all the time
+])  # fmt: skip
+def test_windows_of_a_film_have_the_flow_of_those_who_leave_in_them(tmp_path, site, more, people, notes):
+    seen = film(tmp_path, site, *more)
+    assert len(seen.site.start) == seen.site.people == people
+    assert len(seen.notes) == len(notes)
+    assert all(part in note for part, note in zip(notes, seen.notes, strict=True))
+    # 0.6 s, 1.6 s, …: five leave in the first 5 s, too few in the next
+    assert [(start, end) for start, end, _ in seen.windows] == [(0.0, 5.0)]
+    assert seen.site.parts == ((0, 5),)
+    for one in (seen.statistics, seen.windows[0][2]):
+        assert one["flow"] == pytest.approx(1.0, rel=0.02)
+        assert one["door_speed"] == pytest.approx(0.5)
+        assert (one["door_spread"], one["door_gain"]) == pytest.approx((0, 0), abs=1e-9)
+        assert one["third_50"] == pytest.approx(1.0)  # 0.5 and 0.5 m, or one who stands between two
+
+
+def test_parts_of_a_run_are_measured_as_a_run_with_that_span(site):
+    usual = crowd.crowd_of(np.full(len(crowd.PRIOR), 0.5))
+    (part,) = crowd.simulate(replace(site, parts=((1, 5),)), usual, 3).parts
+    alone = crowd.simulate(replace(site, span=(1, 5)), usual, 3)
+    assert (part.contact_N, part.wall_N) == (alone.contact_N, alone.wall_N)
+    assert part.statistics == pytest.approx(alone.statistics, nan_ok=True)
 
 
 def made_up(seed, runs=200):
