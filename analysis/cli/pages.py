@@ -509,7 +509,8 @@ def infer(
     room: InputFile,
     row: str | None = None,
     without: list[str] | None = None,
-    runs: Annotated[int, typer.Option(min=60, max=10_000)] = 200,
+    window: Positive | None = None,
+    runs: Annotated[int, typer.Option(min=60, max=10_000)] = 600,
     seed: Seed = 1,
     unit: Unit | None = None,
     frame_rate: Positive | None = None,
@@ -530,8 +531,8 @@ def infer(
         speed_m_per_s. These are from zone_start_m to zone_end_m before the door.
     room: TOML file with the walls and the door.
     row: Of a table: the first cell of the row that is meant.
-    without: Number that is not compared: density, speed, nearest_5, nearest_50, correlation or
-        acceleration. May be repeated.
+    without: Number that is not compared, as its column in runs.csv. May be repeated.
+    window: Seconds. Infer the push in each window of the film in which five people leave, too.
     runs: Simulated crowds.
     columns: What each column is, as 'frame id x y', where names do not say.
 
@@ -540,11 +541,15 @@ def infer(
     from analysis.infer.seen import see
 
     given = drop_none(unit=unit, frame_rate=frame_rate, columns=columns, time_unit=time_unit, take_as_is=take_as_is or None)
-    seen = see(file, room, row, without=without or (), **given)
+    seen = see(file, room, row, without=without or (), window_s=window, **given)
     say_expected(inference.expected_seconds(seen.site, runs), f"{runs} simulated crowds", jobs)
     with progress() as bars:
         ran = inference.run_prior(seen.site, runs, seed, bars, jobs)
         found = inference.infer(seen.site, seen.statistics, ran, seed, bars)
+        parts = inference.infer_parts(seen.site, [one for *_, one in seen.windows], ran, seed)
+    if window:
+        course = page.write_course(seen.windows, parts, out / "windows.csv")
+        show([*course], list(zip(*course.values(), strict=True)), title=f"{file.name}: windows of {window:g} s")
     *files, written = page.write_inferred(found, file.name, seen.notes, out, command_line())
     show(page.HEAD, page.rows(found), title=f"{file.name}: median (5–95 %)")
     print(page.verdict(found).replace("**", ""), *files, sep="\n")

@@ -29,6 +29,12 @@ COLUMNS = Columns("""
 flow, density, speed | 1/s, 1/m², m/s | departures, people per m² before the door, mean speed
 nearest_5, nearest_50 | m | 5 % and 50 % of the distances to the nearest head
 correlation, acceleration | –, m/s² | of velocities of neighbours; root mean square
+density_door, density_far | 1/m² | people per m² 0–0.7 m and 1.5–2.5 m before the door
+speed_far, speed_99 | m/s | mean 1.5–2.5 m before the door; 99 % of speeds of all
+third_50, persistence | m, – | distance to the third head; correlation of velocities 1 s apart
+sway, shaking | m, m/s² | root mean squares: what smoothing takes away; accelerations of tracks as they are
+door_speed, door_spread, door_gain | m/s, m/s, m/s² | through the door: mean, standard deviation, growth
+out_speed | m/s | mean 0.5–1.5 m behind the door
 push_share, jostling_m_per_s, time_gap_s, speed_m_per_s | –, m/s, s, m/s | as in `[drive]`
 radius_m, relaxation_time_s, heading_sd_rad, friction | m, s, rad, – | mean radius; as in a scene
 jostling_length_m, jostling_period_s, sway_m | m, s, m | as in `[drive]`; standard deviation of heads
@@ -110,6 +116,24 @@ def write_inferred(found: Inferred, name: str, notes: Sequence[str], folder: Pat
     return [folder / "runs.csv", folder / "infer.json", page]
 
 
+def write_course(
+    windows: Sequence[tuple[float, float, Mapping[str, float]]], parts: Sequence[Inferred | None], file: Path
+) -> dict[str, Floats]:
+    """Write and return the columns of windows.csv: the push share and the contact force in each window; odd is the share
+    of runs that are less odd, and what is inferred holds where it is below 0.9."""
+    table: dict[str, list[Any]] = {"start_s": [], "end_s": [], "odd": []}
+    for (start, end, _), found in zip(windows, parts, strict=True):
+        row = {"start_s": start, "end_s": end, "odd": found.beyond if found else np.nan}
+        for name in ("push_share", "contact_N"):
+            values = found.found[name] if found else [np.nan] * 3
+            row |= {f"{name}_{percent}": value for percent, value in zip((5, 50, 95), values, strict=True)}
+        for name, value in row.items():
+            table.setdefault(name, []).append(float(f"{value:.3g}"))
+    columns = {name: np.array(values) for name, values in table.items()}
+    write_columns(file, columns)
+    return columns
+
+
 def content(found: Inferred) -> dict[str, Any]:
     """Give what infer.json holds: quantiles 5, 50 and 95 %; nothing inferred where nothing fits."""
     left = ("statistics", "values", "alone", *(() if found.fits else ("found", "width", "owed")))
@@ -122,7 +146,8 @@ def content(found: Inferred) -> dict[str, Any]:
 
 def _seen(found: Inferred, said: Mapping[str, str]) -> Figure:
     """Each statistic of the runs, and what was seen."""
-    figure, every = drawing.panels(7.2, 3.8, 2, 4)
+    count = -(-len(found.seen) // 4)
+    figure, every = drawing.panels(7.2, 1.9 * count, count, 4)
     for axes in every[len(found.seen) :]:
         axes.set_axis_off()
     for axes, (name, seen), runs in zip(every, found.seen.items(), found.statistics.T, strict=False):
