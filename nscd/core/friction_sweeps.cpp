@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
+
+#include "levels.hpp"
 
 namespace nscd {
 
@@ -25,6 +28,60 @@ double product(const double* one, const double* two, std::size_t size) {
     double sum = ((part[0] + part[4]) + (part[1] + part[5])) + ((part[2] + part[6]) + (part[3] + part[7]));
     for (; a < size; ++a) sum += one[a] * two[a];
     return sum;
+}
+
+constexpr int LANES = 4;
+typedef double Four __attribute__((vector_size(32)));
+
+[[gnu::always_inline]] inline Four load(const double* from) {
+    Four all;
+    std::memcpy(&all, from, sizeof all);
+    return all;
+}
+
+// Four bodies' (x, y, spin), each a row of u.
+struct Moving {
+    Four x, y, turn;
+};
+[[gnu::always_inline]] inline Moving read(const double* u, const Index* at) {
+    Four row[LANES];
+    for (int l = 0; l < LANES; ++l) row[l] = load(u + 4 * std::size_t(at[l]));
+    const Four xt = __builtin_shufflevector(row[0], row[1], 0, 4, 2, 6), y = __builtin_shufflevector(row[0], row[1], 1, 5, 3, 7);
+    const Four xt2 = __builtin_shufflevector(row[2], row[3], 0, 4, 2, 6), y2 = __builtin_shufflevector(row[2], row[3], 1, 5, 3, 7);
+    return {__builtin_shufflevector(xt, xt2, 0, 1, 4, 5), __builtin_shufflevector(y, y2, 0, 1, 4, 5), __builtin_shufflevector(xt, xt2, 2, 3, 6, 7)};
+}
+[[gnu::always_inline]] inline void write(const Moving& now, double* u, const Index* at) {
+    const Four none{}, xy = __builtin_shufflevector(now.x, now.y, 0, 4, 2, 6), xy2 = __builtin_shufflevector(now.x, now.y, 1, 5, 3, 7);
+    const Four t = __builtin_shufflevector(now.turn, none, 0, 4, 2, 6), t2 = __builtin_shufflevector(now.turn, none, 1, 5, 3, 7);
+    const Four row[LANES] = {__builtin_shufflevector(xy, t, 0, 1, 4, 5), __builtin_shufflevector(xy2, t2, 0, 1, 4, 5),
+                             __builtin_shufflevector(xy, t, 2, 3, 6, 7), __builtin_shufflevector(xy2, t2, 2, 3, 6, 7)};
+    for (int l = 0; l < LANES; ++l) std::memcpy(u + 4 * std::size_t(at[l]), &row[l], sizeof(Four));
+}
+
+struct alignas(32) Pushes {
+    double along[LANES] = {}, across[LANES] = {};  // N·s, percussions of the contacts of a batch
+};
+
+// The law of a contact, all others given, in each lane.
+[[gnu::always_inline]] inline void sweep_four(const Sweeps::Batch& c, Pushes& push, double* u) {
+    const Four nx = load(c.nx), ny = load(c.ny), li = load(c.li), lj = load(c.lj), pn = load(push.along), pt = load(push.across);
+    Moving a = read(u, c.i), b = read(u, c.j);
+    const Four x = a.x - b.x, y = a.y - b.y, turn = li * a.turn + lj * b.turn;
+    const Four v = nx * x + ny * y + load(c.w) * pn, s = nx * y - ny * x + turn + load(c.wt) * pt;  // without these percussions
+    const Four pressed = (v - load(c.offset)) * load(c.by_w), along = pressed < Four{} ? Four{} : pressed;
+    const Four most = load(c.friction) * along, held = s * load(c.by_wt), above = held < -most ? -most : held, across = most < above ? most : above;
+    const Four one = along - pn, two = across - pt, dx = nx * one - ny * two, dy = ny * one + nx * two;
+    std::memcpy(push.along, &along, sizeof along), std::memcpy(push.across, &across, sizeof across);
+    a.x -= dx * load(c.mi), a.y -= dy * load(c.mi), a.turn -= li * two * load(c.si);
+    b.x += dx * load(c.mj), b.y += dy * load(c.mj), b.turn -= lj * two * load(c.sj);
+    write(a, u, c.i), write(b, u, c.j);
+}
+
+LEVELS void sweep_batches(const Sweeps::Batch* batch, int count, Pushes* push, double* u, int pairs) {
+    for (; pairs > 0; --pairs) {
+        for (int b = 0; b < count; ++b) sweep_four(batch[b], push[b], u);
+        for (int b = count - 1; b >= 0; --b) sweep_four(batch[b], push[b], u);
+    }
 }
 
 }  // namespace
@@ -55,7 +112,12 @@ bool solve_dense(Numbers& a, Numbers& x) {
     return true;
 }
 
-Sweeps::Sweeps(const Rubbing& p) : p_(p), touch_(p.k) {
+Sweeps::Sweeps(const Rubbing& p) : p_(p) {
+    if (!p.dissipates && !p.wide()) {
+        batches();
+        return;
+    }
+    touch_.resize(p.k);
     for (int c = 0; c < p.k; ++c) {
         const int i = 3 * p.first[c], j = 3 * p.second[c];
         const double w = p.inverse_mass[c], wt = p.tangent_inverse[c];
@@ -104,14 +166,61 @@ template <bool Dissipates, bool Wide>
     if (c.j >= 0) b[2] -= c.nj * one * c.sj;
 }
 
-void Sweeps::pair(Out pn, Out pt, Out u) const {
+// Each contact in the first batch after those of its disks that has a free lane: what two contacts without a common disk do
+// commutes, so that batches in their order give what contacts in theirs do, bit by bit.
+void Sweeps::batches() {
+    Places last(p_.n, -1), next, used;  // batch of a disk; the batch from which on one may be free, if not itself
+    const auto free_from = [&](int b) {
+        int end = b;
+        while (end < int(next.size()) && next[end] != end) end = next[end];
+        for (int on; b < end; b = on) on = next[b], next[b] = end;
+        return end;
+    };
+    for (int c = 0; c < p_.k; ++c) {
+        const Index i = p_.first[c], j = p_.second[c];
+        const int at = free_from(1 + std::max(last[i], j >= 0 ? last[j] : -1));
+        if (at == int(next.size())) {
+            next.push_back(at), used.push_back(0), batch_.emplace_back();
+            for (Index l = 0; l < LANES; ++l) batch_[at].i[l] = batch_[at].j[l] = p_.n + l, batch_[at].contact[l] = -1;
+        }
+        Batch& to = batch_[at];
+        const int l = used[at]++;
+        if (used[at] == LANES) next[at] = at + 1;
+        last[i] = at, to.i[l] = i, to.contact[l] = c;
+        if (j >= 0) last[j] = at, to.j[l] = j;
+        const double w = p_.inverse_mass[c], wt = p_.tangent_inverse[c];
+        to.nx[l] = p_.nx[c], to.ny[l] = p_.ny[c], to.li[l] = p_.lever_first[c], to.lj[l] = p_.lever_second[c];
+        to.w[l] = w, to.wt[l] = wt, to.by_w[l] = 1.0 / w, to.by_wt[l] = 1.0 / wt;
+        to.friction[l] = p_.friction[c], to.offset[l] = p_.offset[c];
+        to.mi[l] = 1.0 / p_.mass[3 * i], to.si[l] = 1.0 / p_.mass[3 * i + 2];
+        if (j >= 0) to.mj[l] = 1.0 / p_.mass[3 * j], to.sj[l] = 1.0 / p_.mass[3 * j + 2];
+    }
+}
+
+void Sweeps::pairs(Out pn, Out pt, Out u, int count) const {
     const int k = p_.k;
+    if (!batch_.empty()) {
+        Numbers rows(4 * std::size_t(p_.n + LANES), 0.0);
+        for (int i = 0; i < p_.n; ++i) std::copy_n(&u[3 * i], 3, &rows[4 * i]);
+        std::vector<Pushes> push(batch_.size());
+        for (std::size_t b = 0; b < batch_.size(); ++b)
+            for (int l = 0; l < LANES; ++l)
+                if (const Index c = batch_[b].contact[l]; c >= 0) push[b].along[l] = pn[c], push[b].across[l] = pt[c];
+        sweep_batches(batch_.data(), int(batch_.size()), push.data(), rows.data(), count);
+        for (int i = 0; i < p_.n; ++i) std::copy_n(&rows[4 * i], 3, &u[3 * i]);
+        for (std::size_t b = 0; b < batch_.size(); ++b)
+            for (int l = 0; l < LANES; ++l)
+                if (const Index c = batch_[b].contact[l]; c >= 0) pn[c] = push[b].along[l], pt[c] = push[b].across[l];
+        return;
+    }
     const auto all = [&]<bool Dissipates, bool Wide>() {
         for (int c = 0; c < k; ++c) sweep<Dissipates, Wide>(touch_[c], pn[c], pt[c], u.data());
         for (int c = k - 1; c >= 0; --c) sweep<Dissipates, Wide>(touch_[c], pn[c], pt[c], u.data());
     };
-    if (p_.wide()) p_.dissipates ? all.operator()<true, true>() : all.operator()<false, true>();
-    else p_.dissipates ? all.operator()<true, false>() : all.operator()<false, false>();
+    for (; count > 0; --count) {
+        if (!p_.wide()) all.operator()<true, false>();
+        else p_.dissipates ? all.operator()<true, true>() : all.operator()<false, true>();
+    }
 }
 
 double Sweeps::off_by(In pn, In pt, In u) const {
@@ -130,7 +239,9 @@ double Sweeps::plain(Out pn, Out pt, Out u, int pairs, double tolerance, int& do
     double error = INFINITE;
     for (int made = 0; made < pairs && !(error <= tolerance);) {
         balance(p_, pn, pt, u);
-        for (int now = std::min(CHECK, pairs - made); now > 0; --now, ++made, ++done) pair(pn, pt, u);
+        const int now = std::min(CHECK, pairs - made);
+        this->pairs(pn, pt, u, now);
+        made += now, done += now;
         balance(p_, pn, pt, u);
         error = off_by(pn, pt, u);
     }
@@ -146,11 +257,12 @@ double Sweeps::accelerated(Numbers& pn, Numbers& pt, Numbers& u, int blocks, int
     }
     std::vector<Numbers> ends(MEMORY, Numbers(2 * k)), steps(MEMORY, Numbers(2 * k));
     double best = INFINITE, before = INFINITE;
+    Numbers known(MEMORY * MEMORY);  // products of steps
     int held = 0;
     for (int block = 0; block < blocks; ++block) {
         for (std::size_t c = 0; c < k; ++c) pn[c] = x[c] / root[c], pt[c] = x[k + c] / root[k + c];
         balance(p_, pn, pt, u);
-        for (int q = 0; q < pairs; ++q) pair(pn, pt, u);
+        this->pairs(pn, pt, u, pairs);
         done += pairs;
         balance(p_, pn, pt, u);
         const double error = off_by(pn, pt, u);
@@ -169,6 +281,8 @@ double Sweeps::accelerated(Numbers& pn, Numbers& pt, Numbers& u, int blocks, int
         if (before < INFINITE) {
             Numbers &ds = steps[held % MEMORY], &de = ends[held % MEMORY];
             for (std::size_t c = 0; c < 2 * k; ++c) ds[c] = step[c] - old_step[c], de[c] = x[c] + step[c] - old_end[c];
+            for (int a = 0, b = held % MEMORY; a < std::min(held + 1, MEMORY); ++a)
+                known[a * MEMORY + b] = known[b * MEMORY + a] = product(steps[a].data(), ds.data(), 2 * k);
             ++held;
         }
         before = size;
@@ -179,7 +293,7 @@ double Sweeps::accelerated(Numbers& pn, Numbers& pt, Numbers& u, int blocks, int
         Numbers gram(m * m), share(m);
         double trace = 0.0;
         for (int a = 0; a < m; ++a) {
-            for (int b = a; b < m; ++b) gram[a * m + b] = gram[b * m + a] = product(steps[a].data(), steps[b].data(), 2 * k);
+            std::copy_n(&known[a * MEMORY], m, &gram[a * m]);
             share[a] = product(steps[a].data(), step.data(), 2 * k);
             trace += gram[a * m + a];
         }
@@ -206,7 +320,7 @@ double ProximalNewton::run(const Rubbing& p, const Sweeps& sweeps, FrictionFacto
     };
     const auto smooth = [&](Rubbed& some, int count) {
         balance(p, some.lam, some.tau, some.u);
-        for (int q = 0; q < count; ++q) sweeps.pair(some.lam, some.tau, some.u);
+        sweeps.pairs(some.lam, some.tau, some.u, count);
         balance(p, some.lam, some.tau, some.u);
         whole(some, -1.0);
         pairs += count;

@@ -9,12 +9,18 @@ namespace nscd {
 // What a sweep reads of a contact, side by side in memory.
 class Sweeps {
 public:
+    // Four contacts of which no two share a disk. A lane without one, and a wall, have places of their own behind the disks.
+    struct alignas(32) Batch {
+        Index i[4], j[4], contact[4];  // contact −1 for none
+        double nx[4], ny[4], li[4], lj[4], w[4], wt[4], by_w[4], by_wt[4], friction[4], offset[4], mi[4], si[4], mj[4], sj[4];
+    };
+
     explicit Sweeps(const Rubbing& p);
 
-    // A pair of sweeps, forward and back: the law of each contact in turn, all others given. pn, pt (k) N·s are whole
+    // So many pairs of sweeps, forward and back: the law of each contact in turn, all others given. pn, pt (k) N·s are whole
     // percussions, u their velocities. Exact: n and t of one contact of disks do not couple; those of wide bodies do, and are
     // taken one after the other.
-    void pair(Out pn, Out pt, Out u) const;
+    void pairs(Out pn, Out pt, Out u, int count) const;
     // Up to `pairs` pairs from percussions; a natural map within the tolerance, which is returned, ends it.
     double plain(Out pn, Out pt, Out u, int pairs, double tolerance, int& done) const;
     // Up to `blocks` blocks of `pairs` pairs, the starts of blocks combined by Anderson's method from the last ones; the best
@@ -30,9 +36,11 @@ private:
     };
     template <bool Dissipates, bool Wide>
     void sweep(const Touch& c, double& pn, double& pt, double* u) const;
+    void batches();
     double off_by(In pn, In pt, In u) const;
     const Rubbing& p_;
-    std::vector<Touch> touch_;
+    std::vector<Touch> touch_;  // of contacts one after the other: where something dissipates, and of wide bodies
+    std::vector<Batch> batch_;  // of disks, otherwise
 };
 
 // Proximal steps of Newton's method on the sets.
