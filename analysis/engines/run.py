@@ -503,6 +503,7 @@ def run_ahead(
     progress: Progress | None = None,
     processes: int | None = None,
     scheduler: str | None = None,
+    label: str = "engine runs",
 ) -> dict[Path, Cost]:
     """Run what is not finished, in as many processes as there are cores, or on the Dask cluster of a
     scheduler; return what each folder cost.
@@ -516,7 +517,7 @@ def run_ahead(
         return costs
     tasks = [Task(call=_cost_of, arguments=(run,), work=run.particle_steps) for run in wanted]
     with workers(min(processes or cores(), len(wanted)), scheduler) as executor:
-        made = do_all(tasks, executor, "engine runs", progress)
+        made = do_all(tasks, executor, label, progress)
     return costs | {run.folder: cost for run, cost in zip(wanted, made, strict=True)}
 
 

@@ -135,6 +135,18 @@ def _flanking(scene: Scene, post: Floats) -> Indices:
     return np.flatnonzero(ends[0] | ends[1]) + 1
 
 
+def walls_beside(scene: Scene) -> tuple[Indices, Indices]:
+    """Number, from 1, the walls that end at the own door of the drive: left and right of it for who
+    leaves. None without a door."""
+    drive = scene.drive
+    if drive is None or not drive.has_door:
+        return np.zeros(0, dtype=int), np.zeros(0, dtype=int)
+    start, end = np.array(drive.door)
+    (x, y), (along, up) = drive.outward, end - start
+    left, right = (end, start) if x * up - y * along > 0 else (start, end)
+    return _flanking(scene, left), _flanking(scene, right)
+
+
 def _distance(places: Floats, other: Floats) -> Floats:
     return np.asarray(np.hypot(*(places - other).T))
 
@@ -319,10 +331,14 @@ class RunLoads:
 
 
 def read_exposure(
-    folder: Path, window_s: float = SHORTEST_S, limits: tuple[Path, ...] = ()
+    folder: Path,
+    window_s: float = SHORTEST_S,
+    limits: tuple[Path, ...] = (),
+    *,
+    with_arches: bool = True,
 ) -> RunLoads:
     """Read the loads of a finished run from the impulses of every step. A window is as many frames
-    as make `window_s` or more; limits: files of further ones.
+    as make `window_s` or more; limits: files of further ones; with_arches: look for them, too.
 
     Raises EngineError and DumpError for a folder that does not hold one finished run with impulses,
     or one that is shorter than a window."""
@@ -342,11 +358,13 @@ def read_exposure(
         for window, loads in zip(windows, every, strict=True)
     ]
     values = {key: np.array([row[key] for row in rows]) for key in rows[0]}
-    duration, arches = np.array([window.duration for window in windows]), arches_of(scene, frames)
+    duration = np.array([window.duration for window in windows])
+    arches = arches_of(scene, frames) if with_arches else ()
     if scene.drive is not None:
         gone = [passed(scene, window.now) for window in windows]
         values["flow"] = np.diff([passed(scene, scene.snapshot), *gone]) / duration
-        values["arch_share"] = np.array([share_of(window, arches) for window in windows])
+        if with_arches:
+            values["arch_share"] = np.array([share_of(window, arches) for window in windows])
     return replace(_joined(scene, windows, every), duration=duration, values=values, arches=arches)
 
 

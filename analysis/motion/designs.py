@@ -1,0 +1,335 @@
+"""What designs of one room are compared in: numbers of a run, from the first who leaves to the last,
+differences of designs with one correction for all, and after how many replicates to look."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import count
+from math import ceil, inf, nan, sqrt
+
+import numpy as np
+from scipy.stats import t as student
+
+from analysis.dumps import DumpError
+from analysis.engines import EngineError
+from analysis.engines.run import EngineRun, finished_run
+from analysis.exposure.loads import RunLoads, read_exposure, walls_beside
+from analysis.motion.inference import LEVEL, ROUNDING
+from nscd.arrays import Floats
+
+# The time until so many of all are out is compared: the largest share that every run reaches.
+SHARES = (1.0, 0.9, 0.75, 0.5, 0.25, 0.1)
+UNTIL = "time_until"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Quantity:
+    """Name what designs are compared in.
+
+    says: a sentence with the difference (size: with its unit) and the word for more or less of it
+    words: for less and for more
+    paired: whether replicates of one number are subtracted from each other. Decided by the correlation
+        of 40 pairs of three crowds, not of those that are judged (docs/results/designs.md)
+    value: of a run and the windows (t,) that count; NaN where the run has no such number"""
+
+    title: str
+    unit: str
+    says: str
+    words: tuple[str, str]
+    paired: bool = False
+    value: Callable[[RunLoads, slice], float]
+
+
+def _mean(key: str) -> Callable[[RunLoads, slice], float]:
+    return lambda run, some: float(run.values[key][some].mean()) if key in run.values else nan
+
+
+def _largest(key: str) -> Callable[[RunLoads, slice], float]:
+    return lambda run, some: float(run.values[key][some].max())
+
+
+def _beside(side: int) -> Callable[[RunLoads, slice], float]:
+    """The mean load (kN/m) of the worst metre of the walls on one side of the door."""
+
+    def value(run: RunLoads, some: slice) -> float:
+        walls = walls_beside(run.scene)[side]
+        loads = run.loads["wall_line_load"][some][:, walls - 1]
+        return float(loads.max(axis=1).mean()) if len(walls) else nan
+
+    return value
+
+
+def _flow(run: RunLoads, some: slice) -> float:
+    """People per second after the first, until the last."""
+    left = _leaving(run)[some]
+    after = float(run.duration[some][1:].sum())
+    return float(left[1:].sum()) / after if after and left.sum() > 1 else nan
+
+
+LESS = ("less", "more")
+# Every row of a comparison. The load on walls is read here, and nowhere else.
+QUANTITIES: Mapping[str, Quantity] = {
+    "wall_left": Quantity(
+        title="wall left of the door, worst metre", unit="kN/m", words=LESS, value=_beside(0),
+        says="the wall left of the door bears {size} {more}",
+    ),
+    "wall_right": Quantity(
+        title="wall right of the door, worst metre", unit="kN/m", words=LESS, value=_beside(1),
+        says="the wall right of the door bears {size} {more}",
+    ),
+    "metre_largest": Quantity(
+        title="largest load on any metre of wall", unit="kN/m", words=LESS,
+        value=_largest("wall_line_load"), says="the most loaded metre of wall bears {size} {more}",
+    ),
+    "contact_largest": Quantity(
+        title="largest contact force", unit="N", words=("smaller", "larger"),
+        value=_largest("contact_largest"), says="the largest contact force is {size} {more}",
+    ),
+    "contact_mean": Quantity(
+        title="mean contact force", unit="N", words=("smaller", "larger"),
+        value=_mean("contact_mean"), says="the mean contact force is {size} {more}",
+    ),
+    "flow": Quantity(
+        title="people leaving", unit="1/s", words=("fewer", "more"), value=_flow, paired=True,
+        says="{number} {more} people leave per second",
+    ),
+    UNTIL: Quantity(
+        title="time until {out} are out", unit="s", words=("earlier", "later"), paired=True,
+        value=lambda run, some: nan, says="{out} are out {size} {more}",
+    ),
+    "density_door": Quantity(
+        title="density within 2 m of the door", unit="1/m²", words=("lower", "higher"),
+        value=_mean("density_door"), says="the density before the door is {size} {more}",
+    ),
+    "speed_door": Quantity(
+        title="speed within 2 m of the door", unit="m/s", words=("slower", "faster"),
+        value=_mean("speed_door"), says="people before the door are {size} {more}",
+    ),
+}  # fmt: skip
+
+
+def _leaving(run: RunLoads) -> Floats:
+    """How many (t,) leave in each window; a person who steps back is no minus."""
+    gone = np.maximum.accumulate(np.cumsum(run.values["flow"] * run.duration))
+    return np.diff(np.rint(gone), prepend=0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Outcome:
+    """Hold the numbers of one run by QUANTITIES, and when people leave: (k,) s, first to last."""
+
+    values: Mapping[str, float]
+    left: Floats
+    people: int
+
+
+def outcome_of(run: RunLoads) -> Outcome:
+    """Take the numbers of a run over the windows from the first to the last in which somebody leaves;
+    of all windows where nobody does, or where there is no door."""
+    left = _leaving(run) if "flow" in run.values else np.zeros(len(run.time))
+    some = np.flatnonzero(left)
+    chosen = slice(some[0], some[-1] + 1) if len(some) else slice(None)
+    return Outcome(
+        values={key: one.value(run, chosen) for key, one in QUANTITIES.items()},
+        left=np.repeat(run.time, left.astype(int)),
+        people=len(run.ids),
+    )
+
+
+def measured(run: EngineRun) -> tuple[Outcome | None, float, str]:
+    """Read the numbers of a run that is there, and give the CPU time (s) of run and reading; or say
+    why it failed."""
+    began = time.process_time()
+    try:
+        record = finished_run(run.scene, run.engine, run.folder) or run.record()
+        outcome = outcome_of(read_exposure(run.folder, with_arches=False))
+    except (EngineError, DumpError) as error:
+        return None, 0.0, str(error)
+    return outcome, record.cpu_seconds + time.process_time() - began, ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Difference:
+    """Hold by how much the mean of a design is above that of the first, in the unit of the quantity.
+
+    error, freedom: standard error and its degrees of freedom; 0 where all replicates are alike
+    half: of the interval, and the least difference that would have been seen; infinite where all
+        replicates are alike, whose spread says nothing of others
+    delta: Cliff's δ: how much more often a run of the design is above one of the first than below"""
+
+    value: float
+    error: float
+    freedom: float
+    half: float
+    delta: float
+    base: float  # the mean of the first
+    paired: bool
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The interval."""
+        return self.value - self.half, self.value + self.half
+
+    @property
+    def significant(self) -> bool:
+        """Whether the interval excludes zero."""
+        return abs(self.value) > self.half
+
+    def half_at(self, times: float, alpha: float) -> float:
+        """Foretell half of the interval of so many times the replicates, from the spread of these."""
+        return _half(self.error / sqrt(times), self.freedom * times, alpha)
+
+
+def _half(error: float, freedom: float, alpha: float) -> float:
+    return float(student.ppf(1 - alpha / 2, freedom)) * error if error else inf
+
+
+def difference(mine: Floats, base: Floats, alpha: float, *, paired: bool) -> Difference:
+    """Compare numbers of the replicates (n,) of a design with those of the first, replicate by
+    replicate or by Welch's t; NaN where a replicate has none. A run is one number, however many
+    windows it has. alpha: how often the interval may miss."""
+    both = np.isfinite(mine) & np.isfinite(base)
+    some, first = (mine[both], base[both]) if paired else (mine[mine == mine], base[base == base])
+    rounding = ROUNDING * float(max(np.abs(some).max(), np.abs(first).max()))
+    n, m = len(some), len(first)
+    if paired:
+        square, freedom = float((some - first).var(ddof=1)) / n, float(n - 1)
+    else:
+        parts = np.array([some.var(ddof=1) / n, first.var(ddof=1) / m])
+        square = float(parts.sum())
+        freedom = square**2 / float((parts**2 / [n - 1, m - 1]).sum()) if square else 1.0
+    error = sqrt(square) if square > rounding**2 else 0.0
+    more = float(some.mean() - first.mean())
+    return Difference(
+        value=more if abs(more) > rounding else 0.0,
+        error=error,
+        freedom=freedom,
+        half=_half(error, freedom, alpha),
+        delta=float(np.sign(some[:, None] - first).mean()),
+        base=float(first.mean()),
+        paired=paired,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Table:
+    """Hold the numbers (n,) of the replicates of each design by QUANTITIES that all designs have.
+
+    reached: so many are out in every run, for the time until then; 0 without"""
+
+    values: Sequence[Mapping[str, Floats]]
+    reached: int
+
+    def differences(self, alpha: float, *, paired: bool = True) -> list[dict[str, Difference]]:
+        """Compare every design after the first with it. In a share `alpha` of such comparisons any
+        interval of them all misses, by Bonferroni; paired: whether replicates of a number belong
+        together at all."""
+        base, *others = self.values
+        each = alpha / max(1, len(base) * len(others))
+        return [
+            {
+                key: difference(one[key], base[key], each, paired=paired and QUANTITIES[key].paired)
+                for key in base
+            }
+            for one in others
+        ]
+
+
+def table_of(designs: Sequence[Sequence[Outcome | None]]) -> Table:
+    """Put the outcomes of the replicates of each design into columns; None: a run that failed."""
+    every = [one for outcomes in designs for one in outcomes if one]
+    out = min((len(one.left) for one in every), default=0)
+    people = max((one.people for one in every), default=0)
+    reached = next((n for share in SHARES if 0 < (n := round(share * people)) <= out), 0)
+
+    def number(one: Outcome | None, key: str) -> float:
+        if one is None:
+            return nan
+        return float(one.left[reached - 1]) if key == UNTIL and reached else one.values[key]
+
+    columns = [
+        {key: np.array([number(one, key) for one in outcomes]) for key in QUANTITIES}
+        for outcomes in designs
+    ]
+    # what two replicates of every design have, with what each failed run lacks
+    has = [key for key in QUANTITIES if all(_told(one[key], len(one[key])) for one in columns)]
+    return Table(values=[{key: one[key] for key in has} for one in columns], reached=reached)
+
+
+def _told(values: Floats, asked: int) -> bool:
+    return bool(np.isfinite(values).sum() >= max(2, asked // 2))
+
+
+# How many more replicates the next look has.
+GROWTH = 1.5
+
+
+def looks(first: int) -> Iterator[tuple[int, float]]:
+    """Give the numbers of replicates at which to look, and how often an interval of that look may
+    miss: 1/2, 1/6, 1/12 … of 10 %, so that all looks together miss in 10 %."""
+    size = first
+    for number in count(1):
+        yield size, (1 - LEVEL) / (number * (number + 1))
+        size = ceil(GROWTH * size)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Asked:
+    """Say when to stop: where an interval excludes zero, or half of it is at most a share of the first
+    design's mean, or a number in a unit.
+
+    unit: of the quantities that are asked for; all where empty"""
+
+    share: float = 0.0
+    number: float = 0.0
+    unit: str = ""
+
+    @classmethod
+    def parse(cls, text: str) -> Asked:
+        """Read `decided`, `10%` or `0.2 kN/m`. Raises ValueError for anything else."""
+        units = {one.unit for one in QUANTITIES.values()}
+        if text.strip() == "decided":
+            return cls()
+        found = re.fullmatch(r"([\d.]+(?:e[+-]?\d+)?) *(.*)", text.strip())
+        with suppress(ValueError):
+            number, unit = float(found[1] if found else "-"), found[2] if found else ""
+            unit = unit.replace("per ", "1/").replace("m2", "m²")
+            if 0 < number < inf and unit == "%":
+                return cls(share=number / 100)
+            if 0 < number < inf and unit in units:
+                return cls(number=number, unit=unit)
+        raise ValueError(
+            f"--until {text}: decided, a share such as 10%, or a difference is needed. Its unit is "
+            f"one of {', '.join(units)}"
+        )
+
+    def of(self, key: str) -> bool:
+        """Whether a quantity is asked for."""
+        return not self.unit or QUANTITIES[key].unit == self.unit
+
+    def width(self, found: Difference) -> float:
+        """Give the half of an interval that is narrow enough: 0 where none is."""
+        return self.number or self.share * abs(found.base)
+
+    def answered(self, found: Difference) -> bool:
+        """Tell whether an interval excludes zero or is narrow enough."""
+        return found.significant or found.half <= self.width(found)
+
+
+def needed(found: Difference, asked: Asked, sizes: tuple[int, int, int], family: int) -> int:
+    """Foretell after how many replicates a quantity is answered; 0 where more than the most are needed.
+
+    sizes: the first look, how many replicates there are, and the most
+    family: how many intervals there are"""
+    first, now, most = sizes
+    for size, alpha in looks(first):
+        if size > most:
+            return 0
+        half = found.half_at(size / now, alpha / family)
+        if size > now and (half < abs(found.value) or half <= asked.width(found)):
+            return size
+    raise AssertionError
