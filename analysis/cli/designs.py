@@ -23,8 +23,8 @@ class Comparing:
     """Say whether and how designs are compared.
 
     compare: Decide between designs of one room: each further scene against the first.
-    until: With --compare: more replicates until every quantity is decided, or a difference
-        would be seen. Write it as "0.2 kN/m", or as a share of the first design, 10%.
+    until: With --compare: more replicates until every quantity is decided ("decided kN/m": those in
+        this unit), or a difference would be seen: "0.2 kN/m", or 10% of the first design.
     minutes: With --until: for so long. Default: 10.
     unpaired: With --compare: take designs with other people or another push, too."""
 
@@ -74,6 +74,9 @@ def compare_designs(scenes: list[str], how: Comparing, run: Run, out: Path) -> N
     for design in designs:
         if design.moved:
             print(f"note: {design.name}: its people stand where those of {names[0]} do", file=sys.stderr)
+    # who pushes for ever soon forgets the start (docs/results/designs.md)
+    alike = [d.scene.drive is not None and d.scene.drive.keeps_distance for d in designs]
+    paired = all(alike) and not how.unpaired
     stop = Stop(asked=asked, seconds=60 * (how.minutes or MINUTES)) if asked else None
 
     def say(ends: Forecast) -> None:
@@ -91,9 +94,9 @@ def compare_designs(scenes: list[str], how: Comparing, run: Run, out: Path) -> N
         missing = [one for one in of.wanted(run.seeds).values() if not one.is_finished()]
         seconds = sum(expected_seconds(one.scene, one.engine) for one in missing)
         say_expected(seconds, f"{len(missing)} runs of engines", cores())
-        looks, still = compare(of, run.seeds, stop, say, paired=not how.unpaired)
+        looks, still = compare(of, run.seeds, stop, say, paired=paired)
         done = Compared(
-            of=of, looks=looks, asked=asked, still=still, paired=not how.unpaired, limits=run.limits
+            of=of, looks=looks, asked=asked, still=still, paired=paired, limits=run.limits
         )
         page, said = write_designs(done, out, command_line(), bars)
     for verdict in said:

@@ -21,8 +21,8 @@ from analysis.exposure.loads import RunLoads, read_exposure, walls_beside
 from analysis.motion.inference import LEVEL, ROUNDING
 from nscd.arrays import Floats
 
-# The time until so many of all are out is compared: the largest share that every run reaches.
-SHARES = (1.0, 0.9, 0.75, 0.5, 0.25, 0.1)
+# The time until so many tenths of all are out is compared: as many as every run reaches.
+TENTHS = range(10, 0, -1)
 UNTIL = "time_until"
 
 
@@ -32,8 +32,8 @@ class Quantity:
 
     says: a sentence with the difference (size: with its unit) and the word for more or less of it
     words: for less and for more
-    paired: whether replicates of one number are subtracted from each other. Decided by the correlation
-        of 40 pairs of three crowds, not of those that are judged (docs/results/designs.md)
+    paired: whether replicates of one number are subtracted from each other: where their correlation in
+        40 pairs of two crowds was above 0.5, not in those that are judged (docs/results/designs.md)
     value: of a run and the windows (t,) that count; NaN where the run has no such number"""
 
     title: str
@@ -48,8 +48,12 @@ def _mean(key: str) -> Callable[[RunLoads, slice], float]:
     return lambda run, some: float(run.values[key][some].mean()) if key in run.values else nan
 
 
-def _largest(key: str) -> Callable[[RunLoads, slice], float]:
-    return lambda run, some: float(run.values[key][some].max())
+def _largest_contact(run: RunLoads, some: slice) -> float:
+    return float(run.values["contact_largest"][some].max())
+
+
+def _largest_metre(run: RunLoads, some: slice) -> float:
+    return float(run.values["wall_line_load"][some].max()) if run.scene.walls else nan
 
 
 def _beside(side: int) -> Callable[[RunLoads, slice], float]:
@@ -65,48 +69,49 @@ def _beside(side: int) -> Callable[[RunLoads, slice], float]:
 
 def _flow(run: RunLoads, some: slice) -> float:
     """People per second after the first, until the last."""
-    left = _leaving(run)[some]
+    if "flow" not in run.values:
+        return nan
     after = float(run.duration[some][1:].sum())
-    return float(left[1:].sum()) / after if after and left.sum() > 1 else nan
+    return float(_leaving(run)[some][1:].sum()) / after if after else 0.0
 
 
 LESS = ("less", "more")
 # Every row of a comparison. The load on walls is read here, and nowhere else.
 QUANTITIES: Mapping[str, Quantity] = {
     "wall_left": Quantity(
-        title="wall left of the door, worst metre", unit="kN/m", words=LESS, value=_beside(0),
+        title="wall left of the door, worst metre", unit="kN/m", paired=True, words=LESS, value=_beside(0),
         says="the wall left of the door bears {size} {more}",
     ),
     "wall_right": Quantity(
-        title="wall right of the door, worst metre", unit="kN/m", words=LESS, value=_beside(1),
+        title="wall right of the door, worst metre", unit="kN/m", paired=True, words=LESS, value=_beside(1),
         says="the wall right of the door bears {size} {more}",
     ),
     "metre_largest": Quantity(
         title="largest load on any metre of wall", unit="kN/m", words=LESS,
-        value=_largest("wall_line_load"), says="the most loaded metre of wall bears {size} {more}",
+        value=_largest_metre, says="the most loaded metre of wall bears {size} {more}",
     ),
     "contact_largest": Quantity(
         title="largest contact force", unit="N", words=("smaller", "larger"),
-        value=_largest("contact_largest"), says="the largest contact force is {size} {more}",
+        value=_largest_contact, says="the largest contact force is {size} {more}",
     ),
     "contact_mean": Quantity(
-        title="mean contact force", unit="N", words=("smaller", "larger"),
+        title="mean contact force", unit="N", paired=True, words=("smaller", "larger"),
         value=_mean("contact_mean"), says="the mean contact force is {size} {more}",
     ),
     "flow": Quantity(
-        title="people leaving", unit="1/s", words=("fewer", "more"), value=_flow, paired=True,
+        title="people leaving", unit="1/s", words=("fewer", "more"), value=_flow,
         says="{number} {more} people leave per second",
     ),
     UNTIL: Quantity(
-        title="time until {out} are out", unit="s", words=("earlier", "later"), paired=True,
+        title="time until {out} are out", unit="s", words=("earlier", "later"),
         value=lambda run, some: nan, says="{out} are out {size} {more}",
     ),
     "density_door": Quantity(
-        title="density within 2 m of the door", unit="1/m²", words=("lower", "higher"),
+        title="density within 2 m of the door", unit="1/m²", paired=True, words=("lower", "higher"),
         value=_mean("density_door"), says="the density before the door is {size} {more}",
     ),
     "speed_door": Quantity(
-        title="speed within 2 m of the door", unit="m/s", words=("slower", "faster"),
+        title="speed within 2 m of the door", unit="m/s", paired=True, words=("slower", "faster"),
         value=_mean("speed_door"), says="people before the door are {size} {more}",
     ),
 }  # fmt: skip
@@ -190,27 +195,25 @@ def _half(error: float, freedom: float, alpha: float) -> float:
 
 def difference(mine: Floats, base: Floats, alpha: float, *, paired: bool) -> Difference:
     """Compare numbers of the replicates (n,) of a design with those of the first, replicate by
-    replicate or by Welch's t; NaN where a replicate has none. A run is one number, however many
-    windows it has. alpha: how often the interval may miss."""
-    both = np.isfinite(mine) & np.isfinite(base)
-    some, first = (mine[both], base[both]) if paired else (mine[mine == mine], base[base == base])
-    rounding = ROUNDING * float(max(np.abs(some).max(), np.abs(first).max()))
-    n, m = len(some), len(first)
+    replicate or by Welch's t. A run is one number, however many windows it has. alpha: how often the
+    interval may miss."""
+    n = len(mine)
+    rounding = ROUNDING * float(np.abs([mine, base]).max())
     if paired:
-        square, freedom = float((some - first).var(ddof=1)) / n, float(n - 1)
+        square, freedom = float((mine - base).var(ddof=1)) / n, n - 1.0
     else:
-        parts = np.array([some.var(ddof=1) / n, first.var(ddof=1) / m])
+        parts = np.array([mine.var(ddof=1), base.var(ddof=1)]) / n
         square = float(parts.sum())
-        freedom = square**2 / float((parts**2 / [n - 1, m - 1]).sum()) if square else 1.0
+        freedom = (n - 1) * square**2 / float((parts**2).sum()) if square else 1.0
     error = sqrt(square) if square > rounding**2 else 0.0
-    more = float(some.mean() - first.mean())
+    more = float(mine.mean() - base.mean())
     return Difference(
         value=more if abs(more) > rounding else 0.0,
         error=error,
         freedom=freedom,
         half=_half(error, freedom, alpha),
-        delta=float(np.sign(some[:, None] - first).mean()),
-        base=float(first.mean()),
+        delta=float(np.sign(mine[:, None] - base).mean()),
+        base=float(base.mean()),
         paired=paired,
     )
 
@@ -239,29 +242,21 @@ class Table:
         ]
 
 
-def table_of(designs: Sequence[Sequence[Outcome | None]]) -> Table:
-    """Put the outcomes of the replicates of each design into columns; None: a run that failed."""
-    every = [one for outcomes in designs for one in outcomes if one]
-    out = min((len(one.left) for one in every), default=0)
-    people = max((one.people for one in every), default=0)
-    reached = next((n for share in SHARES if 0 < (n := round(share * people)) <= out), 0)
+def table_of(designs: Sequence[Sequence[Outcome]]) -> Table:
+    """Put the outcomes of the replicates of each design, as many of each, into columns."""
+    every = [one for outcomes in designs for one in outcomes]
+    out, people = min(len(one.left) for one in every), max(one.people for one in every)
+    reached = next((n for tenth in TENTHS if 0 < (n := tenth * people // 10) <= out), 0)
 
-    def number(one: Outcome | None, key: str) -> float:
-        if one is None:
-            return nan
+    def number(one: Outcome, key: str) -> float:
         return float(one.left[reached - 1]) if key == UNTIL and reached else one.values[key]
 
     columns = [
         {key: np.array([number(one, key) for one in outcomes]) for key in QUANTITIES}
         for outcomes in designs
     ]
-    # what two replicates of every design have, with what each failed run lacks
-    has = [key for key in QUANTITIES if all(_told(one[key], len(one[key])) for one in columns)]
+    has = [key for key in QUANTITIES if all(np.isfinite(one[key]).all() for one in columns)]
     return Table(values=[{key: one[key] for key in has} for one in columns], reached=reached)
-
-
-def _told(values: Floats, asked: int) -> bool:
-    return bool(np.isfinite(values).sum() >= max(2, asked // 2))
 
 
 # How many more replicates the next look has.
@@ -290,21 +285,21 @@ class Asked:
 
     @classmethod
     def parse(cls, text: str) -> Asked:
-        """Read `decided`, `10%` or `0.2 kN/m`. Raises ValueError for anything else."""
+        """Read `decided`, `decided kN/m`, `10%` or `0.2 kN/m`. Raises ValueError for anything else."""
         units = {one.unit for one in QUANTITIES.values()}
-        if text.strip() == "decided":
-            return cls()
-        found = re.fullmatch(r"([\d.]+(?:e[+-]?\d+)?) *(.*)", text.strip())
+        found = re.fullmatch(r"(decided|[\d.]+(?:e[+-]?\d+)?) *(.*)", text.strip())
+        first, unit = found.groups() if found else ("", "")
+        unit = unit.replace("per ", "1/").replace("m2", "m²")
         with suppress(ValueError):
-            number, unit = float(found[1] if found else "-"), found[2] if found else ""
-            unit = unit.replace("per ", "1/").replace("m2", "m²")
-            if 0 < number < inf and unit == "%":
+            if first == "decided" and unit in {"", *units}:
+                return cls(unit=unit)
+            if 0 < (number := float(first)) < inf and unit == "%":
                 return cls(share=number / 100)
             if 0 < number < inf and unit in units:
                 return cls(number=number, unit=unit)
         raise ValueError(
             f"--until {text}: decided, a share such as 10%, or a difference is needed. Its unit is "
-            f"one of {', '.join(units)}"
+            f"one of {', '.join(sorted(units))}"
         )
 
     def of(self, key: str) -> bool:

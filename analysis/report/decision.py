@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
-from math import isfinite
+from math import floor, isfinite, log10
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +21,7 @@ from analysis.motion.designs import QUANTITIES, Asked, Difference, Quantity
 from analysis.motion.inference import range_of_windows
 from analysis.pages.drawing import frame, panels, scene_picture, size_of
 from analysis.pages.html import write_html
-from analysis.pages.numbers import between, two, with_unit
+from analysis.pages.numbers import between, decimals, two, with_unit
 from analysis.pages.ranges import Chart
 from analysis.pages.section import Cell, Picture, Section
 from analysis.pages.words import Words
@@ -53,12 +53,16 @@ replicates | | of each design
 class Answer:
     """Say how a quantity of a design differs from the first, in words.
 
-    text: behind a bar; sentence: of a verdict, empty where the interval holds zero"""
+    text: behind a bar
+    sentence: of a verdict, empty where the interval holds zero; ends: of the interval
+    least: what could not be seen"""
 
     design: str
     found: Difference
     text: str
-    sentence: str
+    sentence: str = ""
+    ends: str = ""
+    least: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,21 +85,24 @@ class Row:
 
 
 def answer_of(design: str, quantity: Quantity, found: Difference, out: int) -> Answer:
-    """Put a difference into words."""
-    least = with_unit(two(found.half), quantity.unit) if isfinite(found.half) else ""
-    if not least:
-        return Answer(design=design, found=found, text="the same in all replicates", sentence="")
+    """Put a difference into words, with as many places as half of its interval has two digits."""
+    if not isfinite(found.half):
+        return Answer(design=design, found=found, text="the same in all replicates")
+    places = 1 - floor(log10(found.half))
+
+    def said(value: float) -> str:
+        return decimals(value, places) if places > 0 else two(value)
+
+    least = with_unit(said(found.half), quantity.unit)
     if not found.significant:
-        return Answer(design=design, found=found, text=f"none seen, {least} would be", sentence="")
-    more = quantity.words[found.value > 0]
-    low, high = sorted(map(abs, found.ends))
-    number = two(abs(found.value))
+        return Answer(design=design, found=found, text=f"none seen, {least} would be")
+    more, number = quantity.words[found.value > 0], said(abs(found.value))
+    ends = " to ".join(map(said, sorted(map(abs, found.ends))))
     size = with_unit(number, quantity.unit)
-    said = quantity.says.format(number=number, size=size, more=more, out=out)
-    ends = f"{two(low)} to {two(high)}"
+    sentence = quantity.says.format(number=number, size=size, more=more, out=out)
     return Answer(
         design=design, found=found, text=f"{number} {more} ({ends})",
-        sentence=f"{said}, {ends} (below {two(found.half)} nothing can be seen)",
+        sentence=sentence, ends=ends, least=least,
     )  # fmt: skip
 
 
@@ -124,9 +131,7 @@ def rows_of(of: Replicates, look: Look, limits: tuple[Path, ...] = ()) -> dict[s
 
 def _level(values: Floats) -> tuple[float, float, float]:
     """The mean of replicates, and the range that holds 90 % of further ones."""
-    there = values[np.isfinite(values)]
-    low, high = range_of_windows(list(there[:, None]))
-    return float(there.mean()), low, high
+    return float(values.mean()), *range_of_windows(list(values[:, None]))
 
 
 def verdicts(of: Replicates, rows: Mapping[str, Row]) -> list[str]:
@@ -134,7 +139,8 @@ def verdicts(of: Replicates, rows: Mapping[str, Row]) -> list[str]:
     words, said = Words(__name__), []
     for number, design in enumerate(of.designs[1:]):
         answers = [row.answers[number] for row in rows.values()]
-        differ, first = [one.sentence for one in answers if one.sentence], of.designs[0].name
+        differ = [one for one in answers if one.sentence]
+        first = of.designs[0].name
         said.append(words.text("verdict", design=design.name, first=first, differ=differ))
     return said
 

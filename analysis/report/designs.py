@@ -163,8 +163,11 @@ class Replicates:
         """Name the runs that are still to be read for so many replicates of each design."""
         new = dict[tuple[int, int], EngineRun]()
         for at in product(range(len(self.designs)), range(self.made, number)):
-            with suppress(SceneError, StepError):  # people whom no draw gives room
+            try:
                 new[at] = self.designs[at[0]].run(self.engine, self.out, at[1])
+            except (SceneError, StepError) as error:  # no draw gives these people room
+                said = f"{self.designs[at[0]].name}, replicate {at[1]}: {error}"
+                self.failures += [said] * (said not in self.failures)
         return new
 
     def until(self, number: int) -> None:
@@ -187,18 +190,16 @@ class Replicates:
         self.made = number
 
     def look(self, alpha: float, *, paired: bool = True) -> Look:
-        """Compare what is there. Raises ValueError where a design has too few runs that ended well."""
-        columns = [
-            [self.outcomes.get((row, number)) for number in range(self.made)]
-            for row in range(len(self.designs))
-        ]
-        for design, column in zip(self.designs, columns, strict=True):
-            if sum(one is not None for one in column) < FEWEST:
-                why = self.failures[0] if self.failures else ""
-                raise ValueError(f"--compare: {design.name}: fewer than {FEWEST} replicates. {why}")
-        table = table_of(columns)
+        """Compare the replicates that ended well in every design. Raises ValueError where these are too
+        few."""
+        rows = range(len(self.designs))
+        whole = [n for n in range(self.made) if all((row, n) in self.outcomes for row in rows)]
+        if len(whole) < FEWEST:
+            why = f". {self.failures[0]}" if self.failures else ""
+            raise ValueError(f"--compare: {len(whole)} replicates ended well, {FEWEST} are needed{why}")
+        table = table_of([[self.outcomes[row, n] for n in whole] for row in rows])
         found = table.differences(alpha, paired=paired)
-        return Look(replicates=self.made, alpha=alpha, table=table, differences=found)
+        return Look(replicates=len(whole), alpha=alpha, table=table, differences=found)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
