@@ -54,6 +54,7 @@ def compare_designs(scenes: list[str], how: Comparing, run: Run, out: Path) -> N
     """Run the replicates that are missing, compare, write the page and say the verdict. Exits with 1
     where a run failed, or what --until asks for stays open."""
     from analysis.advice.library import expected_seconds
+    from analysis.engines import engine as engine_named
     from analysis.engines.rigid import NAME as RIGID
     from analysis.motion.designs import QUANTITIES, Asked
     from analysis.motion.inference import FEWEST
@@ -64,6 +65,7 @@ def compare_designs(scenes: list[str], how: Comparing, run: Run, out: Path) -> N
     engine, *more = run.engine or [RIGID]
     if more:
         raise ValueError("--engine: designs are compared by one engine")
+    engine_named(engine)
     asked = Asked.parse(how.until) if how.until is not None else None
     if asked is None:
         refuse("only with --until", minutes=how.minutes)

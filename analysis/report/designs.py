@@ -30,8 +30,8 @@ from analysis.support.machine import cores
 from analysis.support.parallel import Progress, Task, do_all, workers
 from nscd.stepping import StepError
 
-# So few runs are read in this process.
-ALONE = 4
+# So few runs that are there are read in this process: others would take longer to start.
+ALONE = 12
 # So many replicates of a design at most.
 MOST = 1000
 # Keys of a drive that say how people push.
@@ -174,11 +174,13 @@ class Replicates:
         """Go on to so many replicates of each design, on all cores."""
         new = self.wanted(number)
         runs = list(new.values())
-        run_ahead(runs, self.progress, scheduler=self.scheduler, label="runs")
+        missing = not all(run.is_finished() for run in runs)
         tasks = [Task(call=measured, arguments=(run,), work=1.0) for run in runs]
         with ExitStack() as stack:
-            many = len(runs) > ALONE
-            pool = stack.enter_context(workers(None, self.scheduler)) if many else None
+            pool = None
+            if missing or len(runs) > ALONE:
+                pool = stack.enter_context(workers(None, self.scheduler))
+                run_ahead(runs, self.progress, executor=pool)
             read = do_all(tasks, pool, "percussions", self.progress)
         for at, (outcome, seconds, failure) in zip(new, read, strict=True):
             if outcome:
