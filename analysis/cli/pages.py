@@ -24,7 +24,7 @@ from analysis.cli.app import (
     show_page,
     warn,
 )
-from analysis.cli.designs import NOT_COMPARED, Comparing, Run, compare_designs
+from analysis.cli.designs import NOT_COMPARED, Comparing
 from analysis.cli.options import (
     InputFile,
     NotNegative,
@@ -107,8 +107,7 @@ def report(
     limits_of_people(own := tuple(limits or ()))  # a wrong file is refused before anything runs
     if comparing.compare:
         refuse_beside(context, NOT_COMPARED, "not with --compare")
-        how = Run(engine=engine, seeds=seeds, limits=own, scheduler=scheduler, runs=runs)
-        compare_designs(scenes, comparing, how, out)
+        comparing.write(scenes, engine or ["rigid"], seeds, own, runs, out)
     comparing.refuse_alone()
     soft = _with_springs(names := engine or [known.NAME for known in ENGINES])
     read = [read_scene(scene) for scene in scenes]

@@ -331,14 +331,10 @@ class RunLoads:
 
 
 def read_exposure(
-    folder: Path,
-    window_s: float = SHORTEST_S,
-    limits: tuple[Path, ...] = (),
-    *,
-    with_arches: bool = True,
+    folder: Path, window_s: float = SHORTEST_S, limits: tuple[Path, ...] = ()
 ) -> RunLoads:
     """Read the loads of a finished run from the impulses of every step. A window is as many frames
-    as make `window_s` or more; limits: files of further ones; with_arches: look for them, too.
+    as make `window_s` or more; limits: files of further ones.
 
     Raises EngineError and DumpError for a folder that does not hold one finished run with impulses,
     or one that is shorter than a window."""
@@ -358,13 +354,11 @@ def read_exposure(
         for window, loads in zip(windows, every, strict=True)
     ]
     values = {key: np.array([row[key] for row in rows]) for key in rows[0]}
-    duration = np.array([window.duration for window in windows])
-    arches = arches_of(scene, frames) if with_arches else ()
+    duration, arches = np.array([window.duration for window in windows]), arches_of(scene, frames)
     if scene.drive is not None:
         gone = [passed(scene, window.now) for window in windows]
         values["flow"] = np.diff([passed(scene, scene.snapshot), *gone]) / duration
-        if with_arches:
-            values["arch_share"] = np.array([share_of(window, arches) for window in windows])
+        values["arch_share"] = np.array([share_of(window, arches) for window in windows])
     return replace(_joined(scene, windows, every), duration=duration, values=values, arches=arches)
 
 

@@ -10,6 +10,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from itertools import count
 from math import ceil, inf, nan, sqrt
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import t as student
@@ -24,101 +25,85 @@ from nscd.arrays import Floats
 # The time until so many tenths of all are out is compared: as many as every run reaches.
 TENTHS = range(10, 0, -1)
 UNTIL = "time_until"
+# How many more replicates the next look has.
+GROWTH = 1.5
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Quantity:
+class Quantity(NamedTuple):
     """Name what designs are compared in.
 
-    says: a sentence with the difference (size: with its unit) and the word for more or less of it
-    words: for less and for more
+    says: a sentence with the difference (size: with its unit) and the word for less or more of it
+    value: of a run and the windows (t,) that count; NaN where the run has no such number
     paired: whether replicates of one number are subtracted from each other: where their correlation in
-        40 pairs of two crowds was above 0.5, not in those that are judged (docs/results/designs.md)
-    value: of a run and the windows (t,) that count; NaN where the run has no such number"""
+        40 pairs of two crowds was above 0.5, not in those that are judged (docs/results/designs.md)"""
 
     title: str
     unit: str
     says: str
     words: tuple[str, str]
-    paired: bool = False
     value: Callable[[RunLoads, slice], float]
+    paired: bool = False
 
 
 def _mean(key: str) -> Callable[[RunLoads, slice], float]:
     return lambda run, some: float(run.values[key][some].mean()) if key in run.values else nan
 
 
-def _largest_contact(run: RunLoads, some: slice) -> float:
-    return float(run.values["contact_largest"][some].max())
+def _beside(side: int) -> Callable[[RunLoads, slice], float]:
+    """The mean load (kN/m) of the worst metre of the walls on one side of the door."""
+
+    def value(run: RunLoads, some: slice) -> float:
+        loads = run.loads["wall_line_load"][some][:, walls_beside(run.scene)[side] - 1]
+        return float(loads.max(axis=1).mean()) if loads.shape[1] else nan
+
+    return value
 
 
 def _largest_metre(run: RunLoads, some: slice) -> float:
     return float(run.values["wall_line_load"][some].max()) if run.scene.walls else nan
 
 
-def _beside(side: int) -> Callable[[RunLoads, slice], float]:
-    """The mean load (kN/m) of the worst metre of the walls on one side of the door."""
-
-    def value(run: RunLoads, some: slice) -> float:
-        walls = walls_beside(run.scene)[side]
-        loads = run.loads["wall_line_load"][some][:, walls - 1]
-        return float(loads.max(axis=1).mean()) if len(walls) else nan
-
-    return value
+def _largest_contact(run: RunLoads, some: slice) -> float:
+    return float(run.values["contact_largest"][some].max())
 
 
 def _flow(run: RunLoads, some: slice) -> float:
     """People per second after the first, until the last."""
-    if "flow" not in run.values:
-        return nan
     after = float(run.duration[some][1:].sum())
-    return float(_leaving(run)[some][1:].sum()) / after if after else 0.0
+    left = _leaving(run)[some][1:].sum()
+    return nan if "flow" not in run.values else float(left) / after if after else 0.0
 
 
-LESS = ("less", "more")
-# Every row of a comparison. The load on walls is read here, and nowhere else.
+LESS, SIZE = ("less", "more"), ("smaller", "larger")
+# Every row of a comparison. The load on walls is read by these, and nowhere else.
 QUANTITIES: Mapping[str, Quantity] = {
-    "wall_left": Quantity(
-        title="wall left of the door, worst metre", unit="kN/m", paired=True, words=LESS, value=_beside(0),
-        says="the wall left of the door bears {size} {more}",
-    ),
-    "wall_right": Quantity(
-        title="wall right of the door, worst metre", unit="kN/m", paired=True, words=LESS, value=_beside(1),
-        says="the wall right of the door bears {size} {more}",
-    ),
-    "metre_largest": Quantity(
-        title="largest load on any metre of wall", unit="kN/m", words=LESS,
-        value=_largest_metre, says="the most loaded metre of wall bears {size} {more}",
-    ),
-    "contact_largest": Quantity(
-        title="largest contact force", unit="N", words=("smaller", "larger"),
-        value=_largest_contact, says="the largest contact force is {size} {more}",
-    ),
-    "contact_mean": Quantity(
-        title="mean contact force", unit="N", paired=True, words=("smaller", "larger"),
-        value=_mean("contact_mean"), says="the mean contact force is {size} {more}",
-    ),
-    "flow": Quantity(
-        title="people leaving", unit="1/s", words=("fewer", "more"), value=_flow,
-        says="{number} {more} people leave per second",
-    ),
-    UNTIL: Quantity(
-        title="time until {out} are out", unit="s", words=("earlier", "later"),
-        value=lambda run, some: nan, says="{out} are out {size} {more}",
-    ),
-    "density_door": Quantity(
-        title="density within 2 m of the door", unit="1/m²", paired=True, words=("lower", "higher"),
-        value=_mean("density_door"), says="the density before the door is {size} {more}",
-    ),
-    "speed_door": Quantity(
-        title="speed within 2 m of the door", unit="m/s", paired=True, words=("slower", "faster"),
-        value=_mean("speed_door"), says="people before the door are {size} {more}",
-    ),
+    "wall_left": Quantity("wall left of the door, worst metre", "kN/m",
+                          "the wall left of the door bears {size} {more}", LESS, _beside(0), True),
+    "wall_right": Quantity("wall right of the door, worst metre", "kN/m",
+                           "the wall right of the door bears {size} {more}", LESS, _beside(1), True),
+    "metre_largest": Quantity("largest load on any metre of wall", "kN/m",
+                              "the most loaded metre of wall bears {size} {more}", LESS, _largest_metre),
+    "contact_largest": Quantity("largest contact force", "N", "the largest contact force is {size} {more}",
+                                SIZE, _largest_contact),
+    "contact_mean": Quantity("mean contact force", "N", "the mean contact force is {size} {more}", SIZE,
+                             _mean("contact_mean"), True),
+    "flow": Quantity("people leaving", "1/s", "{number} {more} people leave per second",
+                     ("fewer", "more"), _flow),
+    UNTIL: Quantity("time until {out} are out", "s", "{out} are out {size} {more}",
+                    ("earlier", "later"), lambda run, some: nan),
+    "density_door": Quantity("density within 2 m of the door", "1/m²",
+                             "the density before the door is {size} {more}", ("lower", "higher"),
+                             _mean("density_door"), True),
+    "speed_door": Quantity("speed within 2 m of the door", "m/s",
+                           "people before the door are {size} {more}", ("slower", "faster"),
+                           _mean("speed_door"), True),
 }  # fmt: skip
 
 
 def _leaving(run: RunLoads) -> Floats:
     """How many (t,) leave in each window; a person who steps back is no minus."""
+    if "flow" not in run.values:
+        return np.zeros(len(run.time))
     gone = np.maximum.accumulate(np.cumsum(run.values["flow"] * run.duration))
     return np.diff(np.rint(gone), prepend=0.0)
 
@@ -135,23 +120,20 @@ class Outcome:
 def outcome_of(run: RunLoads) -> Outcome:
     """Take the numbers of a run over the windows from the first to the last in which somebody leaves;
     of all windows where nobody does, or where there is no door."""
-    left = _leaving(run) if "flow" in run.values else np.zeros(len(run.time))
+    left = _leaving(run)
     some = np.flatnonzero(left)
     chosen = slice(some[0], some[-1] + 1) if len(some) else slice(None)
-    return Outcome(
-        values={key: one.value(run, chosen) for key, one in QUANTITIES.items()},
-        left=np.repeat(run.time, left.astype(int)),
-        people=len(run.ids),
-    )
+    values = {key: one.value(run, chosen) for key, one in QUANTITIES.items()}
+    return Outcome(values=values, left=np.repeat(run.time, left.astype(int)), people=len(run.ids))
 
 
 def measured(run: EngineRun) -> tuple[Outcome | None, float, str]:
-    """Read the numbers of a run that is there, and give the CPU time (s) of run and reading; or say
-    why it failed."""
+    """Run, or take what is there, and read its numbers. Give the CPU time (s) of both, and why it
+    failed."""
     began = time.process_time()
     try:
         record = finished_run(run.scene, run.engine, run.folder) or run.record()
-        outcome = outcome_of(read_exposure(run.folder, with_arches=False))
+        outcome = outcome_of(read_exposure(run.folder))
     except (EngineError, DumpError) as error:
         return None, 0.0, str(error)
     return outcome, record.cpu_seconds + time.process_time() - began, ""
@@ -164,14 +146,15 @@ class Difference:
     error, freedom: standard error and its degrees of freedom; 0 where all replicates are alike
     half: of the interval, and the least difference that would have been seen; infinite where all
         replicates are alike, whose spread says nothing of others
-    delta: Cliff's δ: how much more often a run of the design is above one of the first than below"""
+    delta: Cliff's δ: how much more often a run of the design is above one of the first than below
+    base: the mean of the first"""
 
     value: float
     error: float
     freedom: float
     half: float
     delta: float
-    base: float  # the mean of the first
+    base: float
     paired: bool
 
     @property
@@ -197,25 +180,17 @@ def difference(mine: Floats, base: Floats, alpha: float, *, paired: bool) -> Dif
     """Compare numbers of the replicates (n,) of a design with those of the first, replicate by
     replicate or by Welch's t. A run is one number, however many windows it has. alpha: how often the
     interval may miss."""
-    n = len(mine)
-    rounding = ROUNDING * float(np.abs([mine, base]).max())
-    if paired:
-        square, freedom = float((mine - base).var(ddof=1)) / n, n - 1.0
-    else:
-        parts = np.array([mine.var(ddof=1), base.var(ddof=1)]) / n
-        square = float(parts.sum())
-        freedom = (n - 1) * square**2 / float((parts**2).sum()) if square else 1.0
+    n, rounding = len(mine), ROUNDING * float(np.abs([mine, base]).max())
+    parts = np.array([(mine - base).var(ddof=1)] if paired else [mine.var(ddof=1), base.var(ddof=1)])
+    square = float(parts.sum()) / n
+    freedom = (n - 1) * float(parts.sum() ** 2 / (parts**2).sum()) if square else 1.0
     error = sqrt(square) if square > rounding**2 else 0.0
     more = float(mine.mean() - base.mean())
     return Difference(
-        value=more if abs(more) > rounding else 0.0,
-        error=error,
-        freedom=freedom,
-        half=_half(error, freedom, alpha),
-        delta=float(np.sign(mine[:, None] - base).mean()),
-        base=float(base.mean()),
-        paired=paired,
-    )
+        value=more if abs(more) > rounding else 0.0, error=error, freedom=freedom,
+        half=_half(error, freedom, alpha), delta=float(np.sign(mine[:, None] - base).mean()),
+        base=float(base.mean()), paired=paired,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -234,12 +209,10 @@ class Table:
         base, *others = self.values
         each = alpha / max(1, len(base) * len(others))
         return [
-            {
-                key: difference(one[key], base[key], each, paired=paired and QUANTITIES[key].paired)
-                for key in base
-            }
+            {key: difference(one[key], base[key], each, paired=paired and QUANTITIES[key].paired)
+             for key in base}
             for one in others
-        ]
+        ]  # fmt: skip
 
 
 def table_of(designs: Sequence[Sequence[Outcome]]) -> Table:
@@ -259,10 +232,6 @@ def table_of(designs: Sequence[Sequence[Outcome]]) -> Table:
     return Table(values=[{key: one[key] for key in has} for one in columns], reached=reached)
 
 
-# How many more replicates the next look has.
-GROWTH = 1.5
-
-
 def looks(first: int) -> Iterator[tuple[int, float]]:
     """Give the numbers of replicates at which to look, and how often an interval of that look may
     miss: 1/2, 1/6, 1/12 … of 10 %, so that all looks together miss in 10 %."""
@@ -275,9 +244,7 @@ def looks(first: int) -> Iterator[tuple[int, float]]:
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Asked:
     """Say when to stop: where an interval excludes zero, or half of it is at most a share of the first
-    design's mean, or a number in a unit.
-
-    unit: of the quantities that are asked for; all where empty"""
+    design's mean, or a number in a unit; unit: of the quantities asked for, all where empty."""
 
     share: float = 0.0
     number: float = 0.0
@@ -290,13 +257,11 @@ class Asked:
         found = re.fullmatch(r"(decided|[\d.]+(?:e[+-]?\d+)?) *(.*)", text.strip())
         first, unit = found.groups() if found else ("", "")
         unit = unit.replace("per ", "1/").replace("m2", "m²")
+        if first == "decided" and unit in {"", *units}:
+            return cls(unit=unit)
         with suppress(ValueError):
-            if first == "decided" and unit in {"", *units}:
-                return cls(unit=unit)
-            if 0 < (number := float(first)) < inf and unit == "%":
-                return cls(share=number / 100)
-            if 0 < number < inf and unit in units:
-                return cls(number=number, unit=unit)
+            if 0 < (number := float(first)) < inf and unit in {"%", *units}:
+                return cls(share=number / 100) if unit == "%" else cls(number=number, unit=unit)
         raise ValueError(
             f"--until {text}: decided, a share such as 10%, or a difference is needed. Its unit is "
             f"one of {', '.join(sorted(units))}"
@@ -322,9 +287,7 @@ def needed(found: Difference, asked: Asked, sizes: tuple[int, int, int], family:
     family: how many intervals there are"""
     first, now, most = sizes
     for size, alpha in looks(first):
-        if size > most:
-            return 0
         half = found.half_at(size / now, alpha / family)
-        if size > now and (half < abs(found.value) or half <= asked.width(found)):
-            return size
+        if size > most or (size > now and (half < abs(found.value) or half <= asked.width(found))):
+            return size if size <= most else 0
     raise AssertionError

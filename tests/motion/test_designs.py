@@ -182,10 +182,10 @@ def test_intervals_hold_jointly_for_all_quantities_and_designs():
 def test_people_of_all_designs_stand_where_those_of_the_first_do():
     first, *others = designs_of([made("one", 0.6), made("two", 1.0), made("three", 1.4)])
     for other in others:
-        assert other.moved
+        assert other.scene.name != other.name
         assert (other.scene.snapshot.position == first.scene.snapshot.position).all()
     arch = read_scene("arch")
-    assert not designs_of([arch, arch.model_copy(update={"name": "other"})])[1].moved
+    assert designs_of([arch, arch.model_copy(update={"name": "other"})])[1].scene.name == "other"
 
 
 def test_a_design_is_compared_on_a_page_and_what_is_open_is_said(percussions, tmp_path):
