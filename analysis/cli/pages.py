@@ -17,12 +17,14 @@ from analysis.cli.app import (
     command_line,
     drop_none,
     progress,
+    refuse_beside,
     say_expected,
     say_runs,
     show,
     show_page,
     warn,
 )
+from analysis.cli.designs import NOT_COMPARED, Comparing
 from analysis.cli.options import (
     InputFile,
     NotNegative,
@@ -39,6 +41,7 @@ from analysis.cli.options import (
 from analysis.support.machine import cores
 
 if TYPE_CHECKING:
+    from analysis.report.page import Reported
     from analysis.scene.scene import Scene
     from analysis.work_precision.whole_runs import Planned
 
@@ -60,8 +63,10 @@ def explore(scene: list[str] | None = None, *, out: Out = Path("explore")) -> No
 
 
 def report(
+    context: typer.Context,
     scenes: list[str],
     *,
+    comparing: Comparing,
     engine: list[str] | None = None,
     stiffness: list[Positive] | None = None,
     seeds: Replicates = 5,
@@ -79,14 +84,14 @@ def report(
     from start to end, with friction, push, radius and bodies varied.
 
     scenes: Scenes, by name or .toml file.
-    engine: Engine. May be repeated. Default: all that are installed.
+    engine: Engine. May be repeated. Default: all that are installed. With --compare one: rigid.
     stiffness: Stiffness in N/m. May be repeated. Default: the scene's.
     last: How much of the end of each run of a driven scene counts, in s. Default: 1.
     sheet: Write a page A4 (PDF) for a safety file, too.
 
     seeds: Replicates of each driven scene. 0: none.
 
-    Example: percussions report arch jam gate --seeds 10 --out report"""
+    Example: percussions report narrow.toml wide.toml --compare --until decided"""
     from analysis.compare.study import study
     from analysis.engines import ENGINES
     from analysis.engines.run import run_ahead
@@ -100,6 +105,10 @@ def report(
 
     runs = runs.resolve() if scheduler else runs  # a worker is at home in another folder
     limits_of_people(own := tuple(limits or ()))  # a wrong file is refused before anything runs
+    if comparing.compare:
+        refuse_beside(context, NOT_COMPARED, "not with --compare")
+        comparing.write(scenes, engine or ["rigid"], seeds, own, runs, out)
+    comparing.refuse_alone()
     soft = _with_springs(names := engine or [known.NAME for known in ENGINES])
     read = [read_scene(scene) for scene in scenes]
     for one in read:
@@ -122,12 +131,17 @@ def report(
         page = write_report(reported, out, command_line(), own, bars)
         for path in write_sheets(reported, out, command_line()) if sheet else ():
             print(path)
+    show_page(page)
+    _say_reported(reported)
+
+
+def _say_reported(reported: Sequence[Reported]) -> None:
+    """Say what failed, and end with the status of a report."""
     for done in reported:
         for warning in done.study.warnings:
             warn(f"{done.scene.name}: {warning}")
         for failure in done.failures:
             print(f"failed: {done.scene.name}: {failure}", file=sys.stderr)
-    show_page(page)
     every = [one.answer.status for done in reported for one in done.study.comparisons]
     solved = all(status == "solved" for status in every)
     compared = all(done.moved or done.study.comparisons for done in reported)

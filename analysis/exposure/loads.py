@@ -132,6 +132,18 @@ def _flanking(scene: Scene, post: Floats) -> Indices:
     return np.flatnonzero(ends[0] | ends[1]) + 1
 
 
+def walls_beside(scene: Scene) -> tuple[Indices, Indices]:
+    """Number, from 1, the walls that end at the own door of the drive: left and right of it for who
+    leaves. None without a door."""
+    drive = scene.drive
+    if drive is None or not drive.has_door:
+        return np.zeros(0, dtype=int), np.zeros(0, dtype=int)
+    start, end = np.array(drive.door)
+    (x, y), (along, up) = drive.outward, end - start
+    left, right = (end, start) if x * up - y * along > 0 else (start, end)
+    return _flanking(scene, left), _flanking(scene, right)
+
+
 def _distance(places: Floats, other: Floats) -> Floats:
     return np.asarray(np.hypot(*(places - other).T))
 

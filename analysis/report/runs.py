@@ -79,8 +79,13 @@ def motion_of(
 
 def _own_noise(scenes: Sequence[Scene]) -> list[Scene]:
     """Give the people of each replicate a jostling of their own."""
-    drives = [(number, one, one.drive) for number, one in enumerate(scenes) if one.drive]
-    return [one.with_drive(seed=to.seed + n) if to.noisy else one for n, one, to in drives]
+    return [with_own_noise(one, number) for number, one in enumerate(scenes)]
+
+
+def with_own_noise(scene: Scene, number: int) -> Scene:
+    """Give the people of replicate `number` of a driven scene a jostling of their own."""
+    assert scene.drive is not None
+    return scene.with_drive(seed=scene.drive.seed + number) if scene.drive.noisy else scene
 
 
 Variation = tuple[str, str, Callable[[Scene], Scene]]
@@ -117,11 +122,13 @@ def _model(scenes: Sequence[Scene], name: str, out: Path, label: str, factor: st
     title = model_title(made[0], name)
     if factor in (CROWD, "push", "radius"):
         title += f", {label}"
-    runs = [
-        EngineRun(scene=one, engine=name, folder=run_folder(out / f"crowd_{index}", one, name))
-        for index, one in enumerate(made)
-    ]
+    runs = [replicate_run(one, name, out, index) for index, one in enumerate(made)]
     return Model(title=title, label=label, factor=factor, runs=runs)
+
+
+def replicate_run(scene: Scene, name: str, out: Path, number: int) -> EngineRun:
+    """Name the run of replicate `number` in the folder of its crowd."""
+    return EngineRun(scene=scene, engine=name, folder=run_folder(out / f"crowd_{number}", scene, name))
 
 
 def snapshot_runs(out: Path, models: Sequence[Model]) -> Path:

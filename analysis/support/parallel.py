@@ -1,6 +1,7 @@
 """Work done in other processes, on the cores that there are or on a Dask cluster, and its progress."""
 
 import contextlib
+import logging
 import multiprocessing
 import multiprocessing.connection
 import os
@@ -81,7 +82,9 @@ def _check_address(scheduler: str, dask: Any) -> None:
 
 
 def end_with_parent() -> None:
-    """Have this worker end as soon as the process that started it is gone, whatever ended that."""
+    """Have this worker end as soon as the process that started it is gone, whatever ended that, and
+    keep the notes of MDAnalysis for itself."""
+    logging.getLogger("MDAnalysis").setLevel(logging.ERROR)
 
     def watch(sentinel: int) -> None:
         multiprocessing.connection.wait([sentinel])
