@@ -134,7 +134,8 @@ def runs(given: argparse.Namespace) -> str:
 def looking(people: int) -> list[str]:
     """Time steps of a queue that keeps its distance, without its looks, and the looks."""
     scene = make("arch", people).with_drive(**DISTANCE)
-    motion, who = motion_of(scene, scene.snapshot), scene.snapshot
+    motion, drive, who = motion_of(scene, scene.snapshot), scene.drive, scene.snapshot
+    assert drive is not None
     motion.separate()
     every = int(RENEWED_S / motion.step + 1e-9)
     quiet: list[float] = []
@@ -145,7 +146,7 @@ def looking(people: int) -> list[str]:
             continue
         quiet += spent[1:]  # the first one looks
         place, asked = motion.position.copy(), (who.ids, motion.time, who.radius)
-        looks.append(timed(lambda: scene.drive.desired_velocity(place, *asked))[0])  # noqa: B023
+        looks.append(timed(partial(drive.desired_velocity, place, *asked))[0])
     contacts = sum(motion.advance().reaction > 0)
     step, look = 1e3 * statistics.median(quiet), 1e3 * statistics.median(looks)
     share = look / every / (step + look / every)
