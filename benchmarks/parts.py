@@ -75,9 +75,9 @@ def floor(seed: int) -> tuple[Walls, Drive]:
     lines: list[Floats] = []
     for axis, (walls, rooms) in enumerate(((ACROSS, UP), (UP, ACROSS))):
         for wall in range(1, walls):
-            for room in range(rooms):
+            for number in range(rooms):
                 gap = random.uniform(0.5, ROOM_M - DOORWAY_M - 0.5)
-                along = ROOM_M * room + np.array([[0, gap], [gap + DOORWAY_M, ROOM_M]])
+                along = ROOM_M * number + np.array([[0, gap], [gap + DOORWAY_M, ROOM_M]])
                 across = np.full((2, 2), ROOM_M * wall)
                 pair = (across, along) if axis == 0 else (along, across)
                 lines.extend(np.stack(pair, axis=-1))
@@ -134,7 +134,8 @@ def runs(given: argparse.Namespace) -> str:
 def looking(people: int) -> list[str]:
     """Time steps of a queue that keeps its distance, without its looks, and the looks."""
     scene = make("arch", people).with_drive(**DISTANCE)
-    motion, who = motion_of(scene, scene.snapshot), scene.snapshot
+    motion, drive, who = motion_of(scene, scene.snapshot), scene.drive, scene.snapshot
+    assert drive is not None
     motion.separate()
     every = int(RENEWED_S / motion.step + 1e-9)
     quiet: list[float] = []
@@ -145,7 +146,7 @@ def looking(people: int) -> list[str]:
             continue
         quiet += spent[1:]  # the first one looks
         place, asked = motion.position.copy(), (who.ids, motion.time, who.radius)
-        looks.append(timed(lambda: scene.drive.desired_velocity(place, *asked))[0])  # noqa: B023
+        looks.append(timed(partial(drive.desired_velocity, place, *asked))[0])
     contacts = sum(motion.advance().reaction > 0)
     step, look = 1e3 * statistics.median(quiet), 1e3 * statistics.median(looks)
     share = look / every / (step + look / every)
@@ -168,7 +169,7 @@ def drives(given: argparse.Namespace) -> str:
     rows = [apart(looking, people) for people in (given.people, MANY_LOOK)]
     spent = in_turn({"plain": leaving, "at 0.1": partial(leaving, **DISTANCE)}, given.repeats)
     plain, distant = (min(spent[name]) for name in ("plain", "at 0.1"))
-    words = f"100 people, 60 s: {plain:.3g} ms a step, {distant:.3g} at p 0.1: {distant / plain:.2f}"
+    words = f"100 people: {plain:.3g} ms a step, {distant:.3g} at p 0.1: {distant / plain:.2f}"
     return f"{table(names, rows)}\n\n{words}"
 
 

@@ -48,8 +48,7 @@ void push(Touching& found, std::size_t a, std::size_t b, double dx, double dy, d
 
 // Pairs; false where more than MOST_PAIRS are within reach.
 bool find_pairs(Touching& found, In position, In radius, double most, std::span<const Index> body) {
-    Nearby near;
-    find_nearby(position, radius, most, body, near);
+    const Nearby near = nearby(position, radius, most, body);
     for (std::size_t a = 0; a + 1 < near.start.size(); ++a)
         for (std::int64_t c = near.start[a]; c < near.start[a + 1]; ++c) {
             const std::size_t b = std::size_t(near.other[c]);
@@ -84,16 +83,17 @@ constexpr std::int64_t NUMBERS = std::int64_t{1} << 31, WALL = std::int64_t{1} <
 
 }  // namespace
 
-void find_nearby(In position, In radius, double most, std::span<const Index> body, Nearby& near) {
+Nearby nearby(In position, In radius, double most, std::span<const Index> body) {
     struct Held { double x, y, reach; Index disk; };
     const std::size_t n = radius.size();
-    near.start.clear();
-    if (n == 0) return near.start.assign(1, 0);
+    Nearby near;
+    if (n == 0) return near.start.assign(1, 0), near;
     const double more = std::max(most, 0.0), reach = (2.0 * *std::max_element(radius.begin(), radius.end()) + most) * MARGIN;
     const Cells cells = cells_of(position, reach);
     // each comes into its cell after all before it, which so are sorted for those that they find and for those that find them
     std::vector<Held> held(n);
-    Places filled = cells.begins, from(n + 1, 0), &early = near.found;
+    Places filled = cells.begins, from(n + 1, 0);
+    std::vector<Index, Aligned<Index>> early(8 * n);
     Starts count(n + 1, 0);
     for (std::size_t b = 0; b < n; ++b) {
         const Held me{position[2 * b], position[2 * b + 1], (radius[b] + 0.5 * more) * MARGIN, Index(b)};
@@ -112,7 +112,7 @@ void find_nearby(In position, In radius, double most, std::span<const Index> bod
         held[filled[cells.of(i, j)]++] = me;
         if (!body.empty()) size = std::size_t(std::remove_if(&early[first], &early[0] + size, [&](Index a) { return body[a] == body[b]; }) - &early[0]);
         for (std::size_t k = first; k < size; ++k) ++count[early[k] + 1];
-        if (size > MOST_PAIRS) return;
+        if (size > MOST_PAIRS) return near;
         from[b + 1] = Index(size);
     }
     for (std::size_t a = 0; a < n; ++a) count[a + 1] += count[a];
@@ -120,6 +120,7 @@ void find_nearby(In position, In radius, double most, std::span<const Index> bod
     near.other.resize(std::size_t(from[n]));
     for (std::size_t b = 0; b < n; ++b)
         for (Index k = from[b]; k < from[b + 1]; ++k) near.other[count[early[k]]++] = Index(b);
+    return near;
 }
 
 Neighbours named(const Touching& at) {

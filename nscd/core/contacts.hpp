@@ -35,9 +35,9 @@ Touching touching_walls(In position, In radius, const Segments& walls, double mo
 // other[start[i]] to other[start[i + 1]]. No start where MOST_PAIRS are within reach.
 struct Nearby {
     Starts start;  // (n + 1)
-    Places other, found;  // and what a search leaves for the next one: memory
+    Places other;
 };
-void find_nearby(In position, In radius, double most, std::span<const Index> body, Nearby& near);
+Nearby nearby(In position, In radius, double most, std::span<const Index> body = {});
 
 // The same with unit normals.
 struct Neighbours {

@@ -71,43 +71,40 @@ inline Turn turned(double angle) {
 }
 
 // Many at once, four or eight of them in a vector where the machine has such, with the same bits.
-#if defined(__x86_64__) && defined(__ELF__) && defined(__GNUC__) && !defined(__clang__)
+#if defined(__x86_64__) && defined(__GLIBC__) && !defined(__clang__) && __GNUC__ >= 12
 #define NSCD_WIDE [[gnu::target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")]]
 #else
 #define NSCD_WIDE
 #endif
 
-// Pairs of people, one and another: the vector (m), then unit vector between them, what each wants, has left and turns by.
-struct Pairs {
-    enum { X, Y, SIZE, ONE, OTHER, ONE_X, ONE_Y, ONE_LEFT, OTHER_X, OTHER_Y, OTHER_LEFT, PARTS };
-    Numbers part[PARTS];
-    void reserve(std::size_t k) {
-        for (Numbers& one : part)
-            if (one.size() < k) one.resize(2 * k);
-    }
-};
-
-// Make vectors unit ones; gaps (m), infinite where there is no direction.
-NSCD_WIDE void spaced(std::size_t k, double* dx, double* dy, const double* one, const double* other, double* gap) {
-    for (std::size_t c = 0; c < k; ++c) {
-        const double s = length(dx[c], dy[c]);
-        gap[c] = s > 0.0 ? s - one[c] - other[c] : INFINITE, dx[c] /= s, dy[c] /= s;
-    }
-}
-NSCD_WIDE void repelled(std::size_t k, const double* gap, double* size) {
-    for (std::size_t c = 0; c < k; ++c) size[c] = FROM_PEOPLE * decayed(std::min(gap[c] * (1.0 / PEOPLE_DECAY), FADED));
-}
 // What somebody with the way e turns by who is repelled along −u, never back or back as well.
-inline Turn aside(double ux, double uy, double ex, double ey, double size, bool never_back) {
+struct Aside { double x, y; };
+inline Aside aside(double ux, double uy, double ex, double ey, double size, bool never_back) {
     const double along = ux * ex + uy * ey, against = never_back && along > 0.0 ? along : 0.0;
     return {size * (ux - against * ex), size * (uy - against * ey)};
 }
-// In place of what both want.
-NSCD_WIDE void asides(std::size_t k, const double* ux, const double* uy, const double* size, double* ax, double* ay, const double* mine, double* bx,
-                      double* by, const double* other) {
+
+// Some pairs of people, one and another. In place of vectors (m) between them and of both their ways come unit vectors, and by what
+// they turn; gaps (m) are known with a period alone, and infinite where there is no direction.
+struct Pairs {
+    static constexpr std::size_t MOST = 128;  // so many are in the cache together
+    using Part = double[MOST];
+    Part x, y, gap, size, radius, radius_other, way_x, way_y, left, way_x_other, way_y_other, left_other;
+    std::size_t one[MOST];
+};
+NSCD_WIDE void repel(std::size_t k, bool known, Pairs& p) {
     for (std::size_t c = 0; c < k; ++c) {
-        const Turn a = aside(ux[c], uy[c], ax[c], ay[c], size[c], !(other[c] < mine[c])), b = aside(-ux[c], -uy[c], bx[c], by[c], size[c], !(mine[c] < other[c]));
-        ax[c] = a.cosine, ay[c] = a.sine, bx[c] = b.cosine, by[c] = b.sine;
+        const double s = length(p.x[c], p.y[c]), gap = s > 0.0 ? s - p.radius[c] - p.radius_other[c] : INFINITE;
+        p.gap[c] = known ? p.gap[c] : gap, p.x[c] /= s, p.y[c] /= s;
+    }
+    for (std::size_t c = 0; c < k; ++c) p.size[c] = FROM_PEOPLE * decayed(std::min(p.gap[c] * (1.0 / PEOPLE_DECAY), FADED));
+    for (std::size_t c = 0; c < k; ++c) {
+        const Aside a = aside(p.x[c], p.y[c], p.way_x[c], p.way_y[c], p.size[c], !(p.left_other[c] < p.left[c]));
+        p.way_x[c] = a.x, p.way_y[c] = a.y;
+    }
+    for (std::size_t c = 0; c < k; ++c) {
+        const Aside b = aside(-p.x[c], -p.y[c], p.way_x_other[c], p.way_y_other[c], p.size[c], !(p.left[c] < p.left_other[c]));
+        p.way_x_other[c] = b.x, p.way_y_other[c] = b.y;
     }
 }
 
@@ -238,20 +235,15 @@ struct Drive::Look {
     // what pairs ask of somebody: m, unit vectors of the straight way and of the walk, what is left (m)
     struct Person { double x, y, e[2], walk[2], mine, radius; };
     struct Pair { Index one, other; std::int64_t number; };
-    // what a look leaves for the next one, which need not ask for memory
-    struct Memory {
-        Nearby near;
-        Numbers gaps;
-        std::vector<Pair> close;
-    };
     const Drive& of;
     const In x, radius;
     const double time, most = std::max(FADED * PEOPLE_DECAY, of.speed * of.law_.time_gap);
     const std::size_t n = radius.size();
     const bool round = of.walls.period > 0.0, alike = !round && of.exits.size() == 8;
-    Nearby& near;
-    Numbers &gaps, vector;  // (k) m, and with a period (k·2) m, of those that are near
-    std::vector<Pair>& close;
+    Nearby near;
+    Numbers vector;            // (k·2) m, of those that are near; with a period alone
+    Room gaps;                 // (k) m
+    std::vector<Pair> close;   // of those that are
     Touching at;           // walls
     Starts of_walls = Starts(n + 1, 0);
     std::vector<Person, Aligned<Person>> people = std::vector<Person, Aligned<Person>>(n);
@@ -259,10 +251,10 @@ struct Drive::Look {
     Numbers to_right = Numbers(n, 0.0);
     Flags before = Flags(n, 0), walled = Flags(n, 0);
 
-    Look(const Drive& drive, In places, In radii, double now, Memory& kept) : of(drive), x(places), radius(radii), time(now), near(kept.near), gaps(kept.gaps), close(kept.close) {
+    Look(const Drive& drive, In places, In radii, double now) : of(drive), x(places), radius(radii), time(now) {
         if (round) {
             at = touching(x, radius, of.walls, most);
-            near.start.assign(n + 1, 0), near.other.clear(), gaps.clear();
+            near.start.assign(n + 1, 0);
             for (std::int64_t c = 0; c < at.pairs; ++c) {
                 ++near.start[at.first[c] + 1], near.other.push_back(Index(at.second[c]));
                 gaps.push_back(at.distance[c] > 0.0 ? at.gap[c] : INFINITE);
@@ -270,8 +262,7 @@ struct Drive::Look {
             for (std::size_t i = 0; i < n; ++i) near.start[i + 1] += near.start[i];
             vector = std::move(at.vector);
         } else {
-            find_nearby(x, radius, most, {}, near);
-            if (near.start.empty()) near.other.clear();
+            near = nearby(x, radius, most);
             near.start.resize(n + 1, 0), gaps.resize(near.other.size());
         }
         at = touching_walls(x, radius, of.walls, most);
@@ -328,8 +319,8 @@ struct Drive::Look {
     }
 
     static void turn(Person& one, double ux, double uy, double size, bool never_back) {
-        const Turn by = aside(ux, uy, one.e[0], one.e[1], size, never_back);
-        one.walk[0] -= by.cosine, one.walk[1] -= by.sine;
+        const Aside by = aside(ux, uy, one.e[0], one.e[1], size, never_back);
+        one.walk[0] -= by.x, one.walk[1] -= by.y;
     }
     // How much each keeps to the right, 0 to 1, for people who come: each is before the other, and no wall is between.
     void find_coming() {
@@ -363,55 +354,44 @@ struct Drive::Look {
         }
         return false;
     }
-    // u: from i to j, c: their pair
-    void repel(std::size_t i, std::size_t j, std::size_t c, double ux, double uy, double gap, double size) {
+    // of people who have not the same way; u: from i to j, c: their pair
+    void turn_both(std::size_t i, std::size_t j, std::size_t c, double ux, double uy, double gap, double size) {
         Person &a = people[i], &b = people[j];
         const auto [dx, dy] = to(a, b, c);
-        if (same(i, j)) {
-            if (gap < FADED * PEOPLE_DECAY && visible(i, j, dx, dy)) turn(a, ux, uy, size, !(b.mine < a.mine)), turn(b, -ux, -uy, size, !(a.mine < b.mine));
-        } else if (gap < FADED * PEOPLE_DECAY && !meet(i, j, dx, dy) && visible(i, j, dx, dy)) {
+        if (gap < FADED * PEOPLE_DECAY && !meet(i, j, dx, dy) && visible(i, j, dx, dy)) {
             turn(a, ux, uy, size, !nearer(i, j, dx, dy)), turn(b, -ux, -uy, size, !nearer(j, i, -dx, -dy));
         }
     }
     void give_way() {
-        constexpr std::size_t SOME = 8;  // people whose pairs are in the cache together
-        std::size_t many = 0;
-        Pairs pairs;
-        Numbers known;
-        for (std::size_t begin = 0, end; begin < n; begin = end) {
-            end = std::min(n, begin + SOME);
-            const auto c0 = std::size_t(near.start[begin]), k = std::size_t(near.start[end]) - c0;
-            pairs.reserve(k), close.resize(std::max(close.size(), many + k));
-            const auto part = [&](int one) { return pairs.part[one].data(); };
-            for (std::size_t i = begin, c = 0; i < end; ++i)
-                for (const Person& a = people[i]; c0 + c < std::size_t(near.start[i + 1]); ++c) {
-                    const Person& b = people[near.other[c0 + c]];
-                    const auto [dx, dy] = to(a, b, c0 + c);
-                    const double all[] = {dx, dy, 0.0, a.radius, b.radius, a.e[0], a.e[1], a.mine, b.e[0], b.e[1], b.mine};
-                    for (int one = 0; one < Pairs::PARTS; ++one) part(one)[c] = all[one];
+        Pairs p;
+        std::size_t i = 0;
+        for (std::size_t c0 = 0, k = 0; c0 < near.other.size(); c0 += k) {
+            k = std::min(Pairs::MOST, near.other.size() - c0);
+            for (std::size_t c = 0; c < k; ++c) {
+                while (c0 + c >= std::size_t(near.start[i + 1])) ++i;
+                const Person &a = people[i], &b = people[near.other[c0 + c]];
+                const auto [dx, dy] = to(a, b, c0 + c);
+                p.one[c] = i, p.x[c] = dx, p.y[c] = dy, p.radius[c] = a.radius, p.radius_other[c] = b.radius;
+                p.way_x[c] = a.e[0], p.way_y[c] = a.e[1], p.left[c] = a.mine;
+                p.way_x_other[c] = b.e[0], p.way_y_other[c] = b.e[1], p.left_other[c] = b.mine;
+            }
+            if (round) std::copy_n(&gaps[c0], k, p.gap);
+            repel(k, round, p);
+            for (std::size_t c = 0; c < k; ++c) {
+                const std::size_t one = p.one[c], other = std::size_t(near.other[c0 + c]);
+                const double gap = gaps[c0 + c] = p.gap[c];
+                if (gap <= CLOSE) close.push_back({Index(one), Index(other), std::int64_t(c0 + c)});
+                if (!(gap <= most)) continue;
+                if (!same(one, other)) {
+                    turn_both(one, other, c0 + c, p.x[c], p.y[c], gap, p.size[c]);
+                } else if (gap < FADED * PEOPLE_DECAY) {
+                    Person &a = people[one], &b = people[other];
+                    if (!visible(one, other, b.x - a.x, b.y - a.y)) continue;
+                    a.walk[0] -= p.way_x[c], a.walk[1] -= p.way_y[c];
+                    b.walk[0] -= p.way_x_other[c], b.walk[1] -= p.way_y_other[c];
                 }
-            double* gap = &gaps[c0];
-            if (round) known.assign(gap, gap + k);
-            spaced(k, part(Pairs::X), part(Pairs::Y), part(Pairs::ONE), part(Pairs::OTHER), gap);
-            if (round) std::copy_n(known.begin(), k, gap);
-            repelled(k, gap, part(Pairs::SIZE));
-            asides(k, part(Pairs::X), part(Pairs::Y), part(Pairs::SIZE), part(Pairs::ONE_X), part(Pairs::ONE_Y), part(Pairs::ONE_LEFT),
-                   part(Pairs::OTHER_X), part(Pairs::OTHER_Y), part(Pairs::OTHER_LEFT));
-            for (std::size_t i = begin, c = 0; i < end; ++i)
-                for (Person& a = people[i]; c0 + c < std::size_t(near.start[i + 1]); ++c) {
-                    const auto j = std::size_t(near.other[c0 + c]);
-                    close[many] = {Index(i), Index(j), std::int64_t(c0 + c)}, many += gap[c] <= CLOSE;
-                    if (!(gap[c] <= most)) continue;
-                    if (walled[i] | walled[j] || !same(i, j)) {
-                        repel(i, j, c0 + c, part(Pairs::X)[c], part(Pairs::Y)[c], gap[c], part(Pairs::SIZE)[c]);
-                    } else if (gap[c] < FADED * PEOPLE_DECAY) {
-                        Person& b = people[j];
-                        a.walk[0] -= part(Pairs::ONE_X)[c], a.walk[1] -= part(Pairs::ONE_Y)[c];
-                        b.walk[0] -= part(Pairs::OTHER_X)[c], b.walk[1] -= part(Pairs::OTHER_Y)[c];
-                    }
-                }
+            }
         }
-        close.resize(many);
         for (std::size_t c = 0; c < at.size(); ++c) {
             const double s = at.distance[c], wall = FROM_WALLS * decayed(std::min(at.gap[c] * (1.0 / WALL_DECAY), FADED));
             // walls turn people, and never back
@@ -450,18 +430,10 @@ struct Drive::Look {
         for (const Pair& pair : close) look(pair);
         Flags open(n);
         for (std::size_t i = 0; i < n; ++i) open[i] = ahead[i] > CLOSE;
-        for (std::size_t i = 0; i < n; ++i) {
-            const auto c0 = std::size_t(near.start[i]), c1 = std::size_t(near.start[i + 1]);
-            close.resize(std::max(close.size(), c1 - c0));
-            std::size_t size = 0;
-            for (std::size_t c = c0; c < c1; ++c) {
-                const Index j = near.other[c];
-                close[size] = {Index(i), j, std::int64_t(c)};
-                size += open[i] | open[j];  // without a branch, which nobody could foresee
-            }
-            for (std::size_t k = 0; k < size; ++k)
-                if (const double gap = gaps[close[k].number]; gap > CLOSE && gap <= most && (gap < ahead[i] || gap < ahead[close[k].other])) look(close[k]);
-        }
+        for (std::size_t i = 0; i < n; ++i)
+            for (auto c = std::size_t(near.start[i]); c < std::size_t(near.start[i + 1]); ++c)
+                if (const auto j = std::size_t(near.other[c]); open[i] | open[j])
+                    if (gaps[c] > CLOSE && gaps[c] <= most && (gaps[c] < ahead[i] || gaps[c] < ahead[j])) look({Index(i), Index(j), std::int64_t(c)});
     }
 
     // by what people turn aside from where they want to walk
@@ -519,8 +491,7 @@ Numbers Drive::desired(In at, In radius, double time) const {
         for (std::size_t i = 0; i < x.size(); i += 2) x[i] -= walls.period * std::floor((x[i] - walls.low) / walls.period);
     Numbers u = wished(x, time);
     if (!(law_.time_gap > 0.0)) return u;
-    static thread_local Look::Memory kept;
-    Look all(*this, x, radius, time, kept);
+    Look all(*this, x, radius, time);
     all.give_way(), all.look_ahead(), all.walk(u);
     if (!waves_.empty()) all.jostle(u);
     return u;
