@@ -146,8 +146,7 @@ def fitted(row, ours, **only):
 
 
 def read_off(row, ours, key, sd, **only):
-    """What gives a value of SEEN as it was seen: best, and the ends of 90 %; of who moves most, the
-    least, where more gives less."""
+    """What gives a value of SEEN as it was seen, the least that does; and the ends of 90 %."""
     p, j, value = between(ours, **only)
     x = p if len(p) > 1 else j
     rising = np.maximum.accumulate(value.reshape(len(x), -1)[:, SEEN.index(key)])
@@ -172,25 +171,33 @@ def main():
         simulated(row, given, given.ours)
     ours = dict(list(pd.read_csv(given.ours).groupby("run")))
     variants = {"push": {"jostling": 0.06}, "jostling": {"push": 0.0}, "both": {}}
+    names = [f"{who}_{key}" for key in SEEN for who in ("seen", "ours")]
     for name, only in variants.items():
-        print(f"{name}: run, push, jostling, flow, density and speed seen / ours, force")
-        off = []
-        for row in seen.itertuples():
-            push, jostling, *found, force, x, y, z = fitted(row, ours[row.run], **only)
-            off.append([x, y, z])
-            pairs = zip((getattr(row, key) for key in SEEN), found, strict=True)
-            beside = "  ".join(f"{a:.2f} / {b:.2f}" for a, b in pairs)
-            print(f"{row.run:12} {push:4.2f} {jostling:4.2f}  {beside}  {force:.0f} N")
+        fits = [fitted(row, ours[row.run], **only) for row in seen.itertuples()]
+        push, jostling, *found, force = np.transpose(fits)[:6]
+        off = np.transpose(fits)[6:]
+        pairs = [each for key, mine in zip(SEEN, found, strict=True) for each in (seen[key], mine)]
+        columns = dict(zip(names, pairs, strict=True)) | {
+            "push": push,
+            "jostling_m_per_s": jostling,
+        }
+        table = seen[["run", "corridor_m", "n"]].assign(**columns, force_90_N=force.round())
         good = np.abs(off) <= 1.0
-        print(f"within: flow {good[:, 0].sum()}, density {good[:, 1].sum()}, speed {good[:, 2].sum()},"
-              f" all {good.all(1).sum()} of {len(off)}; root mean square {np.sqrt(np.mean(np.square(off))):.2f}"
-              " of what is asked")  # fmt: skip
-    for row in seen.itertuples():
-        error = HEADWAY_SD / np.sqrt(0.8 * row.n)
-        push = read_off(row, ours[row.run], "flow_per_s", error, jostling=0.06)
-        jostling = read_off(row, ours[row.run], "speed_m_s", error, push=0.0)
-        text = [f"{best:.2f} ({low:.2f} to {high:.2f})" for best, low, high in (push, jostling)]
-        print(f"{row.run:12} push of the flow {text[0]}, jostling of the speed {text[1]}")
+        flow, density, speed = good.sum(1)
+        print(f"{name}: within: flow {flow}, density {density}, speed {speed}, all {good.all(0).sum()}"
+              f" of {len(seen)}; root mean square {np.sqrt(np.mean(np.square(off))):.2f} of what is"
+              " asked")  # fmt: skip
+    errors = HEADWAY_SD / np.sqrt(0.8 * seen.n)
+    for column, key, only in (
+        ("push_of_flow", "flow_per_s", {"jostling": 0.06}),
+        ("jostling_of_speed", "speed_m_s", {"push": 0.0}),
+    ):
+        rows = zip(seen.itertuples(), errors, strict=True)
+        ends = np.transpose([read_off(row, ours[row.run], key, sd, **only) for row, sd in rows])
+        for end, values in zip(("", "_low", "_high"), ends, strict=True):
+            table[column + end] = values
+    print(table.round(2).to_string())
+    table.round(2).to_csv(given.ours.with_stem(f"{given.ours.stem}_fit"), index=False)
 
 
 if __name__ == "__main__":

@@ -191,7 +191,8 @@ Numbers Drive::aside(In x, In radius, In e, In mine) const {
     if (std::adjacent_find(goes.begin(), goes.end(), std::not_equal_to<>()) == goes.end()) return much;
     Segments none;
     none.low = walls.low, none.period = walls.period;
-    const Touching far = touching(x, radius, none, SEEN);
+    const Places together(goes.begin(), goes.end());
+    const Touching far = touching(x, radius, none, SEEN, together);
     const auto hidden = [&](double px, double py, double dx, double dy) {
         for (std::size_t w = 0; w < walls.start.size(); w += 2) {
             const double ax = walls.along[w], ay = walls.along[w + 1], sx = walls.start[w] - px, sy = walls.start[w + 1] - py;
