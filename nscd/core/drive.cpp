@@ -327,7 +327,8 @@ struct Drive::Look {
         if (std::adjacent_find(of.goes.begin(), of.goes.end(), std::not_equal_to<>()) == of.goes.end()) return;
         Segments none;
         none.low = of.walls.low, none.period = of.walls.period;
-        const Touching far = touching(x, radius, none, SEEN);
+        const Places together(of.goes.begin(), of.goes.end());  // who have one goal do not meet
+        const Touching far = touching(x, radius, none, SEEN, together);
         for (std::int64_t c = 0; c < far.pairs; ++c) {
             const std::size_t i = std::size_t(far.first[c]), j = std::size_t(far.second[c]);
             const Person &a = people[i], &b = people[j];
