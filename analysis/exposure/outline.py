@@ -158,40 +158,36 @@ class Outlines:
             found += [(n, float(arc)) for arc in arcs[2::2][turns]]
         return found
 
-    def stretches(
-        self, wall: Indices, position: Floats, force: Floats
-    ) -> Iterator[tuple[int, float, float, Indices]]:
-        """Give each stretch that begins with one of k contacts: its outline, the mean load (N/m) and
-        the centre of force (m) on it, and its contacts; the sum of an outline is never lost.
+    def line_loads(self, wall: Indices, position: Floats, force: Floats) -> tuple[Floats, Worst]:
+        """Compute for each of w walls the largest mean load (N/m) of all stretches that hold a contact
+        on it, and the largest of all with its place.
 
         wall, position, force: of k contacts (k,) the wall, (k,2) m the position and (k,) N"""
+        found, worst, at = np.zeros(len(self.walls)), NOWHERE, wall[:0]
         arc, outline = self.arcs(wall, position), self.number[wall]
         for number in np.unique(outline).tolist():
             mine = np.flatnonzero(outline == number)
             mine = mine[np.argsort(arc[mine], kind="stable")]
-            stretch, length = float(self.stretch[number]), float(self.length[number])
-            place = arc[mine]
+            stretch, length, place = float(self.stretch[number]), float(self.length[number]), arc[mine]
             if self.closed[number] and stretch < length:
                 place, mine = np.append(place, place + length), np.tile(mine, 2)
             size = force[mine]
             sums, moments = (np.append(0.0, np.cumsum(one)) for one in (size, size * place))
-            # rounding of arc lengths is no reason to lose a contact
+            # a stretch begins with each contact; rounding of arc lengths is no reason to lose one
             ends = np.searchsorted(place, place + stretch + ROUNDING_M, side="right")
-            total, moment = (one[ends] - one[: len(ends)] for one in (sums, moments))
-            centre = np.divide(moment, total, out=place.copy(), where=total > 0)
+            load = (sums[ends] - sums[: len(ends)]) / stretch
+            most = np.zeros(len(ends))
             for first, end in enumerate(ends.tolist()):
-                yield number, total[first] / stretch, float(centre[first]), mine[first:end]
-
-    def line_loads(self, wall: Indices, position: Floats, force: Floats) -> tuple[Floats, Worst]:
-        """Compute for each of w walls the largest mean load (N/m) of all stretches that hold a contact
-        on it, and the largest of all with its place; parameters as of `stretches`."""
-        found, worst = np.zeros(len(self.walls)), NOWHERE
-        for number, load, centre, mine in self.stretches(wall, position, force):
-            np.maximum.at(found, wall[mine], load)
-            if load > worst.load * (1 + 1e-9):  # of equal ones the first
-                at = self.wall_at(number, centre, wall[mine])
-                arc = centre % self.length[number] if self.closed[number] else centre
-                worst = Worst(float(load), number, float(arc), self.point(number, arc), at)
+                np.maximum(most[first:end], load[first], out=most[first:end])
+            np.maximum.at(found, wall[mine], most)
+            best = int(np.argmax(load > load.max() * (1 - 1e-9)))  # of equal ones the first
+            if load[best] > worst.load * (1 + 1e-9):
+                centre = (moments[ends[best]] - moments[best]) / (load[best] * stretch)
+                centre = float(centre % length if self.closed[number] else centre)
+                worst, at = Worst(float(load[best]), number, centre, (0.0, 0.0), 0), wall[mine[best : ends[best]]]
+        if worst.outline >= 0:
+            there = self.point(worst.outline, worst.arc), self.wall_at(worst.outline, worst.arc, at)
+            worst = worst._replace(point=there[0], wall=there[1])
         return found, worst
 
     def wall_at(self, outline: int, arc: float, among: Indices) -> int:

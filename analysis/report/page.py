@@ -117,7 +117,7 @@ def charts(study: MotionStudy, *, every: bool = False) -> list[Chart]:
                 measure.title,
                 measure.unit,
                 {one.label: (one.interval(key).mean, *_ends(one, key)) for one in shown}
-                | dict.fromkeys(study.stopped if every else (), (nan,) * 3),
+                | dict.fromkeys(study.absent if every else (), (nan,) * 3),
                 widest=(whole.low, whole.high),
                 marks=marks_of(study, key),
                 most=float(len(study.scene.people)) if measure.unit.startswith("of ") else None,
@@ -404,11 +404,11 @@ def _numbers(words: Words, motion: MotionStudy, energy: Picture | None) -> Secti
     first = shown[0]
     overlaps = [f"{significant(100 * one.overlap, 2)} %" if one.factor or one.runs[0].engine != RIGID else NONE for one in shown]
     rows.append(["largest overlap (of a radius)", *overlaps])
-    rows = [[*row, *([NONE] * len(motion.stopped))] for row in rows]
+    rows = [[*row, *([NONE] * len(motion.absent))] for row in rows]
     table = words.table(
         "numbers",
         rows,
-        models=[*(one.label for one in shown), *motion.stopped],
+        models=[*(one.label for one in shown), *motion.absent],
         last=first.last_s,
         window=float(first.series[0].duration[0]),
     )
@@ -434,6 +434,7 @@ def assumptions(scene: Scene, motion: MotionStudy | None) -> list[str]:
         bodies = [one.label for one in motion.models if one.factor in ("", "bodies")]
         soft = f"soft, {significant(softest(scene) / 1000)} kN/m" in bodies
         said.append(words.text("springs", bodies=bodies, soft=soft, valid=VALID))
+        said += [words.text("stopped", label=one, count=n) for one, n in motion.stopped.items()]
         varied = how_varied(scene, motion.crowds)
         fewer = min(len(one.series) for one in motion.models)
         has = len(motion.models[0].series)  # of those asked for, without the failed
