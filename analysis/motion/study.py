@@ -17,7 +17,7 @@ from analysis.engines.guard import RunStoppedError
 from analysis.engines.run import EngineRun, run_ahead
 from analysis.engines.softness import VALID, softness
 from analysis.exposure.loads import MEASURES, RunLoads, read_exposure
-from analysis.exposure.times import flow_after_arrival
+from analysis.exposure.times import flow_after_arrival, leaving
 from analysis.motion import inference
 from analysis.pages import numbers
 from analysis.pages.names import engine_name
@@ -94,15 +94,9 @@ class Model:
     def flows(self, width: float) -> list[float]:
         """Give people per metre and second of each replicate through doors of a width (m) in all, from
         the first who leaves to the last; of those in which less than three leave, none."""
-        found = []
-        for one in self.series:
-            left = one.values["flow"] * one.duration
-            some = np.flatnonzero(left > 0.5)
-            if left.sum() > 2.5 and len(some) > 1:
-                first, last = some[0], some[-1]
-                after = left[first + 1 : last + 1].sum()
-                found.append(float(after / (one.time[last] - one.time[first]) / width))
-        return found
+        times = [leaving(one) for one in self.series]
+        out = [one[np.isfinite(one)] for one in times]
+        return [float((len(one) - 1) / (one[-1] - one[0]) / width) for one in out if len(one) > 2]
 
     def _counted(self) -> tuple[Floats, Floats]:
         """Who passed after the first one in each replicate (n,), and in how long (s)."""
