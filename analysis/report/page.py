@@ -14,7 +14,7 @@ from analysis.compare.comparison import write_contacts
 from analysis.compare.study import Study
 from analysis.engines.energy import CSV as ENERGY
 from analysis.engines.rigid import NAME as RIGID
-from analysis.engines.softness import VALID, softest
+from analysis.engines.softness import DEEP, VALID, softest
 from analysis.explore.page import live_of, write_explore
 from analysis.exposure import limits as known_limits
 from analysis.exposure.loads import MEASURES
@@ -399,11 +399,12 @@ def _numbers(words: Words, motion: MotionStudy, energy: Picture | None) -> Secti
     rows: list[list[Cell]] = [
         [f"{measure.title} ({measure.unit})", *(interval_cell(one.interval(key)) for one in shown)]
         for key, measure in MEASURES.items()
-        if key not in four(motion)
+        if key not in (*four(motion), "wall_left", "wall_right")  # which stand along the walls
     ]
     first = shown[0]
-    overlaps = [f"{significant(100 * one.overlap, 2)} %" if one.factor or one.runs[0].engine != RIGID else NONE for one in shown]
-    rows.append(["largest overlap (of a radius)", *overlaps])
+    overlaps = [f"{significant(100 * one.overlap, 2)} %" if one.runs[0].engine != RIGID else NONE for one in shown]
+    deep = [f"**{text}**" if one.overlap > DEEP else text for one, text in zip(shown, overlaps, strict=True)]
+    rows.append(["largest overlap, from the start (of a radius)", *deep])
     rows = [[*row, *([NONE] * len(motion.absent))] for row in rows]
     table = words.table(
         "numbers",

@@ -100,6 +100,8 @@ def times_section(words: Words, motion: MotionStudy, models: Sequence[Model]) ->
     for limit in limits_of_people(motion.limits):
         name = f"{significant(limit.number, 4)} {limit.unit}, {QUANTITIES[limit.quantity].title.removesuffix(' of a person')}"
         every = [[run.time_above(limit) for run in one.series] for one in models]
+        if not any(total.any() for each in every for total, _ in each):
+            continue
         above.append([name, *(
             _ever([float((total > 0).sum()) for total, _ in each], max(one.max(initial=0.0) for _, one in each))
             for each in every)])  # fmt: skip
@@ -114,6 +116,7 @@ def times_section(words: Words, motion: MotionStudy, models: Sequence[Model]) ->
     out: list[list[Cell]] = [
         [names[n], *(_time([time_until(run, n) for run in one.series]) for one in models)]
         for n in sorted(names) if driven and n <= inside
+        and any(isfinite(time_until(run, n)) for one in models for run in one.series)
     ]  # fmt: skip
     out += [["people per second after the first", *(interval_cell(one.interval("flow")) for one in models)]] * driven
     tables = [words.table("above", above, models=heads, people=len(motion.scene.people))]
