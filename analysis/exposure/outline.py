@@ -47,6 +47,7 @@ class Outlines:
 
     number: (w,) the outline of each wall
     arc: (w,) m, arc length at its start; forward: (w,) ±1, whether arc length grows to its end
+    side: (w,2) m, the arc lengths of the straight side that it is a piece of
     length: (o,) m; closed: (o,) whether the end of the outline is its start
     alone: (o,) whether it touches no other
     arcs_at, points: of each outline the arc lengths (p,) m and places (p,2) m of its ends and corners,
@@ -56,6 +57,7 @@ class Outlines:
     number: Indices
     arc: Floats
     forward: Indices
+    side: Floats
     length: Floats
     closed: Flags
     alone: Flags
@@ -70,7 +72,7 @@ class Outlines:
         if not len(walls):
             none = np.zeros(0)
             return cls(walls=walls, number=none.astype(int), arc=none, forward=none.astype(int),
-                       length=none, closed=none > 0, alone=none > 0, arcs_at=[], points=[])  # fmt: skip
+                       side=none.reshape(0, 2), length=none, closed=none > 0, alone=none > 0, arcs_at=[], points=[])  # fmt: skip
         of, sides = _sides(walls)
         chains = sorted((_turned(*one, sides) for one in _chains(sides, walls.period_x)),
                         key=lambda one: _rank(_begin(one[0], sides)))  # fmt: skip
@@ -92,17 +94,17 @@ class Outlines:
         along = ((walls.end - walls.start) * way[of]).sum(1) * ahead[of]
         return cls(walls=walls, number=number[of], arc=begins[of] + from_start,
                    forward=np.where(along < 0, -1, 1), length=length,
+                   side=np.column_stack([begins, begins + size])[of],
                    closed=np.array([closed for _, closed in chains]),
                    alone=~_attached(sides, number, len(chains)),
                    arcs_at=arcs_at, points=points)  # fmt: skip
 
     def arcs(self, wall: Indices, position: Floats) -> Floats:
-        """Give the arc length (k,) m of the points of walls next to positions (k,2) m."""
+        """Give the arc length (k,) m next to positions (k,2) m on the sides of these walls: who slides from
+        a piece to the next within a window is where he is."""
         start, way = self.walls.start[wall], (self.walls.end - self.walls.start)[wall]
-        size = np.sqrt((way**2).sum(1))
-        along = np.clip(((position - start) * way).sum(1) / size, 0.0, size)
-        arcs: Floats = self.arc[wall] + self.forward[wall] * along
-        return arcs
+        along = ((position - start) * way).sum(1) / np.sqrt((way**2).sum(1))
+        return np.asarray(np.clip(self.arc[wall] + self.forward[wall] * along, *self.side[wall].T))
 
     def point(self, outline: int, arc: float) -> tuple[float, float]:
         """Give the place (m) of an arc length (m) of an outline."""
