@@ -19,6 +19,8 @@ from analysis.scene.scene import Scene
 # disks overlap by about a radius, where the law of the overlap is none of two bodies; at NO_CROWD
 # disks flow through each other.
 VALID, WITH_CARE, NO_CROWD = 6.0, 17.0, 50.0
+# Overlaps beyond this share of a radius are marked.
+DEEP = 0.35
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -112,7 +112,7 @@ def _from_post(
             ahead = np.array(outlines.point(outline, arc + way * LOOK_M))
             step = ahead - outlines.point(outline, arc)
             if (size := float(np.hypot(*step))) > 0.1 * LOOK_M:
-                score = round(float(step @ (away - outward)) / size, 6)
+                score = round(float(step @ (away - 0.5 * outward)) / size, 6)
                 if best is None or score > best[0]:
                     best = score, outline, arc, way
     if best is None:

@@ -47,6 +47,7 @@ class Outlines:
 
     number: (w,) the outline of each wall
     arc: (w,) m, arc length at its start; forward: (w,) ±1, whether arc length grows to its end
+    side: (w,2) m, the arc lengths of the straight side that it is a piece of
     length: (o,) m; closed: (o,) whether the end of the outline is its start
     alone: (o,) whether it touches no other
     arcs_at, points: of each outline the arc lengths (p,) m and places (p,2) m of its ends and corners,
@@ -56,6 +57,7 @@ class Outlines:
     number: Indices
     arc: Floats
     forward: Indices
+    side: Floats
     length: Floats
     closed: Flags
     alone: Flags
@@ -70,7 +72,7 @@ class Outlines:
         if not len(walls):
             none = np.zeros(0)
             return cls(walls=walls, number=none.astype(int), arc=none, forward=none.astype(int),
-                       length=none, closed=none > 0, alone=none > 0, arcs_at=[], points=[])  # fmt: skip
+                       side=none.reshape(0, 2), length=none, closed=none > 0, alone=none > 0, arcs_at=[], points=[])  # fmt: skip
         of, sides = _sides(walls)
         chains = sorted((_turned(*one, sides) for one in _chains(sides, walls.period_x)),
                         key=lambda one: _rank(_begin(one[0], sides)))  # fmt: skip
@@ -92,17 +94,17 @@ class Outlines:
         along = ((walls.end - walls.start) * way[of]).sum(1) * ahead[of]
         return cls(walls=walls, number=number[of], arc=begins[of] + from_start,
                    forward=np.where(along < 0, -1, 1), length=length,
+                   side=np.column_stack([begins, begins + size])[of],
                    closed=np.array([closed for _, closed in chains]),
                    alone=~_attached(sides, number, len(chains)),
                    arcs_at=arcs_at, points=points)  # fmt: skip
 
     def arcs(self, wall: Indices, position: Floats) -> Floats:
-        """Give the arc length (k,) m of the points of walls next to positions (k,2) m."""
+        """Give the arc length (k,) m next to positions (k,2) m on the sides of these walls: who slides from
+        a piece to the next within a window is where he is."""
         start, way = self.walls.start[wall], (self.walls.end - self.walls.start)[wall]
-        size = np.sqrt((way**2).sum(1))
-        along = np.clip(((position - start) * way).sum(1) / size, 0.0, size)
-        arcs: Floats = self.arc[wall] + self.forward[wall] * along
-        return arcs
+        along = ((position - start) * way).sum(1) / np.sqrt((way**2).sum(1))
+        return np.asarray(np.clip(self.arc[wall] + self.forward[wall] * along, *self.side[wall].T))
 
     def point(self, outline: int, arc: float) -> tuple[float, float]:
         """Give the place (m) of an arc length (m) of an outline."""
@@ -158,40 +160,36 @@ class Outlines:
             found += [(n, float(arc)) for arc in arcs[2::2][turns]]
         return found
 
-    def stretches(
-        self, wall: Indices, position: Floats, force: Floats
-    ) -> Iterator[tuple[int, float, float, Indices]]:
-        """Give each stretch that begins with one of k contacts: its outline, the mean load (N/m) and
-        the centre of force (m) on it, and its contacts; the sum of an outline is never lost.
+    def line_loads(self, wall: Indices, position: Floats, force: Floats) -> tuple[Floats, Worst]:
+        """Compute for each of w walls the largest mean load (N/m) of all stretches that hold a contact
+        on it, and the largest of all with its place.
 
         wall, position, force: of k contacts (k,) the wall, (k,2) m the position and (k,) N"""
+        found, worst, at = np.zeros(len(self.walls)), NOWHERE, wall[:0]
         arc, outline = self.arcs(wall, position), self.number[wall]
         for number in np.unique(outline).tolist():
             mine = np.flatnonzero(outline == number)
             mine = mine[np.argsort(arc[mine], kind="stable")]
-            stretch, length = float(self.stretch[number]), float(self.length[number])
-            place = arc[mine]
+            stretch, length, place = float(self.stretch[number]), float(self.length[number]), arc[mine]
             if self.closed[number] and stretch < length:
                 place, mine = np.append(place, place + length), np.tile(mine, 2)
             size = force[mine]
             sums, moments = (np.append(0.0, np.cumsum(one)) for one in (size, size * place))
-            # rounding of arc lengths is no reason to lose a contact
+            # a stretch begins with each contact; rounding of arc lengths is no reason to lose one
             ends = np.searchsorted(place, place + stretch + ROUNDING_M, side="right")
-            total, moment = (one[ends] - one[: len(ends)] for one in (sums, moments))
-            centre = np.divide(moment, total, out=place.copy(), where=total > 0)
+            load = (sums[ends] - sums[: len(ends)]) / stretch
+            most = np.zeros(len(ends))
             for first, end in enumerate(ends.tolist()):
-                yield number, total[first] / stretch, float(centre[first]), mine[first:end]
-
-    def line_loads(self, wall: Indices, position: Floats, force: Floats) -> tuple[Floats, Worst]:
-        """Compute for each of w walls the largest mean load (N/m) of all stretches that hold a contact
-        on it, and the largest of all with its place; parameters as of `stretches`."""
-        found, worst = np.zeros(len(self.walls)), NOWHERE
-        for number, load, centre, mine in self.stretches(wall, position, force):
-            np.maximum.at(found, wall[mine], load)
-            if load > worst.load * (1 + 1e-9):  # of equal ones the first
-                at = self.wall_at(number, centre, wall[mine])
-                arc = centre % self.length[number] if self.closed[number] else centre
-                worst = Worst(float(load), number, float(arc), self.point(number, arc), at)
+                np.maximum(most[first:end], load[first], out=most[first:end])
+            np.maximum.at(found, wall[mine], most)
+            best = int(np.argmax(load > load.max() * (1 - 1e-9)))  # of equal ones the first
+            if load[best] > worst.load * (1 + 1e-9):
+                centre = (moments[ends[best]] - moments[best]) / (load[best] * stretch)
+                centre = float(centre % length if self.closed[number] else centre)
+                worst, at = Worst(float(load[best]), number, centre, (0.0, 0.0), 0), wall[mine[best : ends[best]]]
+        if worst.outline >= 0:
+            there = self.point(worst.outline, worst.arc), self.wall_at(worst.outline, worst.arc, at)
+            worst = worst._replace(point=there[0], wall=there[1])
         return found, worst
 
     def wall_at(self, outline: int, arc: float, among: Indices) -> int:

@@ -17,19 +17,20 @@ def draw_loads(scene: Scene, moments: Sequence[OnWalls]) -> Figure:
     """Draw the plan with the load along its walls, on the side that people are not on: the mean of all
     moments, paler what 90 % of them stay below, and the largest metre with its place."""
     found, outlines = profile(scene, moments), outlines_of(scene)
+    mean, high, every = found["mean_kN_per_m"], found["high_kN_per_m"], np.column_stack([found["x_m"], found["y_m"]])
     worst = max((outlines.line_loads(*on)[1] for on in moments), key=lambda one: one.load)
     doors = scene.drive.gates if scene.drive else []
-    shown = np.concatenate([scene.snapshot.position, found.place, *map(np.array, doors)])
-    top, people = float(found.high.max(initial=0.0)) or 1.0, scene.snapshot.position.mean(0)
+    shown = np.concatenate([scene.snapshot.position, every, *map(np.array, doors)])
+    top, people = float(high.max(initial=0.0)) or 1.0, scene.snapshot.position.mean(0)
     unit = 0.12 * float(np.ptp(shown, axis=0).max()) / top  # m per kN/m
     figure, (axes,) = drawing.panels(*drawing.size_of(shown, 0.3 * unit * top))
-    for n in np.unique(found.outline[found.high > 0.005 * top]).tolist():
-        mine = found.outline == n
-        place = found.place[mine]
+    for n in np.unique(found["outline"][high > 0.005 * top]).tolist():
+        mine = found["outline"] == n
+        place = every[mine]
         way = np.gradient(place, axis=0)
         normal = np.column_stack([-way[:, 1], way[:, 0]]) / np.maximum(np.hypot(*way.T), 1e-12)[:, None]
         normal *= np.sign(((place - people) * normal).sum(1) + 1e-12)[:, None]
-        for load, colour in ((found.high[mine], drawing.PALE_BAR), (found.mean[mine], drawing.BLUE)):
+        for load, colour in ((high[mine], drawing.PALE_BAR), (mean[mine], drawing.BLUE)):
             band = np.concatenate([place, (place + unit * load[:, None] * normal)[::-1]])
             axes.add_patch(Polygon(band, color=colour, lw=0))
     axes.plot(*scene.snapshot.position.T, ".", ms=2, color=drawing.GREY, label="people at the start")

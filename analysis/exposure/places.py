@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -38,39 +37,23 @@ def worst_metres(run: RunLoads) -> list[Worst]:
     return [outlines.line_loads(*on)[1] for on in run.on_walls]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Profile:
-    """Hold the load along outlines, every 0.1 m: of the metre about each place.
-
-    outline, wall: (p,) which outline, and which wall is there
-    arc: (p,) m; place: (p,2) m; low, mean, high: (p,) kN/m, the mean of all moments and what 90 % of
-        them lie between"""
-
-    outline: Indices
-    wall: Indices
-    arc: Floats
-    place: Floats
-    low: Floats
-    mean: Floats
-    high: Floats
-
-
-def profile(scene: Scene, moments: Sequence[OnWalls]) -> Profile:
-    """Take the load along the outlines of a scene's walls over moments, of one run or of replicates."""
-    outlines = outlines_of(scene)
-    parts, arcs, places = list[Stretch](), [np.zeros(0)], [np.zeros((0, 2))]
+def profile(scene: Scene, moments: Sequence[OnWalls]) -> dict[str, Floats]:
+    """Take the load along the outlines of a scene's walls over moments, of one run or of replicates: of the
+    metre about each place, every 0.1 m and at corners, as the columns ALONG; `wall` is a number from 0."""
+    outlines, parts = outlines_of(scene), list[Stretch]()
+    corners = outlines.corners()
     for outline, length in enumerate(outlines.length.tolist()):
         arc = np.linspace(0.0, length, max(2, round(length / EVERY_M) + 1))
-        corners = [at for n, at in outlines.corners() if n == outline]
-        arcs.append(np.unique(np.append(arc, corners)))
-        places.append(np.array([outlines.point(outline, one) for one in arcs[-1]]))
-        parts += [Stretch("", outline, at, *outlines.metre(outline, at)) for at in arcs[-1].tolist()]
-    loads = loads_on(scene, moments, parts)
+        arc = np.unique(np.append(arc, [at for n, at in corners if n == outline]))
+        parts += [Stretch("", outline, at, *outlines.metre(outline, at)) for at in arc.tolist()]
     on = [np.flatnonzero(outlines.number == n) for n in range(len(outlines.length))]
-    wall = [outlines.wall_at(one.outline, one.at, on[one.outline]) for one in parts]
+    where = [(one.outline, one.at, *outlines.point(one.outline, one.at),
+              outlines.wall_at(one.outline, one.at, on[one.outline])) for one in parts]  # fmt: skip
+    number, arc, x, y, wall = np.array(where).reshape(-1, 5).T
+    loads = loads_on(scene, moments, parts)
     low, high = np.quantile(loads, ENDS, axis=0)
-    return Profile(outline=np.array([one.outline for one in parts], dtype=int), wall=np.array(wall, dtype=int),
-                   arc=np.concatenate(arcs), place=np.concatenate(places), low=low, mean=loads.mean(0), high=high)
+    return {"outline": number.astype(int), "arc_m": arc, "x_m": x, "y_m": y, "wall": wall.astype(int),
+            "low_kN_per_m": low, "mean_kN_per_m": loads.mean(0), "high_kN_per_m": high}  # fmt: skip
 
 
 def moments_of(runs: Sequence[RunLoads], last_s: float = np.inf) -> list[OnWalls]:
@@ -114,11 +97,7 @@ def write_along(run: RunLoads, folder: Path) -> list[Path]:
     Columns: docs/columns.md."""
     names = np.array([*(wall.name for wall in run.scene.walls), ""])
     found, paths = profile(run.scene, run.on_walls), [folder / f"exposure_{one}.csv" for one in ("outline", "places")]
-    write_columns(paths[0], {
-        "outline": found.outline, "arc_m": found.arc, "x_m": found.place[:, 0],
-        "y_m": found.place[:, 1], "wall": names[found.wall], "low_kN_per_m": found.low,
-        "mean_kN_per_m": found.mean, "high_kN_per_m": found.high,
-    })  # fmt: skip
+    write_columns(paths[0], found | {"wall": names[found["wall"]]})
     write_rows(paths[1], PLACES, _places(run, names))
     return paths
 

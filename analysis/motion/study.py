@@ -3,8 +3,8 @@ replicates."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from math import isfinite
 from pathlib import Path
@@ -17,7 +17,7 @@ from analysis.engines.guard import RunStoppedError
 from analysis.engines.run import EngineRun, run_ahead
 from analysis.engines.softness import VALID, softness
 from analysis.exposure.loads import MEASURES, RunLoads, read_exposure
-from analysis.exposure.times import flow_after_arrival
+from analysis.exposure.times import flow_after_arrival, leaving
 from analysis.motion import inference
 from analysis.pages import numbers
 from analysis.pages.names import engine_name
@@ -94,15 +94,9 @@ class Model:
     def flows(self, width: float) -> list[float]:
         """Give people per metre and second of each replicate through doors of a width (m) in all, from
         the first who leaves to the last; of those in which less than three leave, none."""
-        found = []
-        for one in self.series:
-            left = one.values["flow"] * one.duration
-            some = np.flatnonzero(left > 0.5)
-            if left.sum() > 2.5 and len(some) > 1:
-                first, last = some[0], some[-1]
-                after = left[first + 1 : last + 1].sum()
-                found.append(float(after / (one.time[last] - one.time[first]) / width))
-        return found
+        times = [leaving(one) for one in self.series]
+        out = [one[np.isfinite(one)] for one in times]
+        return [float((len(one) - 1) / (one[-1] - one[0]) / width) for one in out if len(one) > 2]
 
     def _counted(self) -> tuple[Floats, Floats]:
         """Who passed after the first one in each replicate (n,), and in how long (s)."""
@@ -158,7 +152,13 @@ class MotionStudy:
     failures: Sequence[str]  # what a reader should know
     warnings: Sequence[str]  # what a reader should know
     limits: tuple[Path, ...] = ()  # files of users' limits
-    stopped: Sequence[str] = ()  # labels of models that are not valid, of which no run ended well
+    # how many replicates ended before their time, of models whose bodies are not valid, by label
+    stopped: Mapping[str, int] = field(default_factory=dict)
+
+    @property
+    def absent(self) -> list[str]:
+        """The labels of those of which none ended well."""
+        return [label for label in self.stopped if label not in {one.label for one in self.models}]
 
 
 def model_title(scene: Scene, name: str) -> str:
@@ -187,6 +187,7 @@ def study_motion(
     read: list[Model] = []
     failures: list[str] = []
     warnings: list[str] = []
+    stopped: dict[str, int] = {}
     for model in models:
         series = []
         for index, run in enumerate(model.runs):
@@ -195,15 +196,15 @@ def study_motion(
                 series.append(read_exposure(run.folder, limits=limits))
             except (EngineError, DumpError, StepError) as error:
                 said = f"{model.title}, replicate {index}: {error}"
-                failed = isinstance(error, RunStoppedError) and model.valid
-                (failures if failed else warnings).append(said)
+                if isinstance(error, RunStoppedError) and not model.valid:
+                    stopped[model.label] = stopped.get(model.label, 0) + 1
+                    continue
+                (failures if isinstance(error, RunStoppedError) else warnings).append(said)
         if series:
             last = min(last_s, float(series[0].time[-1]))
             read.append(replace(model, series=series, last_s=last))
     crowds = max((len(model.runs) for model in models), default=0)
     once = sorted(set(warnings))
-    found = {model.label for model in read}
-    stopped = [model.label for model in models if model.label not in found and not model.valid]
     return MotionStudy(scene, read, crowds, last_s, failures, once, limits, stopped)
 
 

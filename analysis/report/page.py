@@ -14,7 +14,7 @@ from analysis.compare.comparison import write_contacts
 from analysis.compare.study import Study
 from analysis.engines.energy import CSV as ENERGY
 from analysis.engines.rigid import NAME as RIGID
-from analysis.engines.softness import VALID, softest
+from analysis.engines.softness import DEEP, VALID, softest
 from analysis.explore.page import live_of, write_explore
 from analysis.exposure import limits as known_limits
 from analysis.exposure.loads import MEASURES
@@ -117,7 +117,7 @@ def charts(study: MotionStudy, *, every: bool = False) -> list[Chart]:
                 measure.title,
                 measure.unit,
                 {one.label: (one.interval(key).mean, *_ends(one, key)) for one in shown}
-                | dict.fromkeys(study.stopped if every else (), (nan,) * 3),
+                | dict.fromkeys(study.absent if every else (), (nan,) * 3),
                 widest=(whole.low, whole.high),
                 marks=marks_of(study, key),
                 most=float(len(study.scene.people)) if measure.unit.startswith("of ") else None,
@@ -399,16 +399,17 @@ def _numbers(words: Words, motion: MotionStudy, energy: Picture | None) -> Secti
     rows: list[list[Cell]] = [
         [f"{measure.title} ({measure.unit})", *(interval_cell(one.interval(key)) for one in shown)]
         for key, measure in MEASURES.items()
-        if key not in four(motion)
+        if key not in (*four(motion), "wall_left", "wall_right")  # which stand along the walls
     ]
     first = shown[0]
-    overlaps = [f"{significant(100 * one.overlap, 2)} %" if one.factor or one.runs[0].engine != RIGID else NONE for one in shown]
-    rows.append(["largest overlap (of a radius)", *overlaps])
-    rows = [[*row, *([NONE] * len(motion.stopped))] for row in rows]
+    overlaps = [f"{significant(100 * one.overlap, 2)} %" if one.runs[0].engine != RIGID else NONE for one in shown]
+    deep = [f"**{text}**" if one.overlap > DEEP else text for one, text in zip(shown, overlaps, strict=True)]
+    rows.append(["largest overlap, from the start (of a radius)", *deep])
+    rows = [[*row, *([NONE] * len(motion.absent))] for row in rows]
     table = words.table(
         "numbers",
         rows,
-        models=[*(one.label for one in shown), *motion.stopped],
+        models=[*(one.label for one in shown), *motion.absent],
         last=first.last_s,
         window=float(first.series[0].duration[0]),
     )
@@ -434,6 +435,7 @@ def assumptions(scene: Scene, motion: MotionStudy | None) -> list[str]:
         bodies = [one.label for one in motion.models if one.factor in ("", "bodies")]
         soft = f"soft, {significant(softest(scene) / 1000)} kN/m" in bodies
         said.append(words.text("springs", bodies=bodies, soft=soft, valid=VALID))
+        said += [words.text("stopped", label=one, count=n) for one, n in motion.stopped.items()]
         varied = how_varied(scene, motion.crowds)
         fewer = min(len(one.series) for one in motion.models)
         has = len(motion.models[0].series)  # of those asked for, without the failed

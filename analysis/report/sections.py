@@ -9,7 +9,6 @@ from math import isfinite
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.dumps import DumpError
 from analysis.exposure.along import CORNER, Stretch, at_corners, beside_doors, loads_on, outlines_of
 from analysis.exposure.limits import QUANTITIES, limits_of_bodies, limits_of_people
 from analysis.exposure.pedestrians import FRAMES, before_door
@@ -37,9 +36,11 @@ def more_sections(motion: MotionStudy) -> tuple[list[Section], list[str]]:
     made.append(times_section(words, motion, models))
     if motion.scene.drive and motion.scene.drive.has_door:
         try:
-            made += density_section(words, motion, models[0])
+            made.append(density_section(words, motion, models[0]))
         except MissingExtraError as error:
             warnings.append(str(error))
+        except Exception as error:  # of PedPy, whose errors have no common kind: no page is lost by it
+            warnings.append(f"density and speed by PedPy: {error}")
     return made, warnings
 
 
@@ -99,8 +100,10 @@ def times_section(words: Words, motion: MotionStudy, models: Sequence[Model]) ->
     for limit in limits_of_people(motion.limits):
         name = f"{significant(limit.number, 4)} {limit.unit}, {QUANTITIES[limit.quantity].title.removesuffix(' of a person')}"
         every = [[run.time_above(limit) for run in one.series] for one in models]
+        if not any(total.any() for each in every for total, _ in each):
+            continue
         above.append([name, *(
-            f"{_counts([float((total > 0).sum()) for total, _ in each])}, {two(max(one.max(initial=0.0) for _, one in each))} s"
+            _ever([float((total > 0).sum()) for total, _ in each], max(one.max(initial=0.0) for _, one in each))
             for each in every)])  # fmt: skip
         if limit.duration_s and limit.duration_s <= min(float(one.series[0].time[-1]) for one in models):
             long = limit.duration_s - 1e-9
@@ -113,6 +116,7 @@ def times_section(words: Words, motion: MotionStudy, models: Sequence[Model]) ->
     out: list[list[Cell]] = [
         [names[n], *(_time([time_until(run, n) for run in one.series]) for one in models)]
         for n in sorted(names) if driven and n <= inside
+        and any(isfinite(time_until(run, n)) for one in models for run in one.series)
     ]  # fmt: skip
     out += [["people per second after the first", *(interval_cell(one.interval("flow")) for one in models)]] * driven
     tables = [words.table("above", above, models=heads, people=len(motion.scene.people))]
@@ -121,6 +125,10 @@ def times_section(words: Words, motion: MotionStudy, models: Sequence[Model]) ->
         pictures=[_named(words.picture("times-picture", _draw_times(models, driven)), motion)],
         tables=[*tables, *([words.table("out", out, models=heads)] if driven else [])],
     )  # fmt: skip
+
+
+def _ever(counts: Sequence[float], longest: float) -> str:
+    return f"{_counts(counts)}, {two(longest)} s" if any(counts) else "nobody"
 
 
 def _counts(counts: Sequence[float]) -> str:
@@ -161,12 +169,9 @@ def _draw_times(models: Sequence[Model], driven: bool) -> Figure:
     return figure
 
 
-def density_section(words: Words, motion: MotionStudy, model: Model) -> list[Section]:
-    """Measure density and speed before the door by PedPy's methods; nothing where nobody comes there."""
-    try:
-        every = [before_door(run.folder, run.scene) for run in model.runs if run.is_finished()]
-    except (DumpError, ValueError):
-        return []
+def density_section(words: Words, motion: MotionStudy, model: Model) -> Section:
+    """Measure density and speed before the door by PedPy's methods. Raises as `before_door`."""
+    every = [before_door(run.folder, run.scene) for run in model.runs if run.is_finished()]
     figure, (axes,) = drawing.panels(drawing.NARROW_IN, 3.0)
     for number, one in enumerate(every):
         seen = one[one["density_per_m2"] > 0]
@@ -184,7 +189,7 @@ def density_section(words: Words, motion: MotionStudy, model: Model) -> list[Sec
     for key, title in titles.items():
         fewest = min(map(len, last))
         rows.append([title, interval_cell(interval_of([one[key].to_numpy()[-fewest:] for one in last]))])
-    picture = words.picture("density-picture", figure, frames=FRAMES, replicates=len(every), model=model.label)
+    picture = words.picture("density-picture", figure, frames=FRAMES, model=model.label)
     table = words.table("density", rows, model=model.label, last=model.last_s)
     name = f"{motion.scene.name}-density"
-    return [Section(number=name, title=words.text("density-title"), pictures=[_named(picture, motion)], tables=[table])]
+    return Section(number=name, title=words.text("density-title"), pictures=[_named(picture, motion)], tables=[table])

@@ -10,7 +10,7 @@ sys.path[:0] = [str(ROOT)]
 from analysis.compare import comparison  # noqa: E402
 from analysis.engines import energy  # noqa: E402
 from analysis.exchange import fclib  # noqa: E402
-from analysis.exposure import loads, sensors  # noqa: E402
+from analysis.exposure import loads, places, sensors  # noqa: E402
 from analysis.film import summary  # noqa: E402
 from analysis.infer import page as infer  # noqa: E402
 from analysis.measured import page as measured  # noqa: E402
@@ -27,6 +27,7 @@ from benchmarks.problems import score  # noqa: E402
 TABLES = {
     "solve": table.COLUMNS, "fclib": fclib.BARE, "compare": comparison.CONTACTS,
     "film": summary.HEAD, "numbers": summary.NUMBERS, "exposure": loads.LOADS,
+    "along": places.ALONG, "places": places.PLACES,
     "limits": loads.LIMITS_HEAD, "sensors": sensors.SENSORS, "windows": pairwise.WINDOWS,
     "window_contacts": pairwise.WINDOW_CONTACTS, "points": point.POINTS,
     "whole_runs": whole_runs.COLUMNS, "cells": stability.CELL_COLUMNS,
@@ -71,6 +72,14 @@ was not computed ([films](results/film.md)).
 One row per window and person, wall, or crowd ([exposure](results/exposure.md)).
 
 {exposure}
+
+## `exposure_outline.csv` and `exposure_places.csv` of `percussions exposure`
+
+One row per place along an outline of joined walls, and one per window and place.
+
+{along}
+
+{places}
 
 ## `exposure_limits.csv` of `percussions exposure`
 

@@ -5,8 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from analysis.exposure.along import OnWalls, beside_doors, loads_on
 from analysis.exposure.outline import Outlines
 from nscd import Walls
+from tests.crowds import disks_at, drive_to, scene_at
 
 # A room with a door of 1 m, whose outline goes from post to post; a partition of 0.8 m that ends at
 # its wall; a pillar; a bench of 0.4 m that stands alone.
@@ -105,3 +107,36 @@ def whole_of(place):
     share = ((place[:, None] - start) * way).sum(2) / (way**2).sum(1)
     nearest = start + np.clip(share, 0, 1)[..., None] * way
     return np.hypot(*(place[:, None] - nearest).T).T.argmin(1)
+
+
+@pytest.mark.parametrize("turn", range(4))
+@pytest.mark.parametrize("beyond", [[], [((0, 1), (3, 1)), ((0, 2), (3, 2))], [((0, 1), (-0.4, 1)), ((0, 2), (-0.4, 2))]])
+def test_beside_a_door_is_the_metre_from_its_end_left_and_right_of_who_walks_out(turn, beyond):
+    """People walk out along x through a door from y = 1 to 2 m in a wall that ends at −0.5 m and at 4 m,
+    alone, before a corridor, or with short walls that lead to it."""
+    walls = np.array([((0, -0.5), (0, 1)), ((0, 2), (0, 4)), *beyond], dtype=float)
+    round_by = np.linalg.matrix_power([[0, -1], [1, 0]], turn).T
+    outward, (start, end) = (1, 0) @ round_by, np.array([(0, 1), (0, 2)]) @ round_by
+    at = disks_at(np.array([(0.1, 2.0), (0.1, 2.9), (0.1, 3.2), (0.1, 0.5), (0.1, -0.4)]) @ round_by, radius=0.1)
+    drive = drive_to(start, end, tuple(map(float, outward)))
+    scene = scene_at(at, (walls @ round_by).tolist(), drive=drive, contact={"stiffness_N_per_m": 1e6, "restitution": 0.1},
+                     time=0.1, run={"duration_s": 0.1, "frames": 1})  # fmt: skip
+    left, right = beside_doors(scene)
+    on = OnWalls(wall=np.array([1, 1, 1, 0, 0]), position=at.position, force=np.array([1e3, 2e3, 4e3, 8e3, 5e2]))
+    assert (left.name, right.name) == ("left of the door", "right of the door")
+    loads = loads_on(scene, [on], [left, right])[0]
+    assert loads.tolist() == pytest.approx([3.0, 8.0])
+
+
+def test_a_period_closes_an_outline_and_of_three_walls_the_straightest_two_go_on():
+    walls = Walls(start=[[0, 0], [2, 0]], end=[[2, 0], [5, 0]], period_x=(0.0, 5.0))
+    outlines = Outlines.of(walls)
+    assert (outlines.length.tolist(), outlines.closed.tolist()) == ([5.0], [True])
+    loads, worst = outlines.line_loads(np.array([0, 1]), np.array([[0.2, 0.1], [4.7, 0.1]]), np.array([3.0, 1.0]))
+    assert (loads.tolist(), worst.load) == ([4.0, 4.0], 4.0)
+    assert worst.arc == pytest.approx(0.075)
+    turned = np.array([[np.cos(a), np.sin(a)] for a in np.radians([0, 160, 270])])
+    fork = Outlines.of(Walls(start=0 * turned, end=turned))
+    assert sorted(fork.length.tolist()) == pytest.approx([1.0, 2.0])
+    assert fork.number[0] == fork.number[1] != fork.number[2]
+    assert not fork.alone.any()
