@@ -22,6 +22,8 @@ SHIFTS, NOW = (0.5, 0.0, 1.0, -0.5, -1.0, 1.5, 2.0), (0.0, 0.5, 1.0)
 SAME_FACTOR, ALIKE, ROUNDING, MOST_SUBSTEPS = 1e-4, 3.0, 1e-7, 64
 SHOWN = (("order", "signs of contacts"), ("both directions", "one side"), ("both directions", "substeps"),
          ("contact points", "substeps"))  # fmt: skip
+# Faults of which forces are none, whatever the factor.
+WRONG_FORCES = {"sign", "one side", "signs of contacts", "axes", "contact points", "both directions", "order"}
 # Where rows are missing, bodies with all of theirs need this share of all, in so many numbers at least, and
 # the others have this share of the residual.
 LEFT, FEWEST, ELSEWHERE = 0.01, 8, 0.9

@@ -588,8 +588,8 @@ def audit(
     if acceleration and not re.fullmatch(r"[-+.\de]+,[-+.\de]+", acceleration):
         raise ValueError(f"--acceleration: {acceleration}. Two numbers such as 0,-9.81 are needed")
     given, g = of_dump.of_dump(), [float(word) for word in acceleration.split(",")] if acceleration else None
-    record = open_record(target, contacts, contacts_columns, room, frames, g, **given)
-    found = judge(record, friction, given.get("time_step"), within)
+    record, setting = open_record(target, contacts, contacts_columns, room, frames, g, **given)
+    found = judge(record, setting.friction or None if friction is None else friction, record.step_s, within)
     table, page = write_audit(found, target.name, out, command_line())
     print(found.words, *found.remarks, table, sep="\n")
     show_page(page)

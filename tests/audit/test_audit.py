@@ -118,9 +118,9 @@ def test_forces_of_another_step_are_named(late, faults):
 
 def test_two_that_explain_alike_are_both_said_and_none_is_named():
     """Steps of 1 ms: impulses are as many times smaller as forces of masses in g are larger."""
-    quick = [Snapshot(position=s.position, velocity=s.velocity, radius=s.radius, mass=s.mass, time=s.time / 2)
+    quick = [Snapshot(position=s.position, velocity=2 * s.velocity, radius=s.radius, mass=s.mass, time=s.time / 2)
              for s in SNAPSHOTS]  # fmt: skip
-    found = judged([scaled(2e-3)(t, 0) for t in TABLES], quick, external=lambda now: 2 * weight(now))
+    found = judged([scaled(4e-3)(t, 0) for t in TABLES], quick, external=lambda now: 4 * weight(now))
     assert (found.status, found.faults) == ("differs", ())
     assert "impulses (N·s)" in found.words
     assert "masses of the bodies in g" in found.words
