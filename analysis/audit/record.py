@@ -15,6 +15,8 @@ from nscd.contacts import NO_WALLS, sum_at_disks
 
 # Bodies this near, as a share of the smallest radius, may touch.
 NEAR = 1e-3
+# A wall is that of its number, and gives a normal, if it is no further than this share of a radius.
+BESIDE = 0.3
 External = Callable[[Snapshot], ArrayLike] | ArrayLike | None
 
 
@@ -123,7 +125,7 @@ def _pace(times: Floats, velocity: Floats, place: Floats, walls: Walls) -> tuple
 
 
 def _listed(table: Any, frame: int, now: Snapshot, walls: Walls) -> tuple[Any, ...]:
-    """Frame, disks, forces and normals of the rows of a frame; normals of walls are those listed."""
+    """Frame, disks, forces and normals of the rows of a frame; those of walls as listed, or of the wall of that number."""
     named = isinstance(table, Mapping) or hasattr(table, "columns")
     get = {name: table[name] if named else getattr(table, name)
            for name in ("first", "second", "is_wall", "fx", "fy", "force", "normal")
@@ -141,6 +143,11 @@ def _listed(table: Any, frame: int, now: Snapshot, walls: Walls) -> tuple[Any, .
     way = walls.shortest(now.position[two] - now.position[one])
     normal = way / np.maximum(np.hypot(*way.T), 1e-300)[:, None]
     normal[wall] = np.asarray(get["normal"], dtype=float)[wall] if "normal" in get else np.nan
+    open_ = np.flatnonzero(wall & np.isnan(normal[:, 0]) & (second >= 1) & (second <= len(walls)))
+    to = walls.nearest_point(now.position[one[open_]], second[open_] - 1) - now.position[one[open_]]
+    far, radius = np.hypot(*to.T), now.radius[one[open_]]
+    on = np.abs(far - radius) <= BESIDE * radius
+    normal[open_[on]] = to[on] / far[on, None]
     return np.full(len(first), frame), one, np.where(wall, -1, two), force.reshape(-1, 2), normal
 
 

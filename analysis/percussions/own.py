@@ -104,10 +104,11 @@ def _test_by_momentum(own: OwnContacts, trajectory: Any, setting: Setting, *, st
     elif faults & WRONG_FORCES:
         raise DumpError(f"{path}: {said}. See percussions audit")
     elif np.isfinite(found.factor) and found.factor != 1 and not stated:
-        if "factor" in faults:
-            raise DumpError(f"{path}: {said}. Where that is meant: --contacts-factor {own.stated * found.factor:.6g}")
-        own.factor *= found.factor
-        note(path, f"{said}. They are taken times {found.factor:.6g}, as --contacts-factor {own.stated:.6g}")
+        if meant := "factor" not in faults:
+            own.factor *= found.factor
+        factor = own.stated * (1.0 if meant else found.factor)
+        taken = f"times {found.factor:.6g}, as with" if meant else "as they are, not with"
+        note(path, f"{said}. They are taken {taken} --contacts-factor {factor:.6g}")
     elif faults != {"walls missing"} or not own.lacks_walls:
         note(path, said)
 
