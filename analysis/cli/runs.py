@@ -24,10 +24,12 @@ from analysis.cli.options import (
     Share,
     Taken,
     one_dump,
-)  # fmt: skip
+)
 
 if TYPE_CHECKING:
     from analysis.percussions import Setting, SnapshotPercussions
+    from analysis.percussions.solving import DumpToSolve, SolvedDump
+    from analysis.scene.scene import Room
 
 
 def run(
@@ -134,15 +136,8 @@ def solve(
     Example: percussions solve out/arch/lammps_hooke_k1e+06/bodies.dump --left-velocity desired
     --out contacts.csv"""
     from analysis.exchange.problem import is_hdf5
-    from analysis.film.files import own_contacts
     from analysis.percussions.setting import room_beside
-    from analysis.percussions.solving import (
-        DumpToSolve,
-        executor_for,
-        solve_dump,
-        solve_in_chunks,
-        trajectory_of,
-    )
+    from analysis.percussions.solving import DumpToSolve, executor_for, solve_dump, solve_in_chunks
     from analysis.percussions.table import is_parquet
 
     file = one_dump(dump)
@@ -170,9 +165,7 @@ def solve(
         threads=threads,
     )
     if contacts:
-        setting = setting.of_dump(seen := trajectory_of(job))
-        listed = own_contacts(seen, contacts, room, setting, contacts_columns, contacts_factor)
-        job = replace(job, setting=setting, own=listed)
+        job = _listed(job, room, contacts, contacts_columns, contacts_factor)
     if part_frames and not is_parquet(out):
         raise ValueError(f"--part-frames: {out}: parts are Parquet. End --out in .parquet")
     with contextlib.ExitStack() as stack:
@@ -185,15 +178,30 @@ def solve(
             found = solve_dump(
                 job, out, executor=executor, workers=workers, progress=bars, expected=expected
             )
-    largest = f"{found.largest:.4g} {found.unit} at {found.when}"
-    rows = [["frames", str(found.frames)], ["contacts", str(found.contacts)]]
-    rows += [["largest per contact", largest]]
-    if taken.fixed_type:
-        rows += [["largest sum on fixed disks", f"{found.standing:.4g} {found.unit}"]]
-    if contacts:
-        rows += [["listed, not touching", str(found.apart)], ["touching, not listed", str(found.missing)]]
-    rows += [["worst residual", f"{found.residual:.1e}"]]
+    rows = _rows(found, bool(taken.fixed_type), bool(contacts))
     _say(file, out, rows, found.unsolved)
+
+
+def _listed(
+    job: DumpToSolve, room: Room | None, contacts: Path, columns: str | None, factor: float | None
+) -> DumpToSolve:
+    """The job with the contacts that came with its dump."""
+    from analysis.film.files import own_contacts
+    from analysis.percussions.solving import trajectory_of
+
+    setting = job.setting.of_dump(trajectory := trajectory_of(job))
+    return replace(job, setting=setting, own=own_contacts(trajectory, contacts, room, setting, columns, factor))
+
+
+def _rows(found: SolvedDump, fixed: bool, listed: bool) -> list[list[str]]:
+    """What is said of a solved dump."""
+    rows = [["frames", str(found.frames)], ["contacts", str(found.contacts)]]
+    rows += [["largest per contact", f"{found.largest:.4g} {found.unit} at {found.when}"]]
+    if fixed:
+        rows += [["largest sum on fixed disks", f"{found.standing:.4g} {found.unit}"]]
+    if listed:
+        rows += [["listed, not touching", str(found.apart)], ["touching, not listed", str(found.missing)]]
+    return [*rows, ["worst residual", f"{found.residual:.1e}"]]
 
 
 def _solve_problem(problem: Path, out: Path, tolerance: float, openness: Openness) -> None:
