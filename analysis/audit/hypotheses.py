@@ -90,12 +90,11 @@ def variants(record: Record) -> Iterator[tuple[dict[str, str], Floats]]:
 def factors(record: Record, time_step: float | None) -> list[tuple[float, dict[str, str]]]:
     """Give the factors from listed to true forces that hypotheses have, with their faults."""
     found = [(float(unit), fault("units", what=words)) for unit, words in WORDS["units"].items()]
-    for h in {float(np.median(record.durations)), time_step or 0.0} - {0.0}:
+    steps = {float(np.median(record.durations)), time_step or 0.0} - {0.0}
+    for h in steps:
         for power, key in ((-1, "impulse"), (1, "impulse over time"), (-2, "impulse times time")):
             found.append((h**power, fault("impulse", key, h=h)))
-    times = [one for one in found if "impulse" in one[1]]
-    units = [one for one in found if "units" in one[1]]
-    found += [(c * d, one | other) for c, one in times for d, other in units]
+    found += [(c / h, fault("impulse", h=h) | other) for h in steps for c, other in found if "units" in other]
     for n in range(2, MOST_SUBSTEPS + 1):
         found += [(1.0 * n, fault("substeps", n=n)), (1 / n, fault("substeps", "substeps summed", n=n))]
     return found
