@@ -593,10 +593,9 @@ def audit(
     target: Folder of a run, or a LAMMPS dump of disks.
     contacts: Their contacts: a dump local, a table (CSV, Parquet) with step or time_s, or the folder that
         exaDEM writes. Default: those of the run.
-    contacts_columns: Which columns are meant: "first=id1,second=id2,fx=force_x,fy=force_y".
     room: Room or scene file (.toml) with walls, drive and body force. Default: scene.toml beside the dump.
     acceleration: Body force over mass in m/s², such as "0,-9.81". "0,0": nothing else acts.
-    friction: Coulomb's μ, to count forces outside its cone.
+    friction: Coulomb's μ, to count forces outside its cone. Default: the room's.
     frames: first:last:step, both ends included. Default: all.
     within: Share of the needed force that may stay unexplained.
 
@@ -607,9 +606,10 @@ def audit(
     if acceleration and not re.fullmatch(r"[-+.\de]+,[-+.\de]+", acceleration):
         raise ValueError(f"--acceleration: {acceleration}. Two numbers such as 0,-9.81 are needed")
     given, g = of_dump.of_dump(), [float(word) for word in acceleration.split(",")] if acceleration else None
-    record = open_record(target, contacts, contacts_columns, room, frames, g, **given)
-    found = judge(record, friction, given.get("time_step"), within)
+    record, setting = open_record(target, contacts, contacts_columns, room, frames, g, **given)
+    found = judge(record, setting.friction or None if friction is None else friction, record.step_s, within)
     table, page = write_audit(found, target.name, out, command_line())
-    print(found.words, *found.remarks, table, sep="\n")
+    seen = [f"a fault below {found.smallest_fault:.2g} N on a body could not be seen"] if found.fits else []
+    print(found.words, *found.remarks, *seen, table, sep="\n")
     show_page(page)
     raise typer.Exit(found.exit_status)
