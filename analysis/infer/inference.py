@@ -39,6 +39,7 @@ class Inferred:
     values: (n,k+2) parameters of the runs and forces (N), as NAMES
     unsolved: runs that had no solution, or nobody to be measured
     beyond: share of runs that are less odd than this crowd (`Reference.misfit`)
+    odd: by how many standard deviations a statistic differs from what runs that are alike show
     prior, found: quantiles; of wall loads no finer than a factor 1.5; alone: from some statistics
     width, usual: of the intervals, as a share of the prior's (of forces in their logarithm): here, and the
         mean of the runs
@@ -50,6 +51,7 @@ class Inferred:
     values: Floats
     unsolved: int
     beyond: float
+    odd: Mapping[str, float]
     prior: Mapping[str, Floats]
     found: Mapping[str, Floats]
     alone: Mapping[tuple[str, ...], Mapping[str, Floats]]
@@ -163,7 +165,8 @@ def infer(
     width, usual, coverage, owed = (dict(zip(NAMES, each.tolist(), strict=True)) for each in by_name)
     return Inferred(
         seen={name: seen[name] for name in names}, statistics=statistics, values=values, unsolved=len(ran) - len(statistics),
-        beyond=every.misfit(crowd), prior=before, found=found, alone=alone, width=width, usual=usual, coverage=coverage,
+        beyond=every.misfit(crowd), odd=dict(zip(names, every.unusual(crowd).tolist(), strict=True)), prior=before,
+        found=found, alone=alone, width=width, usual=usual, coverage=coverage,
         owed={name: owed[name] for name in PRIOR},
     )  # fmt: skip
 

@@ -22,8 +22,8 @@ from analysis.support.columns import Columns
 from analysis.support.files import write_columns, write_json
 from nscd.arrays import Floats
 
-# Before the others, and as bars on the first screen; a number is odd beyond so many runs.
-SHOWN, BARS, ODD = ("contact_N", "wall_N", *PRIOR), 4, 0.025
+# Before the others, and as bars on the first screen; a number is odd beyond so many standard deviations.
+SHOWN, BARS, ODD = ("contact_N", "wall_N", *PRIOR), 4, 2.5
 HEAD = ["quantity", "before", "inferred", "width", "holds"]
 COLUMNS = Columns("""
 flow, density, speed | 1/s, 1/m², m/s | departures, people per m² before the door, mean speed
@@ -60,7 +60,8 @@ def rows(found: Inferred) -> list[list[str]]:
 def verdict(found: Inferred) -> str:
     """Say in Markdown what was inferred: the force first, then the push; or that nothing fits."""
     words = Words(__package__)
-    odd = [words.parts("names")[one] for one, share in below(found).items() if not ODD <= share <= 1 - ODD]
+    ranked = sorted(found.odd.items(), key=lambda one: -abs(one[1]))
+    odd = [words.parts("names")[name] for name, far in ranked if abs(far) > ODD]
     named = {name: interval(found.found[name]) for name in NAMES}
     return words.text("verdict", found=found, beyond=found.beyond, named=named, odd=odd, owed=_owed(found)[:3])
 
@@ -81,7 +82,7 @@ def write_inferred(found: Inferred, name: str, notes: Sequence[str], folder: Pat
     words, said, shares = Words(__package__), Words(__package__).parts("names"), below(found)
     spans = np.quantile(found.statistics, INTERVAL, axis=0).T
     statistics = [
-        [f"{said[one]} ({STATISTICS[one]})", significant(seen), interval(span), percent(shares[one], 2)]
+        [f"{said[one]} ({STATISTICS[one]})", significant(seen), interval(span), percent(shares[one], 2), two(found.odd[one])]
         for (one, seen), span in zip(found.seen.items(), spans, strict=True)
     ]
     alone = [

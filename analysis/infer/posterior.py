@@ -99,6 +99,11 @@ class Reference:
         residual = (self.coordinates[near] - terms @ fitted) / (1 - own)[:, None]
         return Posterior(fitted[0] + residual, weight, residual)
 
+    def unusual(self, seen: Floats) -> Floats:
+        """Give by how many standard deviations statistics (s,) differ from those of runs with such summaries."""
+        rest = self.statistics - self._usual.left_out
+        return np.asarray((seen - self._usual(self.summary(seen)[None])[0]) / (rest.std(0) + 1e-12))
+
     def left_out(self) -> Floats:
         """Infer each run from all others: quantiles (n,3,k)."""
         return np.array([self.posterior(seen, n).quantiles() for n, seen in enumerate(self.statistics)])
