@@ -345,11 +345,10 @@ class Compared:
 
 
 def _still(reel: Reel, shown: Frame, limits: tuple[Path, ...]) -> Figure:
-    """A frame without those who have left."""
-    now, drive = shown.now, reel.scene.drive
-    assert drive is not None
-    there = now.position[~drive.gone(now.position, now.ids)]
-    view, radius = np.concatenate([there, *map(np.array, drive.gates)]), float(now.radius.max())
+    """A frame, as far as the crowd stood at the start."""
+    gates = reel.scene.drive.gates if reel.scene.drive else []
+    view = np.concatenate([reel.scene.snapshot.position, *map(np.array, gates)])
+    radius = float(shown.now.radius.max(initial=0.1))
     figure, (axes,) = panels(*size_of(view, radius))
     if marks := still_on(axes, reel, shown, limits):
         figure.legend(handles=marks, loc="outside lower center", ncols=3, fontsize=7, frameon=False)
