@@ -32,7 +32,8 @@ TABLES = {
     "window_contacts": pairwise.WINDOW_CONTACTS, "points": point.POINTS,
     "whole_runs": whole_runs.COLUMNS, "cells": stability.CELL_COLUMNS,
     "boundaries": stability.BOUNDARY_COLUMNS, "push": push.CASES, "score": score.COLUMNS,
-    "designs": designs.COLUMNS, "replicates": designs.RUNS, "standards": standards.COLUMNS, "measured": measured.TABLE, "infer": infer.COLUMNS, "claims": paper.CLAIMS,
+    "designs": designs.COLUMNS, "replicates": designs.RUNS,
+    "standards": standards.COLUMNS, "measured": measured.TABLE, "infer": infer.COLUMNS, "claims": paper.CLAIMS,
     "impulses": frames.IMPULSE_COLUMNS,
     "energy": energy.ENERGY, "losses": energy.CONTACTS,
 }  # fmt: skip
