@@ -377,6 +377,7 @@ def write_designs(one: Compared, folder: Path, command: str, progress: Progress)
         "look": look, "looks": len(one.looks), "family": len(rows) * (len(names) - 1), "names": names,
         "pairs": [titles[key] for key in rows if look.differences[0][key].paired],
         "varied": how_varied(of.designs[0].scene, look.replicates), "still": one.still, "titles": titles,
+        "unlike": any(_unlike(each.scene, of.designs[0].scene) for each in of.designs),
     }  # fmt: skip
     how = Section(
         number="how", title=words.text("how-title"), introduction=words.items("how", **about),
