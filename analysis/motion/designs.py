@@ -35,7 +35,7 @@ class Quantity(NamedTuple):
     says: a sentence with the difference (size: with its unit) and the word for less or more of it
     value: of a run and the windows (t,) that count; NaN where the run has no such number
     paired: whether replicates of one number are subtracted from each other: where their correlation in
-        40 pairs of two crowds was above 0.5, not in those that are judged (docs/results/designs.md)"""
+        three other crowds was above 0.5 (docs/results/designs.md), not in those that are judged"""
 
     title: str
     unit: str

@@ -345,11 +345,10 @@ class Compared:
 
 
 def _still(reel: Reel, shown: Frame, limits: tuple[Path, ...]) -> Figure:
-    """A frame without those who have left."""
-    now, drive = shown.now, reel.scene.drive
-    assert drive is not None
-    there = now.position[~drive.gone(now.position, now.ids)]
-    view, radius = np.concatenate([there, *map(np.array, drive.gates)]), float(now.radius.max())
+    """A frame, as far as the crowd stood at the start."""
+    gates = reel.scene.drive.gates if reel.scene.drive else []
+    view = np.concatenate([reel.scene.snapshot.position, *map(np.array, gates)])
+    radius = float(shown.now.radius.max(initial=0.1))
     figure, (axes,) = panels(*size_of(view, radius))
     if marks := still_on(axes, reel, shown, limits):
         figure.legend(handles=marks, loc="outside lower center", ncols=3, fontsize=7, frameon=False)
@@ -378,6 +377,7 @@ def write_designs(one: Compared, folder: Path, command: str, progress: Progress)
         "look": look, "looks": len(one.looks), "family": len(rows) * (len(names) - 1), "names": names,
         "pairs": [titles[key] for key in rows if look.differences[0][key].paired],
         "varied": how_varied(of.designs[0].scene, look.replicates), "still": one.still, "titles": titles,
+        "unlike": any(_unlike(each.scene, of.designs[0].scene) for each in of.designs),
     }  # fmt: skip
     how = Section(
         number="how", title=words.text("how-title"), introduction=words.items("how", **about),

@@ -18,6 +18,7 @@ from analysis.motion import pairwise  # noqa: E402
 from analysis.paper import page as paper  # noqa: E402
 from analysis.percussions import table  # noqa: E402
 from analysis.push import page as push  # noqa: E402
+from analysis.report import designs  # noqa: E402
 from analysis.stability import page as stability  # noqa: E402
 from analysis.standards import page as standards  # noqa: E402
 from analysis.support import frames  # noqa: E402
@@ -32,6 +33,7 @@ TABLES = {
     "window_contacts": pairwise.WINDOW_CONTACTS, "points": point.POINTS,
     "whole_runs": whole_runs.COLUMNS, "cells": stability.CELL_COLUMNS,
     "boundaries": stability.BOUNDARY_COLUMNS, "push": push.CASES, "score": score.COLUMNS,
+    "designs": designs.COLUMNS, "replicates": designs.RUNS,
     "standards": standards.COLUMNS, "measured": measured.TABLE, "infer": infer.COLUMNS, "claims": paper.CLAIMS,
     "impulses": frames.IMPULSE_COLUMNS,
     "energy": energy.ENERGY, "losses": energy.CONTACTS,
@@ -59,6 +61,16 @@ One row per contact that either model has. `_N`: a driven crowd at an instant, f
 `_Ns`: an impact, ∫f dt against p.
 
 {compare}
+
+## `differences.csv` and `designs.csv` of `percussions report … --compare`
+
+One row per design and quantity, and in `designs.csv` per replicate, too ([designs](results/designs.md)).
+
+{designs}
+
+`designs.csv`:
+
+{replicates}
 
 ## `film.csv` of `percussions film`
 
