@@ -82,9 +82,11 @@ def run(
         app.say_runs([wanted], f"{chosen.name} with {wanted.engine}")
     with app.progress() as report:
         record = wanted.record(report)
+    got, asked = record.restitution_most, wanted.scene.contact.restitution
+    as_asked = "as asked" if f"{got:.3g}" == f"{asked:.3g}" else f"{asked:.3g} was asked"
     print(
         f"{wanted.folder}: {record.steps} steps of {record.time_step_s:.3g} s, restitution "
-        f"obtained {record.restitution_most:.3g}, {record.cpu_seconds:.2f} CPU s"
+        f"{got:.3g}, {as_asked}, {record.cpu_seconds:.2f} CPU s"
     )
 
 
@@ -158,7 +160,7 @@ def solve(
             )
     largest = f"{found.largest:.4g} {found.unit} at {found.when}"
     rows = [["frames", str(found.frames)], ["contacts", str(found.contacts)]]
-    rows += [["largest per contact", largest]]
+    rows += [["largest contact " + ("force" if found.unit == "N" else "percussion"), largest]]
     if taken.fixed_type:
         rows += [["largest sum on fixed disks", f"{found.standing:.4g} {found.unit}"]]
     rows += [["worst residual", f"{found.residual:.1e}"]]

@@ -300,7 +300,7 @@ def _solved(
     label = f"film of {source.file}"
     for place, one in enumerate(source.solve(numbers)):
         if progress:
-            progress(label, place / len(numbers))
+            progress(label, 0.5 * place / len(numbers))
         if one.found is None:
             tasks.append(Task(call=_failed, arguments=(one.number, one.time, one.reason), work=0.0))
             continue
@@ -309,7 +309,12 @@ def _solved(
             scene, call = crowd.scene, partial(call, heads=crowd.heads, account=crowd.report)
         arguments = (scene, one.number, one.found, one.own)
         tasks.append(Task(call=call, arguments=arguments, work=1.0))
-    return list(do_all(tasks, executor, label))
+
+    def say(label: str, share: float) -> None:
+        if progress:
+            progress(label, 0.5 + 0.5 * share)
+
+    return list(do_all(tasks, executor, label, say))
 
 
 def _failed(number: int, time: float, reason: str) -> Frame:
