@@ -326,8 +326,7 @@ WORDS = {
 
 
 def _row_name(key: str, springs: bool) -> str:
-    """Name a number of a comparison in words: disk_vector_relative_difference is the difference of the
-    resultants on people; without springs the engine is named as such."""
+    """Name a number of a comparison in words. Without springs the engine is named as such."""
     name = ROWS.get(key, key)
     if parts := re.fullmatch(r"(.+?)_(mean|max|correlation|relative_difference)", name):
         name = " ".join(WORDS.get(one, one) for one in parts.groups())
