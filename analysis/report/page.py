@@ -55,12 +55,12 @@ SHORT = {"contact_largest": "largest force", "wall_line_load": "wall load", "flo
 def four(study: MotionStudy) -> Mapping[str, known_limits.Quantity]:
     """Name the four numbers of a first screen by their series."""
     limit = next(one for one in known_limits.limits_of_people(study.limits) if one.name == NAMED)
-    above = f"people with a contact above {significant(limit.number, 4)} N at one moment"
+    above = f"people with contacts > {significant(limit.number, 4)} N"
     return {
         "contact_largest": known_limits.Quantity(title="largest contact force", unit="N"),
         "wall_line_load": known_limits.Quantity(title="wall load, worst metre", unit="kN/m"),
         known_limits.above_key(limit): known_limits.Quantity(
-            title=above, unit=f"of {len(study.scene.people)} people"
+            title=above, unit=f"of {len(study.scene.people)}"
         ),
         "flow": known_limits.Quantity(title="people leaving", unit="per s"),
     }
@@ -193,7 +193,7 @@ def notes(study: MotionStudy, drawn: Sequence[Chart]) -> list[str]:
     )
     peak = max(float(one.values["contact_largest"].max()) for one in study.models[0].series)
     done = f"Simulated: {significant(study.scene.run.duration_s)} s, peak {two(peak)} N"
-    done += f" in {len(base.series)} runs ({base.label})"
+    done += f" of {len(base.series)} {base.label} runs"
     return [bars, *force_notes(factors, done, study.limits, "mean ")]
 
 

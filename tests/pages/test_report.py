@@ -171,12 +171,12 @@ def test_what_nobody_knows_is_varied_one_thing_at_a_time(reported):
         assert [least, most] == means
     bars, matters, done = notes(study, [])
     most = max(one.values["contact_largest"].max() for one in study.models[0].series)
-    assert f"Simulated: 0.4 s, peak {two(most)} N in 3 runs (rigid)." in done
-    assert "over 3 runs that start differently. Pale bar: also with other stiffness, friction, push, " in " ".join(bars.split())
+    assert f"Simulated: 0.4 s, peak {two(most)} N of 3 rigid runs." in done
+    assert "s, 3 starts. Pale: also with other stiffness, friction, push, radius, one at a time." in " ".join(bars.split())
     fewer, *_ = notes(replace(study, models=study.models[:4]), [])
-    assert "Pale bar: also with other stiffness, friction, one changed at a time." in " ".join(fewer.split())
+    assert "Pale: also with other stiffness, friction, one at a time." in " ".join(fewer.split())
     widest = between(*next(iter(range_of(study, "contact_largest").factors.values())))
-    assert f"** matters most (mean largest force {widest} N), then the" in matters
+    assert f"** matters most (mean largest force {widest} N), then" in matters
     table = limits_table([study], (own,))
     assert [row[-1] for row in table.rows if "my own" in row[2]] == ["my report, 2026"]
     forces = [row for row in table.rows if row[1] == "largest contact force"]
