@@ -86,7 +86,7 @@ def test_the_first_screen_has_the_film_and_four_ranges_without_scrolling(reporte
         unseen = "document.querySelectorAll('option:not(:checked), .axis').forEach(o => o.remove())"
         page.evaluate(unseen)
         said = " ".join(first.locator("h2, .lead, .glance").all_inner_texts())
-        assert words(said) <= 120
+        assert words(said) <= 150
         assert ("Red: limits" in said) == (page.locator(".glance .mark").count() > 0)
         assert "each always pushes with 300\xa0N (assumed): no measured crowd does." in said
         assert "6\u202f227\xa0N in 15\xa0s. Simulated: 0.4\xa0s, peak" in said
