@@ -127,6 +127,15 @@ def _reader(hint: Any) -> Any:
     return next(filter(None, map(_reader, get_args(hint))), None)
 
 
+# What is written for a type in --help.
+METAVARS = {Path: "PATH", float: "NUMBER", int: "COUNT", str: "TEXT"}
+
+
+def _types_of(kind: Any) -> list[Any]:
+    """The type of an option and those in it: Path of `list[Path] | None`."""
+    return [kind, *(one for each in get_args(kind) for one in _types_of(each))]
+
+
 def _options_of(function: Any) -> dict[str, inspect.Parameter]:
     """The parameters of a command, or the fields of a dataclass, as typer takes them. Those that can
     only be given by name are options, others are arguments."""
@@ -143,6 +152,10 @@ def _options_of(function: Any) -> dict[str, inspect.Parameter]:
             options[name] = one.replace(annotation=kind)
         else:
             info = copy(reader) if isinstance(reader, OptionInfo) else make(parser=reader)
+            # a Literal lists its words itself
+            words = [METAVARS[each] for each in _types_of(kind) if each in METAVARS]
+            if make is typer.Option:
+                info.metavar = info.metavar or (words[0] if words else None)
             if kind is bool:
                 info = typer.Option(f"--{name.replace('_', '-')}")
             info.help = said.get(name) or SHARED.get(name)

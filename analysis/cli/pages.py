@@ -51,8 +51,8 @@ def explore(scene: list[str] | None = None, *, out: Out = Path("explore")) -> No
 
     It runs in the browser without a server or a network.
 
-    scene: Scenes that it offers, the first of which opens. Default: those of the product that are
-        pressed.
+    scene: Scenes that it offers, the first of which opens. Default: all shipped scenes of a crowd that
+        pushes.
 
     Example: percussions explore arch gate --out explore"""
     from analysis.explore.page import offered, write_explore
@@ -99,9 +99,10 @@ def report(
     from analysis.motion.study import study_motion
     from analysis.percussions.setting import standing_walls
     from analysis.report.page import Reported, write_report
-    from analysis.report.runs import films_of, motion_of, runs_of, snapshot_runs
+    from analysis.report.runs import films_of, motion_of, runs_of, scenes_of, snapshot_runs
     from analysis.report.sheet import write_sheets
     from analysis.scene.scene import read_scene
+    from analysis.support.parallel import workers
 
     runs = runs.resolve() if scheduler else runs  # a worker is at home in another folder
     limits_of_people(own := tuple(limits or ()))  # a wrong file is refused before anything runs
@@ -119,14 +120,13 @@ def report(
         raise ValueError("--last: only of driven scenes with replicates (--seeds)")
     say_runs(needed := runs_of(chosen, soft, motions, runs))
     reported = []
-    with progress() as bars:
-        run_ahead(needed, bars, scheduler=scheduler)  # all at once, so that no core waits
+    with progress() as bars, workers(scheduler=scheduler) as pool:
+        run_ahead(needed, bars, executor=pool)  # all at once, so that no core waits
         for (one, ks), models in zip(chosen, motions, strict=True):
             where = snapshot_runs(runs, models)
-            scene = one.with_run(impulses=True) if models else one
-            made = study(scene, soft, ks, where, bars, rigid_law)
-            whole_runs = study_motion(one, models, last or 1.0, bars, own) if models else None
-            reels = films_of(made, models, where, (last or 1.0) if models else math.inf, bars)
+            made = study(one, scenes_of(one, soft, models), ks, where, bars, rigid_law)
+            whole_runs = study_motion(one, models, last or 1.0, bars, own, pool) if models else None
+            reels = films_of(made, models, where, (last or 1.0) if models else math.inf, bars, pool)
             reported.append(Reported(study=made, motion=whole_runs, reels=reels))
         page = write_report(reported, out, command_line(), own, bars)
         for path in write_sheets(reported, out, command_line()) if sheet else ():

@@ -95,9 +95,11 @@ def run(
         app.say_runs([wanted], f"{chosen.name} with {wanted.engine}")
     with app.progress() as report:
         record = wanted.record(report)
+    got, asked = record.restitution_most, wanted.scene.contact.restitution
+    as_asked = "as asked" if f"{got:.3g}" == f"{asked:.3g}" else f"{asked:.3g} was asked"
     print(
         f"{wanted.folder}: {record.steps} steps of {record.time_step_s:.3g} s, restitution "
-        f"obtained {record.restitution_most:.3g}, {record.cpu_seconds:.2f} CPU s"
+        f"{got:.3g}, {as_asked}, {record.cpu_seconds:.2f} CPU s"
     )
 
 
@@ -196,7 +198,8 @@ def _listed(
 def _rows(found: SolvedDump, fixed: bool, listed: bool) -> list[list[str]]:
     """What is said of a solved dump."""
     rows = [["frames", str(found.frames)], ["contacts", str(found.contacts)]]
-    rows += [["largest per contact", f"{found.largest:.4g} {found.unit} at {found.when}"]]
+    what = "largest contact " + ("force" if found.unit == "N" else "percussion")
+    rows += [[what, f"{found.largest:.4g} {found.unit} at {found.when}"]]
     if fixed:
         rows += [["largest sum on fixed disks", f"{found.standing:.4g} {found.unit}"]]
     if listed:

@@ -130,11 +130,11 @@ def softness_warning(scene: Scene) -> str | None:
     s = softness(scene)
     if s < VALID:
         return None
+    worst = next(most for most in (NO_CROWD, WITH_CARE, VALID) if s >= most)
+    more = f". Above {WITH_CARE:g} do not use forces" if worst == VALID else ""
     return (
-        f"the total push over stiffness times radius is {s:.2g} "
-        f"(contact.stiffness_N_per_m = {scene.contact.stiffness_N_per_m:.3g}): {judged(s)}. "
-        f"Below {VALID:g} it is valid, to {WITH_CARE:g} with care, to {NO_CROWD:g} not valid for "
-        "forces, above not a crowd"
+        f"contact.stiffness_N_per_m: {scene.contact.stiffness_N_per_m:.3g} is soft: the total push is "
+        f"s = {s:.2g} times stiffness times radius, above {worst:g}: {judged(s)}{more}"
     )
 
 

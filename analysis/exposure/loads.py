@@ -19,6 +19,7 @@ from analysis.engines.record import read_finished
 from analysis.exposure.along import OnWalls, beside_doors, loads_on, outlined, outlines_of
 from analysis.exposure.limits import (
     QUANTITIES,
+    SIGNS,
     Limit,
     LimitError,
     Quantity,
@@ -427,7 +428,7 @@ def _joined(
     )  # fmt: skip
 
 
-HEAD = ["limit", "value", "quantity", "ever above", "longest time above", "largest", "source"]
+HEAD = ["limit", "value", "ever above", "longest", "largest"]
 LOADS = Columns("""
 time_s, window_s | s | end of the window, and how long it is
 id, wall | | which person (by the first disk of a body), which wall
@@ -479,30 +480,38 @@ def _times_above(run: RunLoads, limits: Sequence[Limit]) -> Iterator[list[object
 
 def exposure_rows(run: RunLoads, limits: Sequence[Limit]) -> list[list[str]]:
     """Give a row per limit, HEAD above it: who is above it at any time, the longest stretch of
-    anybody and, where the limit has a duration, that beside it."""
+    anybody and, where the limit has a duration, that beside it. It fits 80 columns."""
     rows, run = [], run.by_outline()
     for limit in limits:
         quantity = QUANTITIES[limit.quantity]
         total, longest = run.time_above(limit)
         above, most = int((total > 0).sum()), float(longest.max(initial=0.0))
-        names = {"person": "people", "wall": "joined walls"}
-        who = f"{above} of {len(total)} {names.get(quantity.of, '')}"
+        who = f"{above} of {len(total)}"
         if quantity.of == "crowd":
-            who = ("the crowd" if above else "no") if len(total) else NONE
+            who = ("yes" if above else "no") if len(total) else NONE
         lasts = f" of {significant(limit.duration_s)} s" if limit.duration_s else " s"
         values = run.loads[limit.quantity]
         rows.append(
             [
                 limit.name,
                 with_unit(significant(limit.number, 4), limit.unit),
-                quantity.title,
                 who,
                 significant(most, 2) + lasts,
-                with_unit(significant(np.nanmax(values) if values.size else None, 2), limit.unit),
-                limit.cited,
+                significant(np.nanmax(values) if values.size else None, 2),
             ]
         )
     return rows
+
+
+def sources_of(limits: Sequence[Limit]) -> list[str]:
+    """Say below the rows what each limit is compared with, and where it is from."""
+    names: dict[tuple[str, str], list[str]] = {}
+    for one in limits:
+        title = f"{QUANTITIES[one.quantity].title} ({one.unit})"
+        names.setdefault((title, one.signed), []).append(one.name)
+    return [f"{', '.join(each)}: {title}. {source}" for (title, source), each in names.items()] + [
+        SIGNS
+    ]
 
 
 ENDING = "_stops"

@@ -22,6 +22,7 @@ from matplotlib.lines import Line2D
 from analysis.exposure.along import outlined
 from analysis.exposure.limits import (
     QUANTITIES,
+    SIGNS,
     above_key,
     known_limits,
     limits_of_bodies,
@@ -39,6 +40,7 @@ from analysis.film.summary import (
     jumping,
     jumps,
     left_open,
+    push_of,
     title_of,
     unit_of,
     unsolved_kinds,
@@ -184,10 +186,13 @@ def still_on(axes: Axes, reel: Reel, shown: Frame, files: tuple[Path, ...] = ())
 
 
 def _in_view(reel: Reel, now: Snapshot) -> Floats:
-    """What a still shows (n,2) m: people, the doors, and without people the walls."""
-    doors = [np.array(one) for one in reel.scene.drive.gates] if reel.scene.drive else []
+    """What a still shows (n,2) m: people who did not leave, the doors, and without people the walls."""
+    drive, people = reel.scene.drive, now.position
+    if drive and len(now) and not (left := drive.gone(people, now.ids)).all():
+        people = people[~left]
+    doors = [np.array(one) for one in drive.gates] if drive else []
     walls = [np.array([wall.start_m, wall.end_m]) for wall in reel.scene.walls]
-    return np.concatenate([now.position, *(doors if len(now) and doors else walls)])
+    return np.concatenate([people, *(doors if len(now) and doors else walls)])
 
 
 # Places are whole multiples of this (m), and forces of the largest power of ten that leaves their
@@ -331,6 +336,7 @@ def write_film(reels: Sequence[Reel], folder: Path, command: str, source: str) -
             )
         ],
         images=images,
+        engines=[reel.engine for reel in reels],
         command=command,
     )
     write_text(folder / PAGE, page)
@@ -404,16 +410,9 @@ def _what(words: Words, reels: Sequence[Reel], source: str) -> list[str]:
         )
         said = [heads, _doubts(words, reels)]
     if is_driven:
-        return [*said, words.text("push", push=_push(middle), drive=drive)]
+        return [*said, words.text("push", push=push_of(middle), drive=drive)]
     soft = middle.engine != ""
     return [*said, words.text("impact", soft=soft)] if RIGID in middle.models else said
-
-
-def _push(reel: Reel) -> tuple[float, float]:
-    """The least and the largest push (N) of those who are filmed."""
-    assert reel.scene.drive is not None
-    push = reel.scene.drive.push(np.concatenate([frame.people.mass for frame in reel.shown]))
-    return float(push.min()), float(push.max())
 
 
 def _one_crowd(reels: Sequence[Reel]) -> bool:
@@ -505,7 +504,7 @@ def charts_and_notes(reels: Sequence[Reel]) -> tuple[list[Chart], list[str]]:
         middle = reels[len(reels) // 2]
         counts = [len(frame.people) for frame in middle.shown]
         people = (min(counts), max(counts))
-        said.append(words.text("pressed", people=people, push=_push(middle)))
+        said.append(words.text("pressed", people=people, push=push_of(middle)))
     each = [
         found
         for reel in reels
@@ -515,7 +514,7 @@ def charts_and_notes(reels: Sequence[Reel]) -> tuple[list[Chart], list[str]]:
     if not each:
         return drawn, said
     medians, found = [one.median for one in each], each[len(each) // 2]
-    spans = {"frame": (found.low, found.high)}
+    spans = {"moment": (found.low, found.high)}
     if len(medians) > 1:
         what = "radius" if reels[0].radius is not None else "model"
         spans[what] = (min(medians), max(medians))
@@ -571,8 +570,8 @@ def _limits(words: Words, reels: Sequence[Reel]) -> Table:
                 interval_text(headline(*one, above_key(limit)), partial(decimals, places=0))
                 for one in bands(reels).values()
             ),
-            limit.cited,
+            limit.signed,
         ]
         for limit in limits_of_people()
     ]
-    return words.table("limits", rows)
+    return words.table("limits", rows, signs=SIGNS)

@@ -4,6 +4,7 @@ replicates."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from math import isfinite
@@ -22,7 +23,7 @@ from analysis.motion import inference
 from analysis.pages import numbers
 from analysis.pages.names import engine_name
 from analysis.scene.scene import Scene
-from analysis.support.parallel import Progress
+from analysis.support.parallel import Progress, Task, do_all
 from nscd.arrays import Floats
 from nscd.stepping import StepError
 
@@ -180,32 +181,44 @@ def study_motion(
     last_s: float,
     progress: Progress | None = None,
     limits: tuple[Path, ...] = (),
+    executor: Executor | None = None,
 ) -> MotionStudy:
-    """Run what is not finished, on all cores, and read the series of all. A run that fails or is
-    stopped is left out and named."""
-    run_ahead([run for model in models for run in model.runs], progress)
+    """Run what is not finished, on all cores, and read the series of all, by the workers of an executor
+    where there is one. A run that fails or is stopped is left out and named."""
+    runs = [run for model in models for run in model.runs]
+    run_ahead(runs, progress, executor=executor)
+    tasks = [Task(call=_series_of, arguments=(run, limits), work=run.particle_steps) for run in runs]
+    found = iter(do_all(tasks, executor, f"forces of {scene.name}", progress))
     read: list[Model] = []
     failures: list[str] = []
     warnings: list[str] = []
     stopped: dict[str, int] = {}
     for model in models:
         series = []
-        for index, run in enumerate(model.runs):
-            try:
-                run.record()
-                series.append(read_exposure(run.folder, limits=limits))
-            except (EngineError, DumpError, StepError) as error:
-                said = f"{model.title}, replicate {index}: {error}"
-                if isinstance(error, RunStoppedError) and not model.valid:
-                    stopped[model.label] = stopped.get(model.label, 0) + 1
-                    continue
-                (failures if isinstance(error, RunStoppedError) else warnings).append(said)
+        for index in range(len(model.runs)):
+            loads, why, is_stopped = next(found)
+            if loads:
+                series.append(loads)
+            elif is_stopped and not model.valid:
+                stopped[model.label] = stopped.get(model.label, 0) + 1
+            else:
+                said = f"{model.title}, replicate {index}: {why}"
+                (failures if is_stopped else warnings).append(said)
         if series:
             last = min(last_s, float(series[0].time[-1]))
             read.append(replace(model, series=series, last_s=last))
     crowds = max((len(model.runs) for model in models), default=0)
     once = sorted(set(warnings))
     return MotionStudy(scene, read, crowds, last_s, failures, once, limits, stopped)
+
+
+def _series_of(run: EngineRun, limits: tuple[Path, ...]) -> tuple[RunLoads | None, str, bool]:
+    """The series of a run, or why there is none and whether it was stopped."""
+    try:
+        run.record()
+        return read_exposure(run.folder, limits=limits), "", False
+    except (EngineError, DumpError, StepError) as error:
+        return None, str(error), isinstance(error, RunStoppedError)
 
 
 def interval_cell(found: Interval, written: Callable[[float], str] = numbers.two) -> str:

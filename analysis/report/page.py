@@ -56,12 +56,12 @@ SHORT = {"contact_largest": "largest force", "wall_line_load": "wall load", "flo
 def four(study: MotionStudy) -> Mapping[str, known_limits.Quantity]:
     """Name the four numbers of a first screen by their series."""
     limit = next(one for one in known_limits.limits_of_people(study.limits) if one.name == NAMED)
-    above = f"contact above {significant(limit.number, 4)} N"
+    above = f"people with contacts > {significant(limit.number, 4)} N"
     return {
         "contact_largest": known_limits.Quantity(title="largest contact force", unit="N"),
         "wall_line_load": known_limits.Quantity(title="wall load, worst metre", unit="kN/m"),
         known_limits.above_key(limit): known_limits.Quantity(
-            title=above, unit=f"of {len(study.scene.people)} people"
+            title=above, unit=f"of {len(study.scene.people)}"
         ),
         "flow": known_limits.Quantity(title="people leaving", unit="per s"),
     }
@@ -189,12 +189,14 @@ def notes(study: MotionStudy, drawn: Sequence[Chart]) -> list[str]:
         "bars",
         first=", ".join([*own, base.label]),
         last=study.last_s,
+        window=float(base.series[0].duration[0]),
         varied=[SAID.get(one, one) for one in FACTORS if one in varied],
         units=[one.unit for one in drawn if one.shown],
         crowds=len(study.models[0].series),
     )
     peak = max(float(one.values["contact_largest"].max()) for one in study.models[0].series)
     done = f"Simulated: {significant(study.scene.run.duration_s)} s, peak {two(peak)} N"
+    done += f" of {len(base.series)} {base.label} runs"
     return [bars, *force_notes(factors, done, study.limits, "mean ")]
 
 
@@ -215,7 +217,7 @@ def verdicts(study: MotionStudy) -> list[str]:
                 alike.append((title, least_words(each, unit)))
         label = one.label[0].upper() + one.label[1:]
         said.append(words.text("verdict", label=label, differ=differ, alike=alike))
-    return [words.text("against", first=first.label), *said] if said else []
+    return [words.text("against", first=first.label, crowds=study.crowds), *said] if said else []
 
 
 def four_numbers(study: MotionStudy) -> dict[str, object]:
@@ -320,6 +322,8 @@ def write_report(
         screens=screens,
         contents=[(one["number"], one["title"]) for one in screens],
         limits=limits_table(moving, limits) if moving else None,
+        engines=[one.record.engine for each in reported for one in each.study.comparisons]
+        + [model.runs[0].engine for each in moving for model in each.models],
         command=command,
     )
 
@@ -469,12 +473,12 @@ def limits_table(motions: Sequence[MotionStudy], files: tuple[Path, ...] = ()) -
                 else NONE
                 for one in first
             ),
-            limit.cited,
+            limit.signed,
         ]
         for limit in (*people, *known_limits.limits_of_walls(files))
     ]
     scenes = [f"{one.scene.name}, of {len(one.scene.people)}" for one in motions]
-    return words.table("limits", rows, scenes=scenes)
+    return words.table("limits", rows, scenes=scenes, signs=known_limits.SIGNS)
 
 
 def motion_numbers(study: MotionStudy) -> dict[str, object]:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from itertools import product
 from pathlib import Path
 
 from analysis.compare.study import Study
@@ -136,6 +136,13 @@ def snapshot_runs(out: Path, models: Sequence[Model]) -> Path:
     return out / "crowd_0" if models else out
 
 
+def scenes_of(scene: Scene, soft: Sequence[str], models: Sequence[Model]) -> dict[str, Scene]:
+    """Name the scene that each engine with springs runs for its snapshot: that of the models of that
+    engine, with impulses. Those of YADE cost ten times the run, and nothing else needs them."""
+    summing = {run.engine for model in models for run in model.runs}
+    return {name: scene.with_run(impulses=True) if name in summing else scene for name in soft}
+
+
 def runs_of(
     chosen: Sequence[tuple[Scene, Sequence[float]]],
     soft: Sequence[str],
@@ -146,10 +153,10 @@ def runs_of(
     (N/m) by the engines with springs, and of its crowds in motion."""
     every = []
     for (scene, stiffnesses), models in zip(chosen, motions, strict=True):
-        one = scene.with_run(impulses=True) if models else scene
         every += [
             EngineRun.of(one.with_contact(stiffness_N_per_m=k), name, snapshot_runs(out, models))
-            for name, k in product(soft, sorted(stiffnesses))
+            for name, one in scenes_of(scene, soft, models).items()
+            for k in sorted(stiffnesses)
         ]
         every += [run for model in models for run in model.runs]
     return list({run.folder: run for run in every}.values())
@@ -160,7 +167,12 @@ FRAMES = 20
 
 
 def films_of(
-    made: Study, models: Sequence[Model], out: Path, last_s: float, progress: Progress | None = None
+    made: Study,
+    models: Sequence[Model],
+    out: Path,
+    last_s: float,
+    progress: Progress | None = None,
+    executor: Executor | None = None,
 ) -> list[Reel]:
     """Film the first run of the first model, which the bars are of, and of a study; nothing where
     one did not end well or no contact was made. last_s: how much of the end the bars are of."""
@@ -171,7 +183,7 @@ def films_of(
         folders.append(run_folder(out, scene, one.record.engine))
     for chosen in filter(None, (list(dict.fromkeys(folders)), folders[1:])):
         with suppress(EngineError, DumpError, ValueError):  # frames at other times, too
-            reels = film_runs(chosen, Frames(step=step), progress)
+            reels = film_runs(chosen, Frames(step=step), progress, executor)
             since = max(0.0, reels[0].frames[-1].time - last_s)
             return [replace(one, since=since) for one in reels]
     return []

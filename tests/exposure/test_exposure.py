@@ -15,6 +15,7 @@ from analysis.exposure.loads import (
     exposure_rows,
     loads_of,
     read_exposure,
+    sources_of,
     values_of,
     write_exposure,
 )
@@ -180,8 +181,12 @@ def test_tables_hold_every_person_wall_and_limit(pressed):
     assert float(first["time_above_s"]) == pytest.approx(0.5)
     assert first["source"] == "Evans & Hayden 1971, quoted by Lee & Hughes 2006"
     shown = {row[0]: row for row in exposure_rows(found, known)}
-    assert shown["chest_bar_men"][3:5] == ["1 of 5 people", "0.5 s"]
-    assert shown["asphyxia_minutes"][4] == "0 of 240 s"
+    assert shown["chest_bar_men"][2:4] == ["1 of 5", "0.5 s"]
+    assert shown["asphyxia_minutes"][3] == "0 of 240 s"
+    *below, signs = sources_of(known)
+    assert "Evans & Hayden 1971†" in below[0]
+    assert sorted(name for line in below for name in line.split(":")[0].split(", ")) == sorted(shown)
+    assert "†" in signs
 
 
 def test_every_shipped_limit_says_where_it_is_from():

@@ -86,7 +86,7 @@ def test_the_first_screen_has_the_film_and_four_ranges_without_scrolling(reporte
         unseen = "document.querySelectorAll('option:not(:checked), .axis').forEach(o => o.remove())"
         page.evaluate(unseen)
         said = " ".join(first.locator("h2, .lead, .glance").all_inner_texts())
-        assert words(said) <= 120
+        assert words(said) <= 150
         assert ("Red: limits" in said) == (page.locator(".glance .mark").count() > 0)
         assert "each always pushes with 300\xa0N (assumed): no measured crowd does." in said
         assert "6\u202f227\xa0N in 15\xa0s. Simulated: 0.4\xa0s, peak" in said
@@ -174,10 +174,10 @@ def test_what_nobody_knows_is_varied_one_thing_at_a_time(reported):
         assert [least, most] == means
     bars, matters, done = notes(study, [])
     most = max(one.values["contact_largest"].max() for one in study.models[0].series)
-    assert f"Simulated: 0.4 s, peak {two(most)} N." in done
-    assert "s, 3 varied starts. Outer: other stiffness, friction, push, radius." in bars
+    assert f"Simulated: 0.4 s, peak {two(most)} N of 3 rigid runs." in done
+    assert "s, 3 starts. Pale: also with other stiffness, friction, push, radius, one at a time." in " ".join(bars.split())
     fewer, *_ = notes(replace(study, models=study.models[:5]), [])
-    assert "Outer: other stiffness, friction." in fewer
+    assert "Pale: also with other stiffness, friction, one at a time." in " ".join(fewer.split())
     widest = between(*next(iter(range_of(study, "contact_largest").factors.values())))
     assert f"** matters most (mean largest force {widest} N), then" in matters
     table = limits_table([study], (own,))

@@ -47,7 +47,7 @@ def test_each_door_has_its_share_of_those_who_are_near_it():
     goal = scene.drive.desired_velocity(scene.snapshot.position, scene.snapshot.ids)
     assert (goal[two, 1] > 0).all()
     assert scene.drive.goals[0].outward == (0.0, 1.0)
-    assert scene.notes.splitlines()[-1].startswith("Of them go to one door after the other: 80, 40")
+    assert scene.notes.splitlines()[-1].startswith("80 go to door 1, 40 go to door 2")
 
 
 def test_streams_by_command(percussions, tmp_path):
