@@ -17,6 +17,8 @@ from nscd.arrays import Floats
 # What may stay unexplained of the force that is needed. From one interval to the next forces change by
 # the second share where frames are too far apart. The third is rounding.
 WITHIN, FAR, NOTHING = 0.05, 0.3, 1e-9
+# Frames are all steps if they are a time step apart within this share.
+SAME_STEP = 1e-3
 # Torques below this share of forces times radii are not looked at.
 TURNS = 1e-3
 
@@ -73,7 +75,7 @@ def audit(
     external: N, all other forces: (n,2), (2,) for each, or a function of a snapshot; None: not known
     walls: by which bodies that touch a wall without a row are found
     friction: Coulomb's μ, to count forces outside its cone
-    time_step: s, of the simulation, where frames are further apart
+    time_step: s, of the simulation: frames may be further apart, and if not, are known to be all steps
     within: share of the needed force that may stay unexplained
 
     Raises ValueError naming the frame and the row of a contact of nobody."""
@@ -82,7 +84,9 @@ def audit(
         contacts = [contacts[np.isclose(when, one.time, rtol=1e-9, atol=1e-12)] for one in snapshots]
         if sum(map(len, contacts)) != len(when):
             raise ValueError("contacts: time_s: rows at instants of which there is no snapshot")
-    return judge(record_of(snapshots, contacts, external, walls), friction, time_step, within)
+    record = record_of(snapshots, contacts, external, walls)
+    every = time_step is not None and np.allclose(np.diff(record.times), time_step, rtol=SAME_STEP, atol=0.0)
+    return judge(replace(record, every_step=every), friction, time_step, within)
 
 
 def judge(
