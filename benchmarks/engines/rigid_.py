@@ -35,5 +35,5 @@ for step in record.steps():
     n = near.normal
     force = (report.reaction[:, None] * n + report.friction[:, None] * np.column_stack([-n[:, 1], n[:, 0]])) / h
     part = 2 if joined else 1
-    listed = zip(near.first // part, np.where(near.second < 0, near.second, near.second // part), *force.T)
+    listed = zip(near.first // part, np.where(near.second < 0, -1 - near.wall, near.second // part), *force.T)
     record.frame(step, shown(), [row for row in listed if any(row[2:])])

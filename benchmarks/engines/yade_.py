@@ -46,4 +46,4 @@ for step in record.steps():
         O.step()
     if record.wanted(step):
         forces = [(i.id1, i.id2, i.phys.normalForce + i.phys.shearForce) for i in O.interactions if i.isReal]
-        record.frame(step, before, [(of(a), of(b), *f[:2]) for a, b, f in forces], same=True)
+        record.frame(step, before, [(of(a), of(b), f[0], f[1]) for a, b, f in forces], same=True)
