@@ -3,7 +3,8 @@
     python -m benchmarks.engines [NAME …] [--install] [--out out/engines]
 
 `--install` makes an environment of each engine in OUT/installed. Writes OUT/engines.csv, a line for each engine,
-variant and scene, and prints a table. An engine that is not installed is a line that says how to get it."""
+variant and scene, and prints a table. Lines of engines that were not run stay. An engine that is not installed
+is a line that says how to get it."""
 
 from __future__ import annotations
 
@@ -50,8 +51,9 @@ class Engine:
     @property
     def is_installed(self) -> bool:
         """Whether it can run."""
-        there = (self.folder / "node_modules").exists() if "npm" in self.given else True
-        return bool(there and shutil.which(self.command[0]))
+        there = (self.folder / "node_modules").exists() if "npm" in self.given else shutil.which(self.command[0])
+        module = self.given.get("module")  # of a Python that is there anyway
+        return bool(there) and not (module and subprocess.run([*self.command, "-c", f"import {module}"], capture_output=True).returncode)
 
     def run(self, scene: dict[str, Any], folder: Path, variant: str) -> str:
         """Run a scene; give nothing, or why there is no result."""
@@ -113,8 +115,11 @@ def main() -> None:
             for name in scenes():
                 rows.append(row_of(engine, variant, name, given.out / engine.name / variant.replace("/", "_") / name))
                 print(engine.name, variant, name, rows[-1].get("version", ""), rows[-1]["verdict"], flush=True)
-    table = pd.DataFrame(rows)
-    table.to_csv(given.out / "engines.csv", index=False)
+    table, file = pd.DataFrame(rows), given.out / "engines.csv"
+    if file.exists() and rows:
+        old = pd.read_csv(file, keep_default_na=False)
+        table = pd.concat([old[~old.engine.isin(table.engine)], table]).sort_values("engine", kind="stable")
+    table.to_csv(file, index=False)
     print(table.pivot(index=["engine", "variant"], columns="scene", values="verdict")[[*scenes()]].to_string())
 
 

@@ -1,5 +1,5 @@
 // matter.js: `normalImpulse` and `tangentImpulse` of the contacts of `engine.pairs.list` after `Engine.update`, in
-// its units of mass times length: lengths are metres and a step is h seconds, so that they are over h².
+// its units of mass times length in a step, so that they are divided by h². The sign is not documented.
 import { h, installed, mu, run, scene, version } from "./record.mjs";
 
 const { Engine, Bodies, Body, Composite } = installed("matter-js");
@@ -25,7 +25,7 @@ function listed() {
   const rows = [];
   for (const { isActive, bodyA, bodyB, contacts, contactCount, collision: { normal, tangent } } of engine.pairs.list) {
     for (const { normalImpulse: a, tangentImpulse: b } of isActive ? contacts.slice(0, contactCount) : [])
-      rows.push([of.get(bodyB), of.get(bodyA), ...["x", "y"].map((i) => (a * normal[i] + b * tangent[i]) / (S * h * h))]);
+      rows.push([of.get(bodyA), of.get(bodyB), ...["x", "y"].map((i) => (a * normal[i] + b * tangent[i]) / (S * h * h))]);
   }
   return rows;
 }
