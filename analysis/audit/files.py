@@ -77,7 +77,11 @@ def open_record(
 
     record = read()
     if not (held.is_whole or impulses):
-        if np.nansum(record.force * record.normal) < 0:
+        push = float(np.nansum(record.force * record.normal))
+        if not push and len(record.times) > 1 + record.moved:  # walls alone, whose normals are not known
+            needed = record.needed()
+            push = float(np.nansum(needed * record.sums(record.force)[: len(needed)]))
+        if push < 0:
             held.sign = 1.0
             record = read()
         note(path, f"fx fy read as the force on the {'second' if held.sign > 0 else 'first'}, as contacts push")

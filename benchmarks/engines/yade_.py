@@ -1,6 +1,8 @@
 """YADE: `phys.normalForce + phys.shearForce` of each interaction, on its second body, after a step. Law
 ViscElMat; velocities are half a step behind, so that frames hold the force between two of them."""
 
+# ruff: noqa: F405
+
 import math
 
 import yade
