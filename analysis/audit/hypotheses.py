@@ -19,7 +19,7 @@ WORDS = tomllib.loads(Path(__file__).with_name("words.toml").read_text(encoding=
 SHIFTS, NOW = (0.5, 0.0, 1.0, -0.5, -1.0, 1.5, 2.0), (0.0, 0.5, 1.0)
 # A factor is that of a hypothesis within this, or three residuals. Hypotheses explain alike whose residuals
 # are within a factor, or rounding. What rows show goes before a general fault that explains the same.
-SAME_FACTOR, ALIKE, ROUNDING, MOST_SUBSTEPS = 1e-4, 3.0, 1e-5, 64
+SAME_FACTOR, ALIKE, ROUNDING, MOST_SUBSTEPS = 1e-4, 3.0, 1e-4, 64
 SHOWN = (("order", "signs of contacts"), ("both directions", "one side"), ("both directions", "substeps"),
          ("contact points", "substeps"))  # fmt: skip
 # Where rows are missing, bodies with all of theirs need this share of all, in so many numbers at least, and

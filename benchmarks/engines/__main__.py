@@ -53,7 +53,9 @@ class Engine:
         """Whether it can run."""
         there = (self.folder / "node_modules").exists() if "npm" in self.given else shutil.which(self.command[0])
         module = self.given.get("module")  # of a Python that is there anyway
-        return bool(there) and not (module and subprocess.run([*self.command, "-c", f"import {module}"], capture_output=True).returncode)
+        if there and module:
+            return not subprocess.run([*self.command, "-c", f"import {module}"], capture_output=True, check=False).returncode
+        return bool(there)
 
     def run(self, scene: dict[str, Any], folder: Path, variant: str) -> str:
         """Run a scene; give nothing, or why there is no result."""

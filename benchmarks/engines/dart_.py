@@ -48,6 +48,7 @@ record = Record(dart.__version__, 0.001 * scene.substeps)
 for step in record.steps():
     for _ in range(scene.substeps):
         world.step()
-    listed = [(of(c.collisionObject2), of(c.collisionObject1), *c.force[:2]) for c in world.getLastCollisionResult().getContacts()]
+    contacts = world.getLastCollisionResult().getContacts()
+    listed = [(of(c.collisionObject2), of(c.collisionObject1), *c.force[:2]) for c in contacts]
     state = [np.append(np.r_[one.getPositions()[:2], one.getVelocities()], 0.0)[:5] for one in moving]
     record.frame(step, state, [row for row in listed if max(row[:2]) >= 0])

@@ -2,9 +2,20 @@
 Variants: the approximations of discrete contact. Bodies move in the plane by joints."""
 
 from importlib.metadata import version
+
 from pydrake.all import (
-    AddMultibodyPlantSceneGraph, CoulombFriction, DiagramBuilder, DiscreteContactApproximation, HalfSpace, PlanarJoint,
-    PrismaticJoint, RigidTransform, Simulator, SpatialInertia, Sphere, UnitInertia,
+    AddMultibodyPlantSceneGraph,
+    CoulombFriction,
+    DiagramBuilder,
+    DiscreteContactApproximation,
+    HalfSpace,
+    PlanarJoint,
+    PrismaticJoint,
+    RigidTransform,
+    Simulator,
+    SpatialInertia,
+    Sphere,
+    UnitInertia,
 )  # fmt: skip
 from record import Record, scene, variant
 
@@ -38,7 +49,7 @@ for joints, place, motion in starts:
         joints[0].set_translation(context, place)
         joints[0].set_translational_velocity(context, motion)
     else:
-        for joint, at, speed in zip(joints, place, motion):
+        for joint, at, speed in zip(joints, place, motion, strict=True):
             joint.set_translation(context, at)
             joint.set_translation_rate(context, speed)
 

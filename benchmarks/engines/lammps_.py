@@ -72,7 +72,7 @@ def wall_of(x, y):
     return min(range(len(axes)), key=lambda k: abs({"x": x, "y": y}[axes[k][0]] - axes[k][2]))
 
 
-for (step, bodies), (_, pairs) in zip(frames("bodies.txt"), frames("pairs.txt")):
+for (step, bodies), (_, pairs) in zip(frames("bodies.txt"), frames("pairs.txt"), strict=True):
     listed = [(int(j) - 1, int(i) - 1, fx + tx, fy + ty) for i, j, fx, fy, tx, ty in pairs]
     for k, row in enumerate(bodies):
         for on, fx, fy, x, y in (row[at : at + 5] for at in range(6, len(row), 5)):

@@ -1,8 +1,9 @@
 """PyBullet: `getContactPoints` after `stepSimulation`: normal force and two of friction. Spheres are set back
 into the plane where rounding let them leave it; those that do not turn have no inverse inertia."""
 
-import pybullet as p
 from importlib.metadata import version
+
+import pybullet as p
 from record import Record, scene
 
 p.connect(p.DIRECT)
@@ -34,7 +35,7 @@ def state(body):
 def force(point):
     """On the first: its normal points from the second to the first."""
     normal, size, one, along, other, across = point[7], *point[9:14]
-    return [size * n + one * a + other * b for n, a, b in zip(normal, along, across)][:2]
+    return [size * n + one * a + other * b for n, a, b in zip(normal, along, across, strict=True)][:2]
 
 
 record = Record(version("pybullet"))

@@ -22,7 +22,7 @@ class Record:
         self.first, self.last = (round(t / self.step) for t in (scene.from_s, scene.until_s))
         folder.mkdir(parents=True, exist_ok=True)
         self.named(version)
-        self.bodies, self.contacts = (open(folder / name, "w") for name in ("bodies.dump", "contacts.csv"))
+        self.bodies, self.contacts = ((folder / name).open("w") for name in ("bodies.dump", "contacts.csv"))
         self.before = [(x, y, vx, vy, 0.0) for x, y, _, _, vx, vy in scene.bodies]
         self.contacts.write("step,first,second,is_wall,fx,fy\n")
 
@@ -48,7 +48,7 @@ class Record:
         n = len(scene.bodies)
         self.bodies.write(f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n{n}\nITEM: BOX BOUNDS ff ff pp\n"
                           + "-99 99\n" * 3 + "ITEM: ATOMS id x y radius mass vx vy omegaz\n")
-        for k, ((*_, r, m, _, _), (x, y, *rest)) in enumerate(zip(scene.bodies, bodies)):
+        for k, ((*_, r, m, _, _), (x, y, *rest)) in enumerate(zip(scene.bodies, bodies, strict=True)):
             self.bodies.write(" ".join(repr(float(v)) for v in (x, y, r, m, *rest)).join((f"{k + 1} ", "\n")))
         for first, second, fx, fy in contacts:
             if first < 0:

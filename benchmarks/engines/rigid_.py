@@ -18,7 +18,8 @@ if joined:
     state = state.joined(np.repeat(np.arange(len(bodies)), 2))
 point, normal = np.array(scene.walls).reshape(-1, 2, 2).swapaxes(0, 1)
 way = 99 * np.column_stack([-normal[:, 1], normal[:, 0]])
-motion = Motion(state, Walls(start=point - way, end=point + way), step=h, friction=scene.friction, push=Push(acceleration=scene.gravity))
+walls, push = Walls(start=point - way, end=point + way), Push(acceleration=scene.gravity)
+motion = Motion(state, walls, step=h, friction=scene.friction, push=push)
 
 
 def shown():
@@ -35,5 +36,6 @@ for step in record.steps():
     n = near.normal
     force = (report.reaction[:, None] * n + report.friction[:, None] * np.column_stack([-n[:, 1], n[:, 0]])) / h
     part = 2 if joined else 1
-    listed = zip(near.first // part, np.where(near.second < 0, -1 - near.wall, near.second // part), *force.T)
+    other = np.where(near.second < 0, -1 - near.wall, near.second // part)
+    listed = zip(near.first // part, other, *force.T, strict=True)
     record.frame(step, shown(), [row for row in listed if any(row[2:])])

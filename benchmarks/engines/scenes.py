@@ -41,7 +41,9 @@ def scenes() -> dict[str, dict[str, Any]]:
     """Give all scenes by name."""
     radius = [0.2 + 0.01 * (7 * k % 11) / 2 for k in range(20)]
     heap = [disc(0.27 + 0.52 * (k // 4), 0.27 + 0.52 * (k % 4), radius[k]) for k in range(20)]
-    fall = [disc(0.3 + 0.52 * (k % 4) + 0.03 * (k // 4 % 2), 0.3 + 0.55 * (k // 4), radius[k], (0.3 * (-1) ** k, -2.0)) for k in range(20)]  # fmt: skip
+    rows = [divmod(k, 4) for k in range(20)]
+    fall = [disc(0.3 + 0.52 * column + 0.03 * (row % 2), 0.3 + 0.55 * row, radius[k], (0.3 * (-1) ** k, -2.0))
+            for k, (row, column) in enumerate(rows)]  # fmt: skip
     wedge = math.sqrt(0.5**2 - 0.26**2)
     row = [disc(0.25 + 0.52 * k, 0.25) for k in range(3)] + [disc(0.51 + 0.52 * k, 0.25 + wedge) for k in range(2)]
     incline = {"gravity": [G * math.sin(TILT), -G * math.cos(TILT)], "friction": 0.5}

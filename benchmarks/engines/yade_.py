@@ -12,7 +12,7 @@ from yade.wrapper import *  # noqa: F403
 
 c, kn = 2 * 40.0 * 75 / 2, scene.stiffness  # of half the mass
 O.materials.append(ViscElMat(kn=2 * kn, ks=2 * kn * 2 / 7, cn=2 * c, cs=0, frictionAngle=math.atan(scene.friction), density=1))
-for x, y, nx, ny in scene.walls:
+for x, y, nx, _ in scene.walls:
     O.bodies.append(utils.wall((x, y, 0), axis=0 if nx else 1, sense=0))
 walls, g = len(scene.walls), Vector3(*scene.gravity, 0)
 for x, y, r, m, vx, vy in scene.bodies:
