@@ -55,7 +55,11 @@ def open_record(
     how: Any = {"acceleration": acceleration, "impulses": impulses}
     record = read_record(held, trajectory, setting, numbers, **how)
     if not (held.is_whole or impulses):
-        if np.nansum(record.force * record.normal) < 0:
+        push = float(np.nansum(record.force * record.normal))
+        if not push and len(record.times) > 1 + record.moved:  # walls alone, whose normals are not known
+            needed = record.needed()
+            push = float(np.nansum(needed * record.sums(record.force)[: len(needed)]))
+        if push < 0:
             held.sign, others = 1.0, held.wall_fixes or held.standing is not None
             record = read_record(held, trajectory, setting, numbers, **how) if others else replace(record, force=-record.force)
         note(path, f"fx fy read as the force on the {'second' if held.sign > 0 else 'first'}, as contacts push")

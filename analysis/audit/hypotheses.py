@@ -20,7 +20,7 @@ SHIFTS, NOW = (0.5, 0.0, 1.0, -0.5, -1.0, 1.5, 2.0), (0.0, 0.5, 1.0)
 # A factor is that of a hypothesis within this, of units and times within the second (forces change between
 # frames), or three residuals. Hypotheses explain alike whose residuals
 # are within a factor, or rounding. What rows show goes before a general fault that explains the same.
-SAME_FACTOR, NEARLY, ALIKE, ROUNDING, MOST_SUBSTEPS = 1e-4, 3e-3, 3.0, 1e-7, 64
+SAME_FACTOR, NEARLY, ALIKE, ROUNDING, MOST_SUBSTEPS = 1e-4, 3e-3, 3.0, 1e-4, 64
 SHOWN = (("order", "signs of contacts"), ("both directions", "one side"), ("both directions", "substeps"),
          ("contact points", "substeps"))  # fmt: skip
 # Faults of which forces are none, whatever the factor.

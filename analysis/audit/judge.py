@@ -21,6 +21,8 @@ WITHIN, FAR, NOTHING = 0.05, 0.3, 1e-9
 # Places that change for another factor than velocities say, by more than the second share, where the factor
 # leaves less than the first.
 ASTRAY, SURE = 0.1, 0.02
+# Frames are all steps if they are a time step apart within this share.
+SAME_STEP = 1e-3
 # Torques below this share of forces times radii are not looked at.
 TURNS = 1e-3
 
@@ -79,7 +81,7 @@ def audit(
     external: N, all other forces: (n,2), (2,) for each, or a function of a snapshot; None: not known
     walls: by which bodies that touch a wall without a row are found
     friction: Coulomb's μ, to count forces outside its cone
-    time_step: s, of the simulation, where frames are further apart
+    time_step: s, of the simulation: frames may be further apart, and if not, are known to be all steps
     within: share of the needed force that may stay unexplained
 
     Raises ValueError naming the frame and the row of a contact of nobody."""
@@ -88,7 +90,9 @@ def audit(
         contacts = [contacts[np.isclose(when, one.time, rtol=1e-9, atol=1e-12)] for one in snapshots]
         if sum(map(len, contacts)) != len(when):
             raise ValueError("contacts: time_s: rows at instants of which there is no snapshot")
-    return judge(record_of(snapshots, contacts, external, walls), friction, time_step, within)
+    record = record_of(snapshots, contacts, external, walls)
+    every = time_step is not None and np.allclose(np.diff(record.times), time_step, rtol=SAME_STEP, atol=0.0)
+    return judge(replace(record, every_step=every), friction, time_step, within)
 
 
 def judge(
