@@ -7,7 +7,8 @@ from yade import wrapper as yade
 LINES = ["step,first,second,is_wall,fx,fy"]
 
 
-def add(scene=yade.Omega()):
+def add():
+    scene = yade.Omega()
     for i in (one for one in scene.interactions if one.isReal):
         on_second, wall = i.phys.normalForce + i.phys.shearForce, {i.id1, i.id2}
         wall = {k for k in wall if not isinstance(scene.bodies[k].shape, yade.Sphere)}
