@@ -12,13 +12,14 @@ PYTHON := $(VENV)/bin/python
 unexport MAKEFLAGS
 PIP := $(PYTHON) -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
-.PHONY: help install core wheel sanitize report paper explore docs test wheel-test lint bench clean system system-test test-rounding
+.PHONY: help install core wheel sanitize report paper explore notebooks docs test wheel-test lint bench clean system system-test test-rounding
 
 help:
 	@echo "make install   the environment in $(VENV), and YADE from the system's packages"
 	@echo "make report    the report on the arch and on a real crowd, in report/"
 	@echo "make paper     the figures of the paper recomputed, discrete and continuum, and which of its statements hold, in paper/"
 	@echo "make explore   the page in which a crowd is pressed in the browser, in explore/, with the core compiled anew where it has changed"
+	@echo "make notebooks the notebooks of examples/ in JupyterLab, in the same environment"
 	@echo "make docs      the docs as a site that opens offline, in site/"
 	@echo "make core      the native core compiled anew where nscd/core/ has changed"
 	@echo "make test      lint, types and tests"
@@ -149,6 +150,10 @@ $(VENV)/installed-docs: pyproject.toml constraints.txt | $(VENV)/installed
 	@echo "Adding what the docs need"
 	$(PIP) --no-build-isolation --editable '.[docs]'
 	touch $@
+
+notebooks: install
+	@$(PIP) jupyterlab
+	$(VENV)/bin/jupyter lab --notebook-dir=examples
 
 docs: $(VENV)/installed-docs
 	@$(PYTHON) -m sphinx --quiet --fail-on-warning --keep-going --conf-dir docs/site --doctree-dir site/.doctrees docs site

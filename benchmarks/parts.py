@@ -1,11 +1,13 @@
 """What parts of the product cost, side by side in CPU seconds.
 
-    nice -n 19 python benchmarks/parts.py [--what ways runs bodies guard factors dumps]
+    nice -n 19 python benchmarks/parts.py [--what ways runs drives bodies guard factors dumps]
         [--repeats 5] [--people 594] [--steps 100] [--friction 0] [--frames 1000] [--folder DIR]
 
 ways: those of a floor of 200 walls (54 rooms with a doorway in each wall) for 1,000 people to one door,
 and one look at where all go next. runs: 1 s of `arch` with a way or with arms and without, the least of
-several turns. bodies: a step and a solution of as many bodies of five disks as disks that press into a
+several turns. drives: who keep their distance: the share of their looks, one every 50 ms, in rigid
+steps of a queue before the door of `arch`, medians; and 60 s of 100 people who push with 0.1 over the
+same by the plain drive. bodies: a step and a solution of as many bodies of five disks as disks that press into a
 corner; a body is 0.51 m broad and 0.25 m deep (ANSUR II), the disk has its area. guard: the same run
 with and without it, medians of several turns. factors: the factorisation of Â + CᵀΘC alone, beside
 CHOLMOD's; the last column of times is one solution by 15 factorisations and 35 solves. dumps: that of a
@@ -24,15 +26,18 @@ from dataclasses import replace
 from functools import partial
 from itertools import count, pairwise, product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sparse
 
+from analysis.engines.programs.rigid import RENEWED_S, motion_of
 from analysis.engines.run import simulate
 from analysis.percussions.setting import setting_beside
 from analysis.percussions.solving import DumpToSolve, executor_for, solve_dump
 from analysis.percussions.table import is_parquet
 from analysis.scene.drive import Drive
+from analysis.scene.rooms import Crowd, room
 from analysis.scene.scene import Scene, read_scene
 from analysis.scene.shipped_scenes import make
 from benchmarks.machine import apart, describe, in_turn, least, options, table, timed
@@ -54,6 +59,12 @@ GUARDED = ("arch", "jam", "corridor", "four_disks")
 DECADES = 4.0
 # From this many disks on the product factorises by fronts: see nscd/core/factor.hpp.
 MANY = 1500
+# People who keep their distance; s that they take to stand in a queue; how many look, and how often.
+DISTANCE: dict[str, Any] = {
+    "speed_m_per_s": 1.34, "time_gap_s": 0.8, "heading_sd_rad": 0.2, "jostling_m_per_s": 0.06,
+    "push_share": 0.1, "seed": 1,
+}  # fmt: skip
+QUEUED_S, MANY_LOOK, LOOKS = 4.0, 20_000, 20
 # Residual of the solutions of dumps, and how far disks that rest on each other may be apart in them (m).
 TOLERANCE, TOUCH = 1e-10, 1e-6
 
@@ -64,9 +75,9 @@ def floor(seed: int) -> tuple[Walls, Drive]:
     lines: list[Floats] = []
     for axis, (walls, rooms) in enumerate(((ACROSS, UP), (UP, ACROSS))):
         for wall in range(1, walls):
-            for room in range(rooms):
+            for number in range(rooms):
                 gap = random.uniform(0.5, ROOM_M - DOORWAY_M - 0.5)
-                along = ROOM_M * room + np.array([[0, gap], [gap + DOORWAY_M, ROOM_M]])
+                along = ROOM_M * number + np.array([[0, gap], [gap + DOORWAY_M, ROOM_M]])
                 across = np.full((2, 2), ROOM_M * wall)
                 pair = (across, along) if axis == 0 else (along, across)
                 lines.extend(np.stack(pair, axis=-1))
@@ -118,6 +129,48 @@ def runs(given: argparse.Namespace) -> str:
             over = (f"{seconds:.3g} ({seconds / least['plain']:.2f})" for seconds in least.values())
             rows.append([engine, *over])
     return table(["engine", *(f"{name} (CPU s, over plain)" for name in scenes)], rows)
+
+
+def looking(people: int) -> list[str]:
+    """Time steps of a queue that keeps its distance, without its looks, and the looks."""
+    scene = make("arch", people).with_drive(**DISTANCE)
+    motion, drive, who = motion_of(scene, scene.snapshot), scene.drive, scene.snapshot
+    assert drive is not None
+    motion.separate()
+    every = int(RENEWED_S / motion.step + 1e-9)
+    quiet: list[float] = []
+    looks: list[float] = []
+    while motion.time < QUEUED_S or len(looks) < LOOKS:
+        spent = [timed(motion.advance)[0] for _ in range(every)]
+        if motion.time < QUEUED_S:
+            continue
+        quiet += spent[1:]  # the first one looks
+        place, asked = motion.position.copy(), (who.ids, motion.time, who.radius)
+        looks.append(timed(partial(drive.desired_velocity, place, *asked))[0])
+    contacts = sum(motion.advance().reaction > 0)
+    step, look = 1e3 * statistics.median(quiet), 1e3 * statistics.median(looks)
+    share = look / every / (step + look / every)
+    cells = f"{1e3 * motion.step:.2g}", f"{step:.2g}", f"{look:.2g}", f"{100 * share:.0f} %"
+    return [str(people), *cells, str(contacts)]
+
+
+def leaving(**law: Any) -> float:
+    """Time a step (ms) of 60 s of 100 people who leave by a door of 1.2 m."""
+    scene = room("a", 7.0, 6.0, 1.2, Crowd(people=100, speed=1.34, relaxation=0.5), 60.0)
+    motion = motion_of(scene := scene.with_drive(**law), scene.snapshot)
+    motion.separate()
+    steps = round(60.0 / motion.step)
+    return 1e3 * timed(lambda: [motion.advance() for _ in range(steps)])[0] / steps
+
+
+def drives(given: argparse.Namespace) -> str:
+    """Time the drive of who keep their distance."""
+    names = ("people", "step (ms)", "CPU of it (ms)", "of a look (ms)", "share", "contacts")
+    rows = [apart(looking, people) for people in (given.people, MANY_LOOK)]
+    spent = in_turn({"plain": leaving, "at 0.1": partial(leaving, **DISTANCE)}, given.repeats)
+    plain, distant = (min(spent[name]) for name in ("plain", "at 0.1"))
+    words = f"100 people: {plain:.3g} ms a step, {distant:.3g} at p 0.1: {distant / plain:.2f}"
+    return f"{table(names, rows)}\n\n{words}"
 
 
 def crowd(people: int, wide: bool) -> Snapshot:
@@ -288,7 +341,7 @@ def dumps(given: argparse.Namespace) -> str:
 
 def main() -> None:
     """Print the tables."""
-    parts = {one.__name__: one for one in (ways, runs, bodies, guard, factors, dumps)}
+    parts = {one.__name__: one for one in (ways, runs, drives, bodies, guard, factors, dumps)}
     given = options(
         __doc__, what=parts, repeats=5, people=594, steps=100, friction=0.0, frames=1000,
         folder=Path,

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from analysis.exchange.jupedsim import RigidPeople as RigidPeople
     from analysis.exposure.limits import known_limits as known_limits
     from analysis.exposure.loads import read_exposure as read_exposure
+    from analysis.exposure.pedestrians import trajectory as trajectory
     from analysis.infer.inference import infer as infer
     from analysis.infer.inference import run_prior as run_prior
     from analysis.infer.seen import see as see

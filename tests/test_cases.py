@@ -57,7 +57,7 @@ def test_case(percussions, tmp_path, case):
     content = tomllib.loads(manifest.read_text(encoding="utf-8"))
     assert content["why"]
     for name, text in content.get("files", {}).items():
-        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text, encoding="utf-8")
     assert content["run"]
     for run in content["run"]:

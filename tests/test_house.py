@@ -31,6 +31,7 @@ RANKS = [
     ["analysis/scene"],
     ["analysis/scene/real"],
     ["analysis/dumps"],
+    ["analysis/audit"],
     ["analysis/engines"],
     ["analysis/percussions"],
     ["analysis/compare", "analysis/exchange"],
@@ -40,7 +41,7 @@ RANKS = [
     ["analysis/work_precision", "analysis/stability", "analysis/standards", "analysis/paper", "analysis/push",
      "analysis/measured", "analysis/infer"],
     ["analysis/advice", "analysis/film", "analysis/explore"],
-    ["analysis/report", "analysis/audit"],
+    ["analysis/report", "analysis/audit/files.py"],
     ["analysis/cli", "crowd_percussions"],
 ]  # fmt: skip
 

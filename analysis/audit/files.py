@@ -12,32 +12,27 @@ from matplotlib.figure import Figure
 
 from analysis.audit.hypotheses import WORDS
 from analysis.audit.judge import Audit
-from analysis.audit.record import Record, record_of
-from analysis.dumps import DumpError, EngineContacts, contacts_at, open_bodies, snapshot_of
-from analysis.dumps.digits import LastDigit
+from analysis.audit.record import Record
+from analysis.dumps import DumpError, open_bodies
 from analysis.dumps.foreign import wall_fixes
 from analysis.dumps.held import OwnContacts, open_contacts
-from analysis.dumps.index import DumpIndex, index_dump
+from analysis.dumps.index import index_dump
 from analysis.film.files import bare, empty
 from analysis.film.frame import Frames
 from analysis.pages import drawing
 from analysis.pages.html import render, write_pictures
 from analysis.pages.numbers import significant
 from analysis.pages.section import Picture, Section, Table
+from analysis.percussions.own import read_record
 from analysis.percussions.setting import Setting, room_beside
 from analysis.support.files import write_json, write_text
 from analysis.support.reading import note
-from nscd import Snapshot
-from nscd.arrays import Floats
-
-# Of numbers that are rounded to a step, the standard deviation is this share of it.
-ROUNDED = 12**-0.5
 
 
 def open_record(
     target: Path, contacts: Path | None, columns: str | None, room: Path | None, frames: str | None,
     acceleration: Sequence[float] | None, **stated: Any,
-) -> Record:  # fmt: skip
+) -> tuple[Record, Setting]:  # fmt: skip
     """Read a folder of a run or a dump, its contacts (those of the run where left out), and what else acts
     by the room or an acceleration (2,) m/s². Raises DumpError naming the file and the line or the frame."""
     file = target / "bodies.dump" if target.is_dir() else target
@@ -53,73 +48,22 @@ def open_record(
     held = OwnContacts(index, empty(found or bare(file), "dump"), False, setting.standing)
     held.wall_fixes = wall_fixes(() if "is_wall" in index.columns else trajectory.ts.data)
     numbers = Frames.parse(frames or "::1").of(range(int(trajectory.n_frames)), file)
-    steps = [trajectory.steps[k] for k in numbers]
-    if missing := {*steps} - {*index.steps}:
+    if missing := {trajectory.steps[k] for k in numbers} - {*index.steps}:
         raise DumpError(f"{path}: step {min(missing)} of {file} is missing")
     if np.isnan(trajectory[numbers[0]].time):
         raise DumpError(f"{file}: its frames have no times. Give --time-step")
-    known = acceleration is not None or found is not None or "drive_x" in trajectory.ts.data
-    has_velocity, every = "vx" in trajectory.ts.data, bool((np.diff(steps) == 1).all())
-
-    def read() -> Record:
-        snapshots, listed = [], []
-        for number in numbers:
-            snapshots.append(snapshot_of(trajectory[number], file, needs_velocity=False))
-            number = index.steps.index(trajectory.steps[number])
-            duration = float(np.diff([one.time for one in snapshots[-2:]] * 2)[0]) or np.inf
-            listed.append(_listed(held, number, trajectory.ts, snapshots[-1], duration if impulses else 0.0))
-        pushes = (lambda now: external_of(setting, now, acceleration)) if known else None
-        try:
-            record = record_of(snapshots, listed, pushes, setting.walls, has_velocity, every_step=every)
-        except ValueError as error:
-            raise DumpError(f"{path}: {error}") from None
-        return replace(record, noise=_noise(trajectory, index, record))
-
-    record = read()
+    how: Any = {"acceleration": acceleration, "impulses": impulses}
+    record = read_record(held, trajectory, setting, numbers, **how)
     if not (held.is_whole or impulses):
-        if np.nansum(record.force * record.normal) < 0:
-            held.sign = 1.0
-            record = read()
+        push = float(np.nansum(record.force * record.normal))
+        if not push and len(record.times) > 1 + record.moved:  # walls alone, whose normals are not known
+            needed = record.needed()
+            push = float(np.nansum(needed * record.sums(record.force)[: len(needed)]))
+        if push < 0:
+            held.sign, others = 1.0, held.wall_fixes or held.standing is not None
+            record = read_record(held, trajectory, setting, numbers, **how) if others else replace(record, force=-record.force)
         note(path, f"fx fy read as the force on the {'second' if held.sign > 0 else 'first'}, as contacts push")
-    return record
-
-
-def external_of(setting: Setting, now: Snapshot, acceleration: Sequence[float] | None) -> Floats:
-    """Compute all forces (n,2) N that are no contacts: body force, and the drive of the dump or the room."""
-    force: Floats = now.mass[:, None] * np.array(setting.acceleration if acceleration is None else acceleration)
-    if now.drive is not None or setting.drive is None:
-        return force if now.drive is None else force + now.drive
-    alone = replace(setting, acceleration=(0.0, 0.0), arms=None, left_velocity="desired", window=None)
-    wanted, time = alone.left(now)
-    return np.asarray(force + now.mass[:, None] * (wanted - now.velocity) / (time or 1.0))
-
-
-def _listed(held: OwnContacts, number: int, ts: Any, now: Snapshot, duration: float) -> EngineContacts:
-    """The contacts of a frame as they are listed; of impulses their mean force over a duration (s)."""
-    if duration:
-        first, second, wall, *impulse = held.index.table(number).T
-        force, one, two = np.column_stack(impulse[:2]) / duration, first.astype(np.int64), second.astype(np.int64)
-        return EngineContacts(first=one, second=two, is_wall=wall == 1, force=force, normal=np.nan * force, overlap=first)
-    fixed = held.standing
-    every = now if fixed is None else fixed.behind(now)
-    found = contacts_at(held.index, number) if held.is_whole else held.pairs(number, every, strict=False)
-    if held.wall_fixes:
-        found = EngineContacts.joined([found, held.of_fixes(ts.data, every)])
-    return found if fixed is None else found.on_walls(fixed.ids, len(held.scene.walls))
-
-
-def _noise(trajectory: Any, index: DumpIndex, record: Record) -> float:
-    """What the last digits of velocities, or places, and of forces leave open in the force on a body, N."""
-    columns, h = trajectory.columns, float(np.median(record.durations)) if len(record.times) > 2 else 1.0
-
-    def step(of: DumpIndex, chosen: Sequence[str]) -> float:
-        words = dict(zip(of.columns, zip(*of.sample, strict=True), strict=False))
-        last = LastDigit.of([word for name in chosen for word in words.get(name, ())])
-        return ROUNDED * last.step(last.largest) if last else 0.0
-
-    moved = step(columns.index, columns.place[:2] if record.moved else ("vx", "vy")) * columns.unit
-    moved *= float(np.median(record.mass)) * (6**0.5 / h**2 if record.moved else 2**0.5 / h)
-    return float(np.hypot(moved, 2 * step(index, ("fx", "fy"))))
+    return record, setting
 
 
 def write_audit(found: Audit, name: str, folder: Path, command: str) -> list[Path]:

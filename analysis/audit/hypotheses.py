@@ -17,11 +17,14 @@ from nscd.arrays import Flags, Floats
 WORDS = tomllib.loads(Path(__file__).with_name("words.toml").read_text(encoding="utf-8"))
 # Frames after the start of an interval at which its forces may be listed, and at which they should be.
 SHIFTS, NOW = (0.5, 0.0, 1.0, -0.5, -1.0, 1.5, 2.0), (0.0, 0.5, 1.0)
-# A factor is that of a hypothesis within this, or three residuals. Hypotheses explain alike whose residuals
+# A factor is that of a hypothesis within this, of units and times within the second (forces change between
+# frames), or three residuals. Hypotheses explain alike whose residuals
 # are within a factor, or rounding. What rows show goes before a general fault that explains the same.
-SAME_FACTOR, ALIKE, ROUNDING, MOST_SUBSTEPS = 1e-4, 3.0, 1e-7, 64
+SAME_FACTOR, NEARLY, ALIKE, ROUNDING, MOST_SUBSTEPS = 1e-4, 3e-3, 3.0, 1e-4, 64
 SHOWN = (("order", "signs of contacts"), ("both directions", "one side"), ("both directions", "substeps"),
          ("contact points", "substeps"))  # fmt: skip
+# Faults of which forces are none, whatever the factor.
+WRONG_FORCES = {"sign", "one side", "signs of contacts", "axes", "contact points", "both directions", "order"}
 # Where rows are missing, bodies with all of theirs need this share of all, in so many numbers at least, and
 # the others have this share of the residual.
 LEFT, FEWEST, ELSEWHERE = 0.01, 8, 0.9
@@ -87,23 +90,32 @@ def variants(record: Record) -> Iterator[tuple[dict[str, str], Floats]]:
 def factors(record: Record, time_step: float | None) -> list[tuple[float, dict[str, str]]]:
     """Give the factors from listed to true forces that hypotheses have, with their faults."""
     found = [(float(unit), fault("units", what=words)) for unit, words in WORDS["units"].items()]
-    for h in {float(np.median(record.durations)), time_step or 0.0} - {0.0}:
+    steps = {float(np.median(record.durations)), time_step or 0.0} - {0.0}
+    for h in steps:
         for power, key in ((-1, "impulse"), (1, "impulse over time"), (-2, "impulse times time")):
             found.append((h**power, fault("impulse", key, h=h)))
+    found += [(c / h, fault("impulse", h=h) | other) for h in steps for c, other in found if "units" in other]
     for n in range(2, MOST_SUBSTEPS + 1):
         found += [(1.0 * n, fault("substeps", n=n)), (1 / n, fault("substeps", "substeps summed", n=n))]
     return found
 
 
 def meanings(factor: float, residual: float, named: list[Any]) -> list[tuple[dict[str, str], float]]:
-    """Give what a factor may mean: faults, and the exact factor of each; substeps where nothing else is."""
+    """Give what a factor may mean: faults, and the exact factor of each; substeps, and a unit and a time at
+    once, where nothing else is."""
     way, near = float(np.sign(factor) or 1.0), max(SAME_FACTOR, 3 * residual)
     turned = fault("sign") if factor < 0 else {}
     if abs(abs(factor) - 1) <= near:
         return [(turned, way)]
-    found = [(turned | one, way * c) for c, one in named if abs(abs(factor) / c - 1) <= near]
-    found = [each for each in found if "substeps" not in each[0]] or found
+    found = [(turned | one, way * c) for c, one in named
+             if abs(abs(factor) / c - 1) <= (near if _weight(one) > 1 else max(near, NEARLY))]  # fmt: skip
+    found = [each for each in found if _weight(each[0]) - len(turned) < 2] or found
     return found or [(turned | fault("factor", factor=1 / abs(factor)), factor)]
+
+
+def _weight(faults: dict[str, str]) -> int:
+    """Count faults; substeps, of which there may be any number, count twice."""
+    return len(faults) + ("substeps" in faults)
 
 
 def at_shift(record: Record, sums: Floats, shift: float) -> tuple[Floats, Flags]:
@@ -141,8 +153,8 @@ def chosen(fits: list[Fit], within: float) -> list[Fit]:
     if not good:
         return [fit for fit in fits if fit.residual <= within and {*fit.faults} <= {"factor", "sign"}][:1]
     alike = [fit for fit in good if fit.residual <= max(ALIKE * good[0].residual, ROUNDING)]
-    fewest = min(len(fit.faults) for fit in alike)
-    named = {(*fit.faults.values(),): fit for fit in reversed(alike) if len(fit.faults) == fewest}
+    fewest = min(_weight(fit.faults) for fit in alike)
+    named = {(*fit.faults.values(),): fit for fit in reversed(alike) if _weight(fit.faults) == fewest}
     for shown, general in SHOWN:
         if any(shown in one.faults for one in named.values()):
             named = {words: one for words, one in named.items() if general not in one.faults}
@@ -150,14 +162,17 @@ def chosen(fits: list[Fit], within: float) -> list[Fit]:
 
 
 def with_rows_missing(record: Record, named: list[Any], within: float) -> Iterator[tuple[list[Fit], list[Fit]]]:
-    """Fit the bodies that touch no wall, and no other body, without a row: the fits, and those that
-    explain all but the others. Then tangential forces that are not listed."""
+    """Fit the bodies that touch no wall, and no other body, without a row at both ends of an interval, or
+    around it: the fits, and those that explain all but the others. Then tangential forces that are not
+    listed."""
     needed, sums, (lone, on_wall) = record.needed(), record.sums(record.force), record.unlisted
-    for name, missing in (("walls missing", on_wall), ("contacts missing", lone | on_wall)):
-        around, good = np.pad(missing, ((1, 3), (0, 0))), []
-        near = np.lib.stride_tricks.sliding_window_view(around, 4 + record.moved, axis=0).any(axis=-1)
+    cases = [("walls missing", on_wall), ("contacts missing", lone | on_wall)]
+    for wide, name, missing in ((wide, *case) for wide in (0, 1) for case in cases):
+        around, good = np.pad(missing, ((wide, 3 * wide), (0, 0))), []
+        near = np.lib.stride_tricks.sliding_window_view(around, 2 + 2 * wide + record.moved, axis=0).any(axis=-1)
         keep: Flags = ~np.asarray(near)[: len(needed)]
         fits = fit_all(record, named, keep) if not keep.all() else []
+        fits = [one for one in fits if wide or one.shift in NOW]
         for one in chosen(fits, within):
             given, here = at_shift(record, sums, one.shift)
             off, all_ = (np.nan_to_num(x)[here] ** 2 for x in (needed - one.factor * given, needed))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,11 @@ from nscd.arrays import Floats
 # What may stay unexplained of the force that is needed. From one interval to the next forces change by
 # the second share where frames are too far apart. The third is rounding.
 WITHIN, FAR, NOTHING = 0.05, 0.3, 1e-9
+# Places that change for another factor than velocities say, by more than the second share, where the factor
+# leaves less than the first.
+ASTRAY, SURE = 0.1, 0.02
+# Frames are all steps if they are a time step apart within this share.
+SAME_STEP = 1e-3
 # Torques below this share of forces times radii are not looked at.
 TURNS = 1e-3
 
@@ -28,6 +34,7 @@ class Audit:
     status: agrees, differs, or unknown where it cannot be judged; words: it as a sentence
     faults: what is wrong, by name; none where several hypotheses explain alike, or none does
     fits: the best of each hypothesis, the nearest first
+    factor: from listed to true forces, where all that explain them have one
     residual: what forces as they are listed leave unexplained, as a share of what is needed
     smallest_fault: N, of the force on a body, that could be seen; remarks: other sentences
     needed, given: (i,n,2) N, what momentum needs and listed forces sum to, of each interval and body"""
@@ -36,6 +43,7 @@ class Audit:
     words: str = ""
     faults: tuple[str, ...] = ()
     fits: tuple[Fit, ...] = ()
+    factor: float = float("nan")
     residual: float = float("nan")
     smallest_fault: float = float("nan")
     remarks: tuple[str, ...] = ()
@@ -49,7 +57,7 @@ class Audit:
 
     def to_dict(self) -> dict[str, Any]:
         """Give the verdict for JSON."""
-        own = {name: getattr(self, name) for name in ("status", "words", "faults", "residual", "remarks")}
+        own = {name: getattr(self, name) for name in ("status", "words", "faults", "factor", "residual", "remarks")}
         fits = [one._asdict() | {"faults": [*one.faults], "words": [*one.faults.values()]} for one in self.fits]
         return own | {"smallest_fault_N": self.smallest_fault, "hypotheses": fits}
 
@@ -73,7 +81,7 @@ def audit(
     external: N, all other forces: (n,2), (2,) for each, or a function of a snapshot; None: not known
     walls: by which bodies that touch a wall without a row are found
     friction: Coulomb's μ, to count forces outside its cone
-    time_step: s, of the simulation, where frames are further apart
+    time_step: s, of the simulation: frames may be further apart, and if not, are known to be all steps
     within: share of the needed force that may stay unexplained
 
     Raises ValueError naming the frame and the row of a contact of nobody."""
@@ -82,7 +90,9 @@ def audit(
         contacts = [contacts[np.isclose(when, one.time, rtol=1e-9, atol=1e-12)] for one in snapshots]
         if sum(map(len, contacts)) != len(when):
             raise ValueError("contacts: time_s: rows at instants of which there is no snapshot")
-    return judge(record_of(snapshots, contacts, external, walls), friction, time_step, within)
+    record = record_of(snapshots, contacts, external, walls)
+    every = time_step is not None and np.allclose(np.diff(record.times), time_step, rtol=SAME_STEP, atol=0.0)
+    return judge(replace(record, every_step=every), friction, time_step, within)
 
 
 def judge(
@@ -92,8 +102,10 @@ def judge(
     needed = record.needed() if len(record.times) > 1 + record.moved else np.zeros((0, 1, 2))
     most, size = (float(np.abs(np.nan_to_num(x)).max(initial=0.0)) for x in (record.force, needed))
     still = size <= max(NOTHING * most, 0.0 if record.stated else record.noise)
-    if why := "frames" if not len(needed) else "no force" if not most else "still" if still else "":
-        what = WORDS["reasons"][why].format(frames=2 + record.moved)
+    pace, left = record.pace
+    why = "frames" if not len(needed) else "no force" if not most else "still" if still else ""
+    if why := why or ("pace" if left <= ASTRAY and abs(pace - 1) > 3 * left + SURE else ""):
+        what = WORDS["reasons"][why].format(frames=2 + record.moved, pace=pace)
         return Audit(status="unknown", words=WORDS["unknown"].format(what=what))
     named = tested.factors(record, time_step)
     fits = tested.fit_all(record, named)
@@ -102,6 +114,9 @@ def judge(
         fits, found = sorted([*fits, *more], key=lambda fit: fit.residual), good
         if found:
             break
+    if found and not found[0].faults and found[0].residual > tested.ROUNDING and record.unlisted.any():
+        rows = tested.with_rows_missing(record, named, found[0].residual / tested.ALIKE)
+        found = next((good for _, good in islice(rows, 4) if good), found)
     shift = next((fit.shift for fit in (*found, *fits) if fit.shift in tested.NOW), 0.5)
     given, here = tested.at_shift(record, record.sums(record.force), shift)
     needed, given, weight = needed[here], given[here], record.durations[here][:, None, None]
@@ -115,7 +130,9 @@ def judge(
     if not found:
         return _unexplained(verdict, record, within)
     faults, share = found[0].faults, percent(found[0].residual)
-    verdict = replace(verdict, remarks=tuple(_remarks(record, found[0], friction)))
+    one = np.ptp([fit.factor for fit in found]) <= tested.SAME_FACTOR * abs(found[0].factor)
+    remarks, factor = tuple(_remarks(record, found[0], friction)), found[0].factor if one else float("nan")
+    verdict = replace(verdict, remarks=remarks, factor=factor)
     if not faults:
         return replace(verdict, status="agrees", words=WORDS["agrees"].format(share=share))
     what = ". Or ".join(". Also ".join(one.faults.values()) for one in found)

@@ -15,6 +15,8 @@ from nscd.contacts import NO_WALLS, sum_at_disks
 
 # Bodies this near, as a share of the smallest radius, may touch.
 NEAR = 1e-3
+# A wall is that of its number, and gives a normal, if it is no further than this share of a radius.
+BESIDE = 0.3
 External = Callable[[Snapshot], ArrayLike] | ArrayLike | None
 
 
@@ -29,7 +31,8 @@ class Record:
     frame, first, second: (k,) frame, and numbers of the bodies; second −1 of a wall or what is held
     force: (k,2) N, on the second; normal: (k,2) first→second, NaN where it is not known
     noise: N, what the digits of the text leave open in the force on a body
-    every_step: whether frames are all the steps of a simulation"""
+    every_step: whether frames are all the steps of a simulation; step_s: s, of these, where it is known
+    pace: by how much places change for what velocities say, and the share of it that this leaves"""
 
     times: Floats
     momentum: Floats
@@ -46,6 +49,8 @@ class Record:
     stated: bool
     noise: float = 0.0
     every_step: bool = False
+    step_s: float | None = None
+    pace: tuple[float, float] = (1.0, 0.0)
 
     @property
     def durations(self) -> Floats:
@@ -83,7 +88,7 @@ def record_of(
     labels = [one.ids if one.bodies is None else one.bodies.ids[one.bodies.number] for one in snapshots]
     ids = np.unique(np.concatenate(labels))
     f, n = len(times), len(ids)
-    momentum, acting = np.zeros((2, f, n, 2))
+    momentum, acting, place = np.zeros((3, f, n, 2))
     turning, mass, unlisted, parts = np.zeros((f, n)), np.zeros((f, n)), np.zeros((2, f, n), bool), []
     for frame, (now, table, label) in enumerate(zip(snapshots, contacts, labels, strict=True)):
         of, m = np.searchsorted(ids, label), now.mass[:, None]
@@ -91,6 +96,7 @@ def record_of(
         np.add.at(momentum[frame], of, m * (now.velocity if has_velocity else now.position))
         np.add.at(acting[frame], of, np.broadcast_to(np.asarray(pushed, dtype=float), (len(of), 2)))
         np.add.at(mass[frame], of, now.mass)
+        np.add.at(place[frame], of, m * now.position)
         turning[frame, of] = now.mass * now.radius * now.spin if now.bodies is None else 0.0
         listed = _listed(table, frame, now, walls or NO_WALLS)
         unlisted[:, frame] = _unlisted(now, walls, of, listed, n)
@@ -99,14 +105,27 @@ def record_of(
         way = np.diff(momentum / mass[..., None], axis=0).reshape(-1, 2)
         momentum[1:] = momentum[0] + np.cumsum(mass[1:, :, None] * walls.shortest(way).reshape(-1, n, 2), axis=0)  # fmt: skip
     momentum[mass == 0] = np.nan
+    if has_velocity:
+        rest["pace"] = _pace(times, momentum / mass[..., None], place / mass[..., None], walls or NO_WALLS)
     names = ("frame", "first", "second", "force", "normal")
     columns: dict[str, Any] = {name: np.concatenate(each) for name, each in zip(names, zip(*parts, strict=True), strict=True)}
     return Record(times=times, momentum=momentum, mass=mass.max(axis=0), external=acting, turning=turning,
                   unlisted=unlisted, moved=not has_velocity, stated=external is not None, **columns, **rest)  # fmt: skip
 
 
+def _pace(times: Floats, velocity: Floats, place: Floats, walls: Walls) -> tuple[float, float]:
+    """Fit how far bodies move to the mean of their velocities at both ends of each interval."""
+    moved = walls.shortest(np.diff(place, axis=0).reshape(-1, 2)).ravel()
+    said = (0.5 * (velocity[1:] + velocity[:-1]) * np.diff(times)[:, None, None]).ravel()
+    moved, said = (x[np.isfinite(moved + said)] for x in (moved, said))
+    if not (moved.any() and said.any()):
+        return 1.0, 0.0
+    pace = float(moved @ said / (said @ said))
+    return pace, float(np.linalg.norm(moved - pace * said) / np.linalg.norm(moved))
+
+
 def _listed(table: Any, frame: int, now: Snapshot, walls: Walls) -> tuple[Any, ...]:
-    """Frame, disks, forces and normals of the rows of a frame; normals of walls are those listed."""
+    """Frame, disks, forces and normals of the rows of a frame; those of walls as listed, or of the wall of that number."""
     named = isinstance(table, Mapping) or hasattr(table, "columns")
     get = {name: table[name] if named else getattr(table, name)
            for name in ("first", "second", "is_wall", "fx", "fy", "force", "normal")
@@ -124,6 +143,11 @@ def _listed(table: Any, frame: int, now: Snapshot, walls: Walls) -> tuple[Any, .
     way = walls.shortest(now.position[two] - now.position[one])
     normal = way / np.maximum(np.hypot(*way.T), 1e-300)[:, None]
     normal[wall] = np.asarray(get["normal"], dtype=float)[wall] if "normal" in get else np.nan
+    open_ = np.flatnonzero(wall & np.isnan(normal[:, 0]) & (second >= 1) & (second <= len(walls)))
+    to = walls.nearest_point(now.position[one[open_]], second[open_] - 1) - now.position[one[open_]]
+    far, radius = np.hypot(*to.T), now.radius[one[open_]]
+    on = np.abs(far - radius) <= BESIDE * radius
+    normal[open_[on]] = to[on] / far[on, None]
     return np.full(len(first), frame), one, np.where(wall, -1, two), force.reshape(-1, 2), normal
 
 

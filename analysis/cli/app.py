@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from analysis.support.extras import missing_extra
 from analysis.support.files import whole_file
@@ -32,12 +32,25 @@ UNFOLDED = 1000  # columns
 
 
 class _Commands(TyperGroup):
-    """The commands with the whole of their first sentence."""
+    """The commands in groups, with the whole of their first sentence."""
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
-        first = {name: (one.help or "").split("\n\n")[0] for name, one in self.commands.items()}
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, " ".join(words.split())) for name, words in first.items()])
+        groups: dict[str, list[tuple[str, str]]] = {}
+        for name, one in self.commands.items():
+            words = " ".join((one.help or "").split("\n\n")[0].split())
+            groups.setdefault(str(getattr(one, "rich_help_panel", "")), []).append((name, words))
+        for title, rows in groups.items():
+            with formatter.section(title):
+                formatter.write_dl(rows)
+
+
+class OneCommand(TyperCommand):
+    """A command whose arguments stand in its help by name, without their types of Python."""
+
+    def __init__(self, *given: Any, **named: Any) -> None:
+        super().__init__(*given, **named)
+        for one in (one for one in self.params if one.param_type_name == "argument"):
+            vars(one)["display_type_rich"] = lambda ctx: ""
 
 
 # Without rich, whose pages take longer to import than the help to write.

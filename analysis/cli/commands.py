@@ -1,17 +1,25 @@
-"""All commands, in the order of `--help`. A new one is a function in one of these modules, and its name
-here."""
+"""All commands, in the groups and the order of `--help`. A new one is a function in one of these modules,
+and its name here."""
 
 from analysis.cli import compare, pages, runs, scenes
-from analysis.cli.app import app
+from analysis.cli.app import OneCommand, app
 from analysis.cli.options import with_options
 
 __all__ = ["app"]
-COMMANDS = (
-    scenes.scenes, scenes.new, runs.run, scenes.import_, runs.solve, compare.compare, compare.film,
-    pages.explore, runs.export, compare.exposure, pages.report, pages.chart, pages.stability,
-    pages.standards, pages.advise, pages.paper, pages.push, pages.measured, pages.infer, pages.audit,
-    runs.doctor,
-)  # fmt: skip
+COMMANDS = {
+    "See a crowd": (
+        scenes.scenes, scenes.new, runs.run, runs.solve, compare.film, pages.explore, compare.exposure,
+        pages.infer,
+    ),
+    "Compare": (pages.report, compare.compare),
+    "Check a method": (
+        pages.audit, pages.push, pages.measured, pages.chart, pages.advise, pages.stability,
+        pages.standards, pages.paper,
+    ),
+    "Exchange with other programs": (scenes.import_, runs.export, runs.doctor),
+}  # fmt: skip
 
-for command in COMMANDS:
-    app.command(name=command.__name__.rstrip("_"))(with_options(command))
+for group, commands in COMMANDS.items():
+    for command in commands:
+        name = command.__name__.rstrip("_")
+        app.command(name=name, cls=OneCommand, rich_help_panel=group)(with_options(command))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -24,9 +25,10 @@ from analysis.cli.options import (
     is_run,
     one_dump,
 )
-from analysis.support.extras import load
+from analysis.support.extras import load, missing_extra
 
 if TYPE_CHECKING:
+    from analysis.compare.comparison import Comparison
     from analysis.exposure.loads import RunLoads
     from analysis.film.frame import Frames, Reel
     from analysis.motion.pairwise import WindowComparison
@@ -224,6 +226,7 @@ def _by_windows(
 
 def _show_windows(first: Path, every: Mapping[Path, WindowComparison]) -> None:
     from analysis.motion.pairwise import write_windows
+    from analysis.motion.study import more_words
     from analysis.pages.numbers import significant
 
     for other, compared in every.items():
@@ -232,6 +235,9 @@ def _show_windows(first: Path, every: Mapping[Path, WindowComparison]) -> None:
         span = f"{len(starts)} from {starts[0]:.4g} to {ends[-1]:.4g} s"
         lasting = f"impulses over windows of {significant(ends[0] - starts[0])} s"
         _show_pair(compared, f"{compared.scene}: {lasting}, {span}", "windows")
+        found = compared.paired()
+        most = [more_words(found[key].more, found[key].relative, "N") for key in ("walls", "contact_largest")]
+        print(f"the second run has {most[0]} load on all walls and {most[1]} largest force, in these windows")
         print("one pair of runs: no verdict. Replicates have one: percussions report SCENE --seeds 5")
         show(*_window_rows(compared), title="window by window, second against first")
         print(*paths, sep="\n")
@@ -290,15 +296,61 @@ def _by_snapshot(runs: Sequence[Path], time: float | None, rigid_law: ContactLaw
         heads.append(f"{scene.name}: {model_title(scene, comparison.record.engine)}")
         cells = {key: statistic(key, value, comparison.unit) for key, value in numbers.items()}
         columns.append(words | cells)
-    own = "engine" if compared[0].record.engine == RIGID else "penalty"
-    rows = [
-        [key.replace("_", " ").replace("penalty", own), *(column[key] for column in columns)]
-        for key in columns[0]
-    ]
+    small = all(abs(one.balance.closure_error) < ROUNDING for one in compared)
+    names = {key: _row_name(key, compared[0].record.engine != RIGID) for key in columns[0]}
+    if small:
+        names.pop("closure_error")
+    rows = [[name, *(column[key] for column in columns)] for key, name in names.items()]
     show(["quantity", *heads], rows)
+    for head, comparison in zip(heads, compared, strict=True):
+        print(f"{head}: {_verdict(comparison)}")
     for folder in runs:
         print(folder / "comparison.csv")
     return all(column["status"] == "solved" for column in columns)
+
+
+# A balance that closes to rounding is no news; sums on people within AGREE are the same to a reader.
+ROUNDING, AGREE = 1e-9, 0.1
+ROWS = {
+    "time_s": "time (s)",
+    "contacts_only_penalty": "contacts of the springs alone",
+    "contacts_only_rigid": "contacts of rigid bodies alone",
+    "closure_error": "momentum not accounted for",
+    "unbalanced_share": "still accelerating (share of the push)",
+}
+WORDS = {
+    "penalty": "springs", "contact": "contact forces,", "determined": "determined contact forces,",
+    "disk_sum": "sums on people,", "disk_vector": "resultants on people,", "mean": "mean of contacts",
+    "max": "largest contact", "relative_difference": "difference (rms)",
+}  # fmt: skip
+
+
+def _row_name(key: str, springs: bool) -> str:
+    """Name a number of a comparison in words. Without springs the engine is named as such."""
+    name = ROWS.get(key, key)
+    if parts := re.fullmatch(r"(.+?)_(mean|max|correlation|relative_difference)", name):
+        name = " ".join(WORDS.get(one, one) for one in parts.groups())
+    name = name.replace("_", " ")
+    return name if springs else name.replace("springs", "engine")
+
+
+def _verdict(one: Comparison) -> str:
+    """Say in a sentence whether springs and rigid bodies agree at this instant, and by how much not."""
+    from analysis.compare.comparison import statistics
+    from analysis.compare.study import remarks
+    from analysis.pages.numbers import percent, significant
+
+    found = statistics(one)
+    if one.answer.status != "solved" or not found["contacts_both"]:
+        return "no verdict: no solved contact is in both models"
+    apart = found["disk_sum_relative_difference"]
+    means = [significant(found[f"{model}_mean"]) for model in ("penalty", "rigid")]
+    agree = "agree" if apart <= AGREE else "differ"
+    doubt = ". Take no single contact from it, see the warning" if [*remarks(one)] else ""
+    return (
+        f"the models {agree} by {percent(apart, 2)} in the sum on a person (rms, {AGREE:.0%} counts as "
+        f"agreement), mean {means[0]} against {means[1]} {one.unit} a contact{doubt}"
+    )
 
 
 MEASURED = (
@@ -350,7 +402,7 @@ def film(
     from analysis.film import export as exports
     from analysis.film.frame import Frames
     from analysis.film.page import write_film
-    from analysis.film.summary import headline_rows, unsolved_kinds, write_table
+    from analysis.film.summary import about, headline_rows, unsolved_kinds, write_table
     from analysis.support.parallel import workers
 
     if parquet:
@@ -378,6 +430,7 @@ def film(
         print(*exports.export(reels, form.value, out), sep="\n")
     page = write_film(reels, out, command_line(), "" if all(folders) else target[0].name)
     columns, rows = headline_rows(reels)
+    print(*about(reels), sep=", ")
     show(["median (nine tenths)", *columns], rows)
     unsolved, of = unsolved_kinds(reels), sum(len(reel.frames) for reel in reels)
     for count, title, frame, reason in unsolved:
@@ -417,8 +470,9 @@ def exposure(
 ) -> None:
     """List who carries more than the limits, for how long, and the loads on walls.
 
-    Writes exposure_people.csv, exposure_walls.csv, exposure_crowd.csv and exposure_limits.csv into
-    the folder of the run. The rigid engine always sums impulses. LAMMPS and YADE sum them in
+    Writes exposure_people.csv, exposure_walls.csv, exposure_crowd.csv, exposure_limits.csv,
+    exposure_outline.csv and exposure_places.csv (loads along joined walls), and exposure_walls.png
+    into the folder of the run. The rigid engine always sums impulses. LAMMPS and YADE sum them in
     a run with --impulses.
 
     Of a LAMMPS dump or a trajectory the forces are the percussions of single frames, no sums of
@@ -433,7 +487,7 @@ def exposure(
     out: Folder for the results. Default: that of the run, or exposure.
 
     Example: percussions exposure out/arch/rigid_moreau_jean --limits mine.toml"""
-    from analysis.exposure import loads
+    from analysis.exposure import loads, places
     from analysis.exposure.limits import LimitError, known_limits
     from analysis.exposure.sensors import write_sensors
 
@@ -457,14 +511,33 @@ def exposure(
             f"forces are those of {len(found.time)} single frames, not sums of impulses. It lasts"
         )
     written = [write_sensors(run, sensors)] if sensors else []
-    written += loads.write_exposure(found, known, folder)
+    written += [*loads.write_exposure(found, known, folder), *places.write_along(found, folder)]
+    if found.scene.walls:
+        try:
+            written.append(_draw_walls(found, folder))
+        except ImportError as error:
+            warn(missing_extra(error) or str(error))
     title = f"{found.scene.title}: {what} {found.time[-1]:g} s"
     show(loads.HEAD, loads.exposure_rows(found, known), numbers_from=len(loads.HEAD), title=title)
+    if where := places.place_words(found):
+        print(f"Largest load on any metre of walls: {where}")
+    print(*loads.sources_of(known), sep="\n")
     for limit in (one for one in known if one.name == stops):
         count, path = loads.write_stops(found, limit, run.resolve().parent)
         print(f"{count} people stop. An assumption, no medicine")
         written.append(path)
     print(*written, sep="\n")
+
+
+def _draw_walls(found: RunLoads, folder: Path) -> Path:
+    """Draw the load along the walls into a folder. Raises ImportError without matplotlib."""
+    from analysis.exposure.picture import draw_loads
+    from analysis.pages.html import saved
+    from analysis.support.files import whole_file
+
+    with whole_file(folder / "exposure_walls.png", "wb") as file:
+        file.write(saved(draw_loads(found.scene, found.on_walls), "png"))
+    return folder / "exposure_walls.png"
 
 
 def _loads_of(file: Path, of_file: OfFile, radius: float | None) -> RunLoads:

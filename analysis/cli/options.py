@@ -41,6 +41,10 @@ SHARED = {
     "openness": "For each reaction: nothing, whether equilibrium determines it, also its "
     "least and largest value, or its mean and spread over all admissible ones. The first is about "
     "20 times faster than the second. The last two are slow.",
+    "contacts_columns": "Which columns of --contacts are meant: \"first=c_ids[1] second=c_ids[2] fx=c_f[2] "
+    "fy=c_f[3]\". Also tx and ty (tangential forces), dist, is_wall, step and time_s.",
+    "contacts_factor": "N for 1 in fx, fy of --contacts as the force of the first on the second. -1: N on the "
+    "first. Default: found from the bodies and said.",
     "rigid_law": "Contact law of the percussions: scene (an impact has the scene's restitution), "
     "inelastic, or a restitution. Default: scene.",
 }
@@ -103,6 +107,7 @@ Positive = Annotated[float, _number("a finite number above 0", lambda x: 0 < x <
 NotNegative = Annotated[
     float, _number("a finite number of at least 0", lambda x: 0 <= x < math.inf)
 ]
+Factor = Annotated[float, _number("a finite number that is not 0", lambda x: x != 0 and math.isfinite(x))]
 Share = Annotated[float, _number("a number from 0 to 1", lambda x: 0 <= x <= 1)]
 Count = Annotated[int, _count]
 Processes = Annotated[int, _processes]
@@ -122,6 +127,15 @@ def _reader(hint: Any) -> Any:
     return next(filter(None, map(_reader, get_args(hint))), None)
 
 
+# What is written for a type in --help.
+METAVARS = {Path: "PATH", float: "NUMBER", int: "COUNT", str: "TEXT"}
+
+
+def _types_of(kind: Any) -> list[Any]:
+    """The type of an option and those in it: Path of `list[Path] | None`."""
+    return [kind, *(one for each in get_args(kind) for one in _types_of(each))]
+
+
 def _options_of(function: Any) -> dict[str, inspect.Parameter]:
     """The parameters of a command, or the fields of a dataclass, as typer takes them. Those that can
     only be given by name are options, others are arguments."""
@@ -138,6 +152,10 @@ def _options_of(function: Any) -> dict[str, inspect.Parameter]:
             options[name] = one.replace(annotation=kind)
         else:
             info = copy(reader) if isinstance(reader, OptionInfo) else make(parser=reader)
+            # a Literal lists its words itself
+            words = [METAVARS[each] for each in _types_of(kind) if each in METAVARS]
+            if make is typer.Option:
+                info.metavar = info.metavar or (words[0] if words else None)
             if kind is bool:
                 info = typer.Option(f"--{name.replace('_', '-')}")
             info.help = said.get(name) or SHARED.get(name)
@@ -242,10 +260,9 @@ class OfFile(OfDump):
         its own. Without a drive or a body force percussions are those of the measured velocities,
         not forces.
     contacts: Of a dump: dump of its own contact forces in N. Columns: first second is_wall nx ny
-        overlap fx fy. Or LAMMPS' own dump local of pairs. Default: NAME_contacts.dump beside
-        NAME.dump, or contacts.dump beside bodies.dump. `exposure` sums these instead, where given.
-    contacts_columns: Which columns of --contacts are meant: "first=c_ids[1] second=c_ids[2]
-        fx=c_f[2] fy=c_f[3]". Also tx and ty (tangential forces), and dist.
+        overlap fx fy. Or LAMMPS' own dump local of pairs, a table, or exaDEM's folder. Default:
+        NAME_contacts.dump beside NAME.dump, or contacts.dump beside bodies.dump. `exposure` sums
+        these instead, where given.
     mass: Of a trajectory: mass of each person in kg. Default: 75.
     unit: Unit of lengths, where the file does not say. Of a dump also mm.
     frame_rate: Of a trajectory: frames per second, where the file does not say.
@@ -258,6 +275,7 @@ class OfFile(OfDump):
     room: InputFile | None = None
     contacts: InputFile | None = None
     contacts_columns: str | None = None
+    contacts_factor: Factor | None = None
     mass: Positive | None = None
     frame_rate: Positive | None = None
     columns: str | None = None

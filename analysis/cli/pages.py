@@ -17,12 +17,14 @@ from analysis.cli.app import (
     command_line,
     drop_none,
     progress,
+    refuse_beside,
     say_expected,
     say_runs,
     show,
     show_page,
     warn,
 )
+from analysis.cli.designs import NOT_COMPARED, Comparing
 from analysis.cli.options import (
     InputFile,
     NotNegative,
@@ -39,6 +41,7 @@ from analysis.cli.options import (
 from analysis.support.machine import cores
 
 if TYPE_CHECKING:
+    from analysis.report.page import Reported
     from analysis.scene.scene import Scene
     from analysis.work_precision.whole_runs import Planned
 
@@ -48,8 +51,8 @@ def explore(scene: list[str] | None = None, *, out: Out = Path("explore")) -> No
 
     It runs in the browser without a server or a network.
 
-    scene: Scenes that it offers, the first of which opens. Default: those of the product that are
-        pressed.
+    scene: Scenes that it offers, the first of which opens. Default: all shipped scenes of a crowd that
+        pushes.
 
     Example: percussions explore arch gate --out explore"""
     from analysis.explore.page import offered, write_explore
@@ -60,8 +63,10 @@ def explore(scene: list[str] | None = None, *, out: Out = Path("explore")) -> No
 
 
 def report(
+    context: typer.Context,
     scenes: list[str],
     *,
+    comparing: Comparing,
     engine: list[str] | None = None,
     stiffness: list[Positive] | None = None,
     seeds: Replicates = 5,
@@ -79,14 +84,14 @@ def report(
     from start to end, with friction, push, radius and bodies varied.
 
     scenes: Scenes, by name or .toml file.
-    engine: Engine. May be repeated. Default: all that are installed.
+    engine: Engine. May be repeated. Default: all that are installed. With --compare one: rigid.
     stiffness: Stiffness in N/m. May be repeated. Default: the scene's.
     last: How much of the end of each run of a driven scene counts, in s. Default: 1.
     sheet: Write a page A4 (PDF) for a safety file, too.
 
     seeds: Replicates of each driven scene. 0: none.
 
-    Example: percussions report arch jam gate --seeds 10 --out report"""
+    Example: percussions report narrow.toml wide.toml --compare --until decided"""
     from analysis.compare.study import study
     from analysis.engines import ENGINES
     from analysis.engines.run import run_ahead
@@ -94,12 +99,17 @@ def report(
     from analysis.motion.study import study_motion
     from analysis.percussions.setting import standing_walls
     from analysis.report.page import Reported, write_report
-    from analysis.report.runs import films_of, motion_of, runs_of, snapshot_runs
+    from analysis.report.runs import films_of, motion_of, runs_of, scenes_of, snapshot_runs
     from analysis.report.sheet import write_sheets
     from analysis.scene.scene import read_scene
+    from analysis.support.parallel import workers
 
     runs = runs.resolve() if scheduler else runs  # a worker is at home in another folder
     limits_of_people(own := tuple(limits or ()))  # a wrong file is refused before anything runs
+    if comparing.compare:
+        refuse_beside(context, NOT_COMPARED, "not with --compare")
+        comparing.write(scenes, engine or ["rigid"], seeds, own, runs, out)
+    comparing.refuse_alone()
     soft = _with_springs(names := engine or [known.NAME for known in ENGINES])
     read = [read_scene(scene) for scene in scenes]
     for one in read:
@@ -110,24 +120,28 @@ def report(
         raise ValueError("--last: only of driven scenes with replicates (--seeds)")
     say_runs(needed := runs_of(chosen, soft, motions, runs))
     reported = []
-    with progress() as bars:
-        run_ahead(needed, bars, scheduler=scheduler)  # all at once, so that no core waits
+    with progress() as bars, workers(scheduler=scheduler) as pool:
+        run_ahead(needed, bars, executor=pool)  # all at once, so that no core waits
         for (one, ks), models in zip(chosen, motions, strict=True):
             where = snapshot_runs(runs, models)
-            scene = one.with_run(impulses=True) if models else one
-            made = study(scene, soft, ks, where, bars, rigid_law)
-            whole_runs = study_motion(one, models, last or 1.0, bars, own) if models else None
-            reels = films_of(made, models, where, (last or 1.0) if models else math.inf, bars)
+            made = study(one, scenes_of(one, soft, models), ks, where, bars, rigid_law)
+            whole_runs = study_motion(one, models, last or 1.0, bars, own, pool) if models else None
+            reels = films_of(made, models, where, (last or 1.0) if models else math.inf, bars, pool)
             reported.append(Reported(study=made, motion=whole_runs, reels=reels))
         page = write_report(reported, out, command_line(), own, bars)
         for path in write_sheets(reported, out, command_line()) if sheet else ():
             print(path)
+    show_page(page)
+    _say_reported(reported)
+
+
+def _say_reported(reported: Sequence[Reported]) -> None:
+    """Say what failed, and end with the status of a report."""
     for done in reported:
         for warning in done.study.warnings:
             warn(f"{done.scene.name}: {warning}")
         for failure in done.failures:
             print(f"failed: {done.scene.name}: {failure}", file=sys.stderr)
-    show_page(page)
     every = [one.answer.status for done in reported for one in done.study.comparisons]
     solved = all(status == "solved" for status in every)
     compared = all(done.moved or done.study.comparisons for done in reported)
@@ -509,7 +523,8 @@ def infer(
     room: InputFile,
     row: str | None = None,
     without: list[str] | None = None,
-    runs: Annotated[int, typer.Option(min=60, max=10_000)] = 200,
+    window: Positive | None = None,
+    runs: Annotated[int, typer.Option(min=60, max=10_000)] = 600,
     seed: Seed = 1,
     unit: Unit | None = None,
     frame_rate: Positive | None = None,
@@ -530,8 +545,8 @@ def infer(
         speed_m_per_s. These are from zone_start_m to zone_end_m before the door.
     room: TOML file with the walls and the door.
     row: Of a table: the first cell of the row that is meant.
-    without: Number that is not compared: density, speed, nearest_5, nearest_50, correlation or
-        acceleration. May be repeated.
+    without: Number that is not compared, as its column in runs.csv. May be repeated.
+    window: Seconds. Infer the push in each window of the film in which five people leave, too.
     runs: Simulated crowds.
     columns: What each column is, as 'frame id x y', where names do not say.
 
@@ -540,11 +555,15 @@ def infer(
     from analysis.infer.seen import see
 
     given = drop_none(unit=unit, frame_rate=frame_rate, columns=columns, time_unit=time_unit, take_as_is=take_as_is or None)
-    seen = see(file, room, row, without=without or (), **given)
+    seen = see(file, room, row, without=without or (), window_s=window, **given)
     say_expected(inference.expected_seconds(seen.site, runs), f"{runs} simulated crowds", jobs)
     with progress() as bars:
         ran = inference.run_prior(seen.site, runs, seed, bars, jobs)
         found = inference.infer(seen.site, seen.statistics, ran, seed, bars)
+        parts = inference.infer_parts(seen.site, [one for *_, one in seen.windows], ran, seed)
+    if window:
+        course = page.write_course(seen.windows, parts, out / "windows.csv")
+        show([*course], list(zip(*course.values(), strict=True)), title=f"{file.name}: windows of {window:g} s")
     *files, written = page.write_inferred(found, file.name, seen.notes, out, command_line())
     show(page.HEAD, page.rows(found), title=f"{file.name}: median (5–95 %)")
     print(page.verdict(found).replace("**", ""), *files, sep="\n")
@@ -574,10 +593,9 @@ def audit(
     target: Folder of a run, or a LAMMPS dump of disks.
     contacts: Their contacts: a dump local, a table (CSV, Parquet) with step or time_s, or the folder that
         exaDEM writes. Default: those of the run.
-    contacts_columns: Which columns are meant: "first=id1,second=id2,fx=force_x,fy=force_y".
     room: Room or scene file (.toml) with walls, drive and body force. Default: scene.toml beside the dump.
     acceleration: Body force over mass in m/s², such as "0,-9.81". "0,0": nothing else acts.
-    friction: Coulomb's μ, to count forces outside its cone.
+    friction: Coulomb's μ, to count forces outside its cone. Default: the room's.
     frames: first:last:step, both ends included. Default: all.
     within: Share of the needed force that may stay unexplained.
 
@@ -588,9 +606,10 @@ def audit(
     if acceleration and not re.fullmatch(r"[-+.\de]+,[-+.\de]+", acceleration):
         raise ValueError(f"--acceleration: {acceleration}. Two numbers such as 0,-9.81 are needed")
     given, g = of_dump.of_dump(), [float(word) for word in acceleration.split(",")] if acceleration else None
-    record = open_record(target, contacts, contacts_columns, room, frames, g, **given)
-    found = judge(record, friction, given.get("time_step"), within)
+    record, setting = open_record(target, contacts, contacts_columns, room, frames, g, **given)
+    found = judge(record, setting.friction or None if friction is None else friction, record.step_s, within)
     table, page = write_audit(found, target.name, out, command_line())
-    print(found.words, *found.remarks, table, sep="\n")
+    seen = [f"a fault below {found.smallest_fault:.2g} N on a body could not be seen"] if found.fits else []
+    print(found.words, *found.remarks, *seen, table, sep="\n")
     show_page(page)
     raise typer.Exit(found.exit_status)

@@ -13,10 +13,23 @@ from typing import TYPE_CHECKING
 import typer
 
 from analysis.cli import app
-from analysis.cli.options import Count, Openness, Out, Positive, Processes, Share, Taken, one_dump
+from analysis.cli.options import (
+    Count,
+    Factor,
+    InputFile,
+    Openness,
+    Out,
+    Positive,
+    Processes,
+    Share,
+    Taken,
+    one_dump,
+)
 
 if TYPE_CHECKING:
     from analysis.percussions import Setting, SnapshotPercussions
+    from analysis.percussions.solving import DumpToSolve, SolvedDump
+    from analysis.scene.scene import Room
 
 
 def run(
@@ -88,9 +101,11 @@ def run(
         app.say_runs([wanted], f"{chosen.name} with {wanted.engine}")
     with app.progress() as report:
         record = wanted.record(report)
+    got, asked = record.restitution_most, wanted.scene.contact.restitution
+    as_asked = "as asked" if f"{got:.3g}" == f"{asked:.3g}" else f"{asked:.3g} was asked"
     print(
         f"{wanted.folder}: {record.steps} steps of {record.time_step_s:.3g} s, restitution "
-        f"obtained {record.restitution_most:.3g}, {record.cpu_seconds:.2f} CPU s"
+        f"{got:.3g}, {as_asked}, {record.cpu_seconds:.2f} CPU s"
     )
 
 
@@ -98,6 +113,9 @@ def solve(
     dump: list[Path],
     *,
     taken: Taken,
+    contacts: InputFile | None = None,
+    contacts_columns: str | None = None,
+    contacts_factor: Factor | None = None,
     restitution: Share | None = None,
     openness: Openness = "determined",
     workers: Processes = 1,
@@ -113,6 +131,8 @@ def solve(
     dump: LAMMPS dump, text or binary, plain or gz, bz2, xz, zst. It needs id, a position (x y, xu yu
         or xs ys), radius, and mass or density. Or an FCLIB file (HDF5), which has its own
         contacts.
+    contacts: Contacts that came with the dump, taken in place of those within --contact-tolerance: a dump
+        local, a table (CSV, Parquet), or exaDEM's folder. Their forces stand beside the percussions.
     restitution: Restitution of the contacts. Default: the room's in an impact, else inelastic.
     workers: Cores that work on it.
     threads: Threads for each frame of 10,000 disks or more.
@@ -124,23 +144,25 @@ def solve(
     Example: percussions solve out/arch/lammps_hooke_k1e+06/bodies.dump --left-velocity desired
     --out contacts.csv"""
     from analysis.exchange.problem import is_hdf5
-    from analysis.percussions.setting import setting_beside
+    from analysis.percussions.setting import room_beside
     from analysis.percussions.solving import DumpToSolve, executor_for, solve_dump, solve_in_chunks
     from analysis.percussions.table import is_parquet
 
     file = one_dump(dump)
     if out.is_file() and any(
-        out.samefile(one) for one in (file, taken.room) if one and one.exists()
+        out.samefile(one) for one in (file, taken.room, contacts) if one and one.exists()
     ):
         raise ValueError(f"--out: {out}: the table would replace what it is made of")
     options = taken.setting()
     if is_hdf5(file):
         own = {**options, "room": taken.room, "restitution": restitution, "scheduler": scheduler}
-        own |= taken.of_dump() | {"part_frames": part_frames}
+        own |= taken.of_dump() | {"part_frames": part_frames, "contacts": contacts}
         app.refuse(f"{file} has its own. This option is for dumps", **own)
         _solve_problem(file, out, taken.tolerance, openness)
         return
-    setting = setting_beside(file, taken.room, taken.of_dump(), **options)
+    if contacts is None:
+        app.refuse("of --contacts, which is not given", contacts_columns=contacts_columns, contacts_factor=contacts_factor)
+    room, setting = room_beside(file, taken.room, taken.of_dump(), **options)
     job = DumpToSolve(
         path=file,
         **taken.of_dump(),
@@ -150,6 +172,8 @@ def solve(
         openness=openness,
         threads=threads,
     )
+    if contacts:
+        job = _listed(job, room, contacts, contacts_columns, contacts_factor)
     if part_frames and not is_parquet(out):
         raise ValueError(f"--part-frames: {out}: parts are Parquet. End --out in .parquet")
     with contextlib.ExitStack() as stack:
@@ -162,13 +186,31 @@ def solve(
             found = solve_dump(
                 job, out, executor=executor, workers=workers, progress=bars, expected=expected
             )
-    largest = f"{found.largest:.4g} {found.unit} at {found.when}"
-    rows = [["frames", str(found.frames)], ["contacts", str(found.contacts)]]
-    rows += [["largest per contact", largest]]
-    if taken.fixed_type:
-        rows += [["largest sum on fixed disks", f"{found.standing:.4g} {found.unit}"]]
-    rows += [["worst residual", f"{found.residual:.1e}"]]
+    rows = _rows(found, bool(taken.fixed_type), bool(contacts))
     _say(file, out, rows, found.unsolved)
+
+
+def _listed(
+    job: DumpToSolve, room: Room | None, contacts: Path, columns: str | None, factor: float | None
+) -> DumpToSolve:
+    """The job with the contacts that came with its dump."""
+    from analysis.film.files import own_contacts
+    from analysis.percussions.solving import trajectory_of
+
+    setting = job.setting.of_dump(trajectory := trajectory_of(job))
+    return replace(job, setting=setting, own=own_contacts(trajectory, contacts, room, setting, columns, factor))
+
+
+def _rows(found: SolvedDump, fixed: bool, listed: bool) -> list[list[str]]:
+    """What is said of a solved dump."""
+    rows = [["frames", str(found.frames)], ["contacts", str(found.contacts)]]
+    what = "largest contact " + ("force" if found.unit == "N" else "percussion")
+    rows += [[what, f"{found.largest:.4g} {found.unit} at {found.when}"]]
+    if fixed:
+        rows += [["largest sum on fixed disks", f"{found.standing:.4g} {found.unit}"]]
+    if listed:
+        rows += [["listed, not touching", str(found.apart)], ["touching, not listed", str(found.missing)]]
+    return [*rows, ["worst residual", f"{found.residual:.1e}"]]
 
 
 def _solve_problem(problem: Path, out: Path, tolerance: float, openness: Openness) -> None:

@@ -91,7 +91,7 @@ def new(
     stream: Two opposing streams along a room, open at both ends (or as --door).
     block: Pillar or thick wall: x,y,x,y of two opposite corners in m. May be repeated.
     barrier: Straight wall inside, without thickness: x,y,x,y in m. May be repeated.
-    people_from: Radii and masses of a survey: 'ANSUR II', … men, … women.
+    people_from: Radii and masses of a survey: 'ANSUR II', 'ANSUR II men' or 'ANSUR II women'.
     crowd: waiting (nobody pushes), pressing or pushing (for ever, with --push). A report runs all.
     radius_spread: Radii are uniform within this share about it.
     speed: Desired speed in m/s. Default: push · tau / mass.
@@ -256,7 +256,7 @@ def import_(
     one_disk: Of LEMONS: take a person of several disks as one of the same area.
     radius: Radius of each disk in m.
     radius_spread: Radii are uniform within this share about --radius.
-    people: Radii and masses of a survey instead: 'ANSUR II', … men, … women.
+    people: Radii and masses of a survey instead: 'ANSUR II', 'ANSUR II men' or 'ANSUR II women'.
     seed: Seed of radii and masses.
     name: Name of the scene. Default: the room's.
     others: Other frames that a report varies the crowd by. 0: none.

@@ -1,7 +1,7 @@
 """A scene's runs, each compared with its percussions, and what a reader should be told."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -98,7 +98,7 @@ class Study:
 
 def study(
     scene: Scene,
-    engines: Sequence[str],
+    engines: Sequence[str] | Mapping[str, Scene],
     stiffnesses: Sequence[float],
     out: Path,
     progress: Progress | None = None,
@@ -111,6 +111,7 @@ def study(
     comes to rest, the stiffer ones begin from its last snapshot, so that all have one
     configuration.
 
+    engines: their names, or the scene that each runs
     law: of the rigid contacts; the scene's where left out
 
     Raises EngineError if no run was even tried."""
@@ -120,7 +121,8 @@ def study(
     warnings = scene.check(scene.name)
     begin: dict[str, Scene] = {}
     for name, stiffness in product(engines, sorted(stiffnesses)):
-        variant = begin.get(name, scene).with_contact(stiffness_N_per_m=stiffness)
+        own = engines[name] if isinstance(engines, Mapping) else scene
+        variant = begin.get(name, own).with_contact(stiffness_N_per_m=stiffness)
         folder = run_folder(out, variant, name)
         if name in begin:
             folder = folder_of(folder)
@@ -139,7 +141,7 @@ def study(
                 failures.append(f"{words}Remove {folder} to run it again")
             continue
         softest = stiffness == min(stiffnesses)
-        if softest and (anew := begun_anew(scene, comparisons[-1], len(stiffnesses))):
+        if softest and (anew := begun_anew(own, comparisons[-1], len(stiffnesses))):
             begin[name] = anew
     if not (comparisons or failures or empty):
         raise EngineError(f"scene {scene.name}: no engine ran: " + "; ".join(warnings))

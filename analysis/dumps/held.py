@@ -20,7 +20,7 @@ from analysis.dumps.tables import index_table
 from analysis.scene.scene import Scene
 from analysis.support.reading import begins, note, note_unused
 from nscd import Snapshot
-from nscd.arrays import Flags, Floats
+from nscd.arrays import Flags, Floats, Indices
 
 # What a dump of pairs must have: ids, and the force on one of the two (N). It may have tangential
 # forces beside normal ones (N), and the distance of the centres (m).
@@ -119,6 +119,7 @@ class OwnContacts:
     geometry: whether they are of the instant of the disks; forces of rigid steps are means before it
     standing: disks that do not move, whose contacts become those of walls behind the scene's
     sign: where that is not stated, whether forces are those on the second (1) or on the first (−1)
+    factor: N for 1 listed; of forces of all columns, or beside the sign
     wall_fixes: of LAMMPS' wall/gran … contacts, of which the dump of disks has the arrays"""
 
     index: DumpIndex
@@ -126,6 +127,7 @@ class OwnContacts:
     geometry: bool = True
     standing: Standing | None = None
     sign: float = -1.0
+    factor: float = 1.0
     wall_fixes: tuple[str, ...] = ()
 
     @property
@@ -137,6 +139,11 @@ class OwnContacts:
     def is_whole(self) -> bool:
         """Tell whether normals, overlaps and signs are stated, as no other program writes them."""
         return {*CONTACT_COLUMNS} <= {*self.index.columns}
+
+    @property
+    def stated(self) -> float:
+        """Give the force of the first on the second (N) for 1 listed."""
+        return self.factor if self.is_whole else self.sign * self.factor
 
     def at(self, ts: Any, snapshot: Snapshot) -> EngineContacts:
         """Read the contacts of a frame of bodies.
@@ -156,7 +163,7 @@ class OwnContacts:
             found = checked_contacts(self.index, number, snapshot, self.scene, fixed)
             if self.geometry:
                 self._hold(number, found, snapshot, ts.data)
-            return found
+            return replace(found, force=self.factor * found.force)
         found = self.pairs(number, snapshot)
         self._hold(number, found, snapshot, ts.data)
         found = found.select((found.overlap > 0) | found.force.any(1))
@@ -190,10 +197,14 @@ class OwnContacts:
         index, here = self.index, range(number, number + 1)
         get = dict(zip(index.columns, index.table(number).T, strict=True))
         wall, walls = get.get("is_wall", 0 * get["fx"]) == 1, self.scene.wall_segments()
-        numbered = np.where(wall & ~((get["second"] >= 1) & (get["second"] <= len(walls))), 1, get["second"])
-        first, second = index.ids(here, get["first"], "first"), index.ids(here, numbered, "second")
+        open_ = wall & ~((get["second"] >= 1) & (get["second"] <= len(walls)))
+        first = index.ids(here, get["first"], "first")
+        second = index.ids(here, np.where(open_, 1, get["second"]), "second")
         force = np.column_stack([get["fx"], get["fy"]])
         force += np.column_stack([get.get(name, 0.0 * force[:, 0]) for name in ("tx", "ty")])
+        open_ &= np.isin(first, snapshot.ids)
+        if strict and len(walls) > 1 and open_.any():
+            second[open_] = self._nearest(first[open_], force[open_], snapshot)
         keys = keys_of(np.minimum(first, second), np.maximum(first, second), wall)
         keys = np.where(wall, keys_of(first, second, wall), keys)
         again = np.full(len(keys), strict)
@@ -202,7 +213,7 @@ class OwnContacts:
         index.refuse(here, ~wall & (first == second), "second: a disk with itself")
         index.refuse(here, again, "this contact is listed twice")
         found = EngineContacts(first=first, second=second, is_wall=wall, normal=force,
-                               overlap=get.get("dist", force[:, 0]), force=self.sign * force)  # fmt: skip
+                               overlap=get.get("dist", force[:, 0]), force=self.sign * self.factor * force)  # fmt: skip
         _check_known(index, number, found, snapshot, len(walls) if strict else 1 << 40)
         if not strict:
             return replace(found, normal=np.full_like(force, np.nan))
@@ -213,6 +224,17 @@ class OwnContacts:
             bad = ~(np.abs(get["dist"] - length) <= slack)
             index.refuse(here, bad, "dist: ", get["dist"], " m is not the distance of the bodies")
         return replace(found, normal=to / np.maximum(length, 1e-300)[:, None], overlap=-gap)
+
+    def _nearest(self, first: Indices, force: Floats, snapshot: Snapshot) -> Indices:
+        """Number the walls (k,) that disks touch, of several that across which the force (k,2) is."""
+        walls, order = self.scene.wall_segments(), np.argsort(snapshot.ids)
+        who = order[np.searchsorted(snapshot.ids, first, sorter=order)]
+        place = walls.within(snapshot.position)[who]
+        to = np.stack([walls.nearest_point(place, np.full(len(who), w)) - place for w in range(len(walls))])
+        far = np.hypot(*np.moveaxis(to, -1, 0))
+        across = np.abs((to * force).sum(axis=2)) / np.maximum(far, 1e-300)
+        across[far > far.min(axis=0) + 0.1 * snapshot.radius[who]] = -1.0
+        return np.asarray(across.argmax(axis=0) + 1)
 
     def _geometry(self, contacts: EngineContacts, snapshot: Snapshot) -> tuple[Floats, Floats]:
         """The ways (k,2) m from the first centre to the second, or to the wall, and the gaps (k,) m."""
@@ -251,9 +273,9 @@ class OwnContacts:
         unlike = counts & (np.abs(found.overlap + gap) > slack)
         index.refuse(here, unlike, "overlap: that of the bodies is ", -gap, " m")
 
-    def look_at_signs(self, trajectory: Any, file: Path) -> None:
-        """Find on which of a pair its force is, as contacts push. Raises DumpError where some push and
-        others pull."""
+    def look_at_signs(self, trajectory: Any, file: Path, stated: bool = False) -> None:
+        """Find on which of a pair its force is, as contacts push, where it is not `stated`. Raises DumpError
+        where some push and others pull."""
         steps = trajectory.steps
         chosen = {steps[k] for k in np.linspace(0, len(steps) - 1, LOOKED_AT).astype(int)}
         sums, pulls = np.zeros((2, 2)), ["", ""]
@@ -271,12 +293,12 @@ class OwnContacts:
         if self.lacks_walls:
             note(self.index.path, "no forces of walls: loads lack them")
         open_ = slice(0, 1 if self.lacks_walls or self.wall_fixes else 2)
-        if not self.is_whole and sums[open_, 1].sum() > sums[open_, 0].sum():
+        if not (self.is_whole or stated) and sums[open_, 1].sum() > sums[open_, 0].sum():
             self.sign, sums[open_] = 1.0, sums[open_, ::-1].copy()
             note(self.index.path, "fx fy read as the force on the second")
         for wall, (push, pull) in enumerate(sums.tolist()):
             if pull > PULLING * (push + pull):
-                why = "fx fy is the force of the first on the second. Is it that on the first here?"
+                why = "fx fy is the force of the first on the second. Is it that on the first here (--contacts-factor -1)?"
                 if self.lacks_walls:
                     why = "Others push. Is fx fy the force on the first of each row?"
                 raise DumpError(

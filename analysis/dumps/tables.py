@@ -18,9 +18,9 @@ from analysis.support.reading import begins, note, open_file
 from nscd.arrays import Floats
 
 # What exaDEM writes of an interaction, without names: ids from 0, its type (4 to 12: with what stands), the
-# contact point, normal and tangential force on the first.
+# contact point, normal and tangential force on the first; in some versions its place. A file a step and rank.
 EXADEM = ["id_i", "id_j", "sub_i", "sub_j", "type", "dn", "x", "y", "z", "fx", "fy", "fz", "tx", "ty", "tz"]
-STANDS, OF_STEP = (4, 12), re.compile(r"Interaction_(\d+)_\d+\.txt")
+AFTER, STANDS, OF_STEP = ["x_i", "y_i", "z_i"], (4, 12), re.compile(r"(?:.*\D)?(\d+)_\d+\.txt")
 # Times of a table are those of a frame if they are within this share of the time between two.
 SAME = 1e-3
 
@@ -40,9 +40,13 @@ def index_table(path: Path, bodies: Any, rename: Callable[[Sequence[str]], Seque
     """Read a table with a column step or time_s, for the frames of a trajectory of bodies.
 
     Raises DumpError for what is no table of numbers, and rows of which the frame is not known."""
-    parts = [_read(file) for file in (sorted(path.rglob("Interaction_*_*.txt")) if path.is_dir() else [path])]
+    files = sorted(path.rglob("*_*.txt")) if path.is_dir() else [path]
+    files = [one for one in files if one == path or (OF_STEP.fullmatch(one.name) and one.stat().st_size)]
+    parts = [_read(file) for file in files]
     if not parts or any(names != parts[0][0] for names, _ in parts):
         raise DumpError(f"{path}: no table, and no folder with interactions of exaDEM")
+    if "sub_i" in parts[0][0]:
+        note(path, "taken as interactions of exaDEM, its ids from 0 as those from 1")
     names, data, steps = rename(parts[0][0]), np.concatenate([rows for _, rows in parts]), np.array(bodies.steps)
     if "step" in names:
         of = data[:, names.index("step")]
@@ -62,7 +66,8 @@ def index_table(path: Path, bodies: Any, rename: Callable[[Sequence[str]], Seque
     ends = np.searchsorted(of[order], [steps, steps + 0.5])
     held = tuple(data[order[start:end]] for start, end in ends.T)
     frames = tuple(Frame(step, None, (0, 0), (0, 0), len(one), 0) for step, one in zip(bodies.steps, held, strict=True))
-    return TableIndex(path, frames, tuple(names), held=held)
+    sample = tuple(tuple(f"{one:.17g}" for one in row) for row in data[:100].tolist())
+    return TableIndex(path, frames, tuple(names), sample=sample, held=held)
 
 
 def _read(file: Path) -> tuple[list[str], Floats]:
@@ -75,8 +80,9 @@ def _read(file: Path) -> tuple[list[str], Floats]:
     head, _, rows = text.partition("\n")
     mark, step = next((one for one in ",;\t" if one in head), None), OF_STEP.fullmatch(file.name)
     names = [word.strip(' "#\r') for word in head.strip("# \r").split(mark)]
-    if exadem := len(names) == len(EXADEM) and not set(head) - set("-+.eE0123456789, \t\r"):
-        names, rows = EXADEM, text
+    exadem = len(names) - len(EXADEM) in (0, len(AFTER)) and not set(head) - set("-+.eE0123456789, \t\r")
+    if exadem:
+        names, rows = [*EXADEM, *AFTER][: len(names)], text
     try:
         rows = re.sub(r"\b(?:true|false)\b", lambda one: str(int(one[0][0] in "tT")), rows, flags=re.I)
         data = np.loadtxt(io.StringIO(rows), delimiter=mark, ndmin=2).reshape(-1, len(names))
@@ -85,6 +91,6 @@ def _read(file: Path) -> tuple[list[str], Floats]:
     if not exadem:
         return names, data
     wall = (data[:, 4] >= STANDS[0]) & (data[:, 4] <= STANDS[1])
-    note(file, "taken as interactions of exaDEM, its ids from 0 as those from 1")
+    data[:, 1][wall] = -1  # numbered by the order of its drivers
     more = [data[:, :2] + 1, wall[:, None], data[:, 2:], *([np.full((len(data), 1), int(step[1]))] if step else [])]
     return ["first", "second", "is_wall", *names[2:], *(["step"] if step else [])], np.hstack(more)

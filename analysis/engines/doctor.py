@@ -6,11 +6,12 @@ import importlib.metadata
 import platform
 import shutil
 import sys
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from analysis.engines import LAMMPS, YADE, Engine, why_not
+from analysis.engines import LAMMPS, PENALTY, YADE, Engine, why_not
 from analysis.engines.process import version_said
 from analysis.support.extras import BASE, EXTRAS, Extra, install
 
@@ -45,9 +46,11 @@ def examine() -> list[Finding]:
     return [_python(), *_engines(), *libraries, _browser()]
 
 
-def made_with() -> list[Finding]:
-    """Look for what the numbers of a page come from: Python, the engines, what computes."""
-    return [_python(), *_engines(), *(_library(BASE, name) for name in MADE_WITH)]
+def made_with(engines: Collection[str] = ()) -> list[Finding]:
+    """Look for what the numbers of a page come from: Python, those engines, what computes. A name with
+    neither springs nor a version of its own is passed over."""
+    used = [_engine(one, "") for one in PENALTY if one.NAME in engines]
+    return [_python(), *used, *(_library(BASE, name) for name in MADE_WITH)]
 
 
 def _engines() -> list[Finding]:

@@ -11,6 +11,7 @@ import os
 import re
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -399,7 +400,7 @@ def _simulate(
             raise guard.died(record, ended.status, step, ended.last, staging)
         deepest = _check(scene.name, engine_name, staging, record)
         if deepest > DEEP_SHARE:
-            log.warning("%s: bodies overlap by up to %.2g of a radius", scene.name, deepest)
+            log.warning("%s: bodies overlap by up to %.2g of a radius", folder, deepest)
         record = dataclasses.replace(record, overlap_largest=deepest)
         shutil.rmtree(staging / DECKS)
         record = record.finished(staging)
@@ -503,9 +504,10 @@ def run_ahead(
     progress: Progress | None = None,
     processes: int | None = None,
     scheduler: str | None = None,
+    executor: Executor | None = None,
 ) -> dict[Path, Cost]:
     """Run what is not finished, in as many processes as there are cores, or on the Dask cluster of a
-    scheduler; return what each folder cost.
+    scheduler, or by the workers of an executor; return what each folder cost.
 
     A run that fails is left to who needs it, who says so. In processes of their own, since the CPU
     time of an engine is measured as that of the children of its process."""
@@ -515,8 +517,9 @@ def run_ahead(
     if not wanted:
         return costs
     tasks = [Task(call=_cost_of, arguments=(run,), work=run.particle_steps) for run in wanted]
-    with workers(min(processes or cores(), len(wanted)), scheduler) as executor:
-        made = do_all(tasks, executor, "engine runs", progress)
+    own = workers(min(processes or cores(), len(wanted)), scheduler)
+    with contextlib.nullcontext(executor) if executor else own as them:
+        made = do_all(tasks, them, "engine runs", progress)
     return costs | {run.folder: cost for run, cost in zip(wanted, made, strict=True)}
 
 

@@ -19,6 +19,8 @@ from analysis.scene.scene import Scene
 # disks overlap by about a radius, where the law of the overlap is none of two bodies; at NO_CROWD
 # disks flow through each other.
 VALID, WITH_CARE, NO_CROWD = 6.0, 17.0, 50.0
+# Overlaps beyond this share of a radius are marked.
+DEEP = 0.35
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,16 +118,23 @@ def softest(scene: Scene) -> float:
     return float(f"{ceil(least / digit) * digit:.2g}")
 
 
+def chest() -> float:
+    """Give the stiffness (N/m, of two digits) between the ends of that of two chests, by their
+    geometric mean: the same in every crowd."""
+    body = known_bodies()["chest"]
+    return float(f"{(body.low_N_per_m * body.high_N_per_m) ** 0.5:.2g}")
+
+
 def softness_warning(scene: Scene) -> str | None:
     """Say before a run that its crowd is too soft; None where it is not."""
     s = softness(scene)
     if s < VALID:
         return None
+    worst = next(most for most in (NO_CROWD, WITH_CARE, VALID) if s >= most)
+    more = f". Above {WITH_CARE:g} do not use forces" if worst == VALID else ""
     return (
-        f"the total push over stiffness times radius is {s:.2g} "
-        f"(contact.stiffness_N_per_m = {scene.contact.stiffness_N_per_m:.3g}): {judged(s)}. "
-        f"Below {VALID:g} it is valid, to {WITH_CARE:g} with care, to {NO_CROWD:g} not valid for "
-        "forces, above not a crowd"
+        f"contact.stiffness_N_per_m: {scene.contact.stiffness_N_per_m:.3g} is soft: the total push is "
+        f"s = {s:.2g} times stiffness times radius, above {worst:g}: {judged(s)}{more}"
     )
 
 

@@ -31,6 +31,7 @@ class Quantity(NamedTuple):
     column: str = ""  # its name in a CSV file
 
 
+SIGNS = "* Read in an excerpt. † Quoted by others."
 # What a limit is compared with; no two of different units are ever added, compared or drawn on one
 # axis.
 QUANTITIES: Mapping[str, Quantity] = {
@@ -98,6 +99,11 @@ class Limit(BaseModel):
         if self.quoted_by:
             return f"{self.source}, quoted by {self.quoted_by}"
         return self.source + (", read in an excerpt" if self.read == "excerpt" else "")
+
+    @property
+    def signed(self) -> str:
+        """Give the source with the sign of how it was read, which SIGNS explains."""
+        return self.source + {"excerpt": "*", "second-hand": "†"}.get(self.read, "")
 
     @property
     def lasting(self) -> str:

@@ -3,10 +3,9 @@ are above limits; arches before a door; and who would stop."""
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,24 +16,23 @@ from scipy.sparse.csgraph import dijkstra
 from analysis.dumps import DumpError
 from analysis.dumps.windows import RunWindows, Window, joined
 from analysis.engines.record import read_finished
+from analysis.exposure.along import OnWalls, beside_doors, loads_on, outlined, outlines_of
 from analysis.exposure.limits import (
     QUANTITIES,
+    SIGNS,
     Limit,
     LimitError,
     Quantity,
     above_key,
     limits_of_people,
 )
-from analysis.exposure.outline import Outlines
 from analysis.pages.numbers import NONE, significant, with_unit
 from analysis.scene.drive import Stop
-from analysis.scene.fields import Point
 from analysis.scene.rigid_bodies import people_of
 from analysis.scene.scene import Scene
-from analysis.scene.schema import Wall
 from analysis.support.columns import Columns
 from analysis.support.files import write_columns, write_rows
-from nscd import Snapshot, Walls
+from nscd import Snapshot
 from nscd.arrays import Flags, Floats, Indices
 
 # The force (N) below which two bodies hardly touch.
@@ -135,6 +133,18 @@ def _flanking(scene: Scene, post: Floats) -> Indices:
     return np.flatnonzero(ends[0] | ends[1]) + 1
 
 
+def walls_beside(scene: Scene) -> tuple[Indices, Indices]:
+    """Number, from 1, the walls that end at the own door of the drive: left and right of it for who
+    leaves. None without a door."""
+    drive = scene.drive
+    if drive is None or not drive.has_door:
+        return np.zeros(0, dtype=int), np.zeros(0, dtype=int)
+    start, end = np.array(drive.door)
+    (x, y), (along, up) = drive.outward, end - start
+    left, right = (end, start) if x * up - y * along > 0 else (start, end)
+    return _flanking(scene, left), _flanking(scene, right)
+
+
 def _distance(places: Floats, other: Floats) -> Floats:
     return np.asarray(np.hypot(*(places - other).T))
 
@@ -152,6 +162,8 @@ MEASURES: Mapping[str, Quantity] = {
     "contact_mean": Quantity("mean contact force", "N"),
     "person_largest": Quantity("sum on the most loaded person", "N"),
     "walls": Quantity("load on all walls", "N"),
+    "wall_left": Quantity("wall left of the door, its first metre", "kN/m"),
+    "wall_right": Quantity("wall right of the door, its first metre", "kN/m"),
     "pressure_door": Quantity("force per m round people at door", "N/m"),
     "speed_door": Quantity("speed within 2 m of the door", "m/s"),
     "density_door": Quantity("density within 2 m of the door", "1/m²"),
@@ -179,27 +191,17 @@ def loads_of(scene: Scene, window: Window) -> dict[str, Floats]:
         "contact_sum": total,
         "resultant": np.hypot(*given.T) / window.duration,
         "pressure": total / (2 * np.pi * now.radius),
-        **_walls(scene, window.disks or window),
+        **_walls(scene, outlined(scene, window)),
         **_crowd(scene, window),
     }
 
 
-def _walls(scene: Scene, window: Window) -> dict[str, Floats]:
+def _walls(scene: Scene, on: OnWalls) -> dict[str, Floats]:
     """Load (N) of each wall, and the largest line load (kN/m) of all stretches of 1 m of its outline
     with a contact on it (`Outlines`)."""
-    on = window.is_wall
-    wall, force = window.keys[on, 1] - 1, window.force[on]
-    place = window.now.position[np.searchsorted(window.now.ids, window.keys[on, 0])]
-    load: Floats = np.bincount(wall, weights=force, minlength=len(scene.walls)).astype(float)
-    line = 1e-3 * outlines_of(scene.walls, scene.period_x_m).line_loads(wall, place, force)
+    load: Floats = np.bincount(on.wall, weights=on.force, minlength=len(scene.walls)).astype(float)
+    line = 1e-3 * outlines_of(scene).line_loads(*on)[0]
     return {"wall_load": load, "wall_line_load": line}
-
-
-@functools.lru_cache(maxsize=4)
-def outlines_of(walls: tuple[Wall, ...], period: Point | None) -> Outlines:
-    """Join the walls of a scene."""
-    ends = np.array([(wall.start_m, wall.end_m) for wall in walls]).reshape(-1, 2, 2)
-    return Outlines.of(Walls(start=ends[:, 0], end=ends[:, 1], period_x=period))
 
 
 def _crowd(scene: Scene, window: Window) -> dict[str, Floats]:
@@ -285,6 +287,9 @@ class RunLoads:
     loads: Mapping[str, Floats]
     values: Mapping[str, Floats]
     arches: Sequence[Arch] = ()  # before the door, in order of time
+    on_walls: Sequence[OnWalls] = ()  # (t,) the contacts with walls
+    # (n,) s, when each got out: infinite for who did not, NaN for who was out at the start
+    out: Floats = field(default_factory=lambda: np.zeros(0))
 
     def last(self, duration_s: float) -> Flags:
         """Choose the windows (t,) that begin in the last `duration_s` of the run."""
@@ -307,6 +312,13 @@ class RunLoads:
         for number, (now, duration) in enumerate(zip(above, self.duration, strict=True)):
             running[number] = np.where(now, running[number - 1] + duration, 0.0)
         return running
+
+    def by_outline(self) -> RunLoads:
+        """Give it with line loads of joined walls, (t,o), in place of those of their pieces."""
+        of, every = outlines_of(self.scene), self.loads["wall_line_load"]
+        joined = [every[:, of.number == n].max(axis=1) for n in range(len(of.length))]
+        line = np.stack(joined, axis=1) if joined else every
+        return replace(self, loads={**self.loads, "wall_line_load": line})
 
     def names(self, of: str) -> list[Any]:
         """Name its people or walls, or the crowd, which has no name."""
@@ -347,7 +359,41 @@ def read_exposure(
         gone = [passed(scene, window.now) for window in windows]
         values["flow"] = np.diff([passed(scene, scene.snapshot), *gone]) / duration
         values["arch_share"] = np.array([share_of(window, arches) for window in windows])
-    return replace(_joined(scene, windows, every), duration=duration, values=values, arches=arches)
+    found = _joined(scene, windows, every)
+    beside = beside_doors(scene)[:2]  # of the own door
+    for one, load in zip(beside, loads_on(scene, found.on_walls, beside).T, strict=True):
+        values["wall_left" if one.name.startswith("left") else "wall_right"] = load
+    out = times_out(scene, [run.at(0), *(window.now for window in frames)], found.ids)
+    return replace(found, duration=duration, values=values, arches=arches, out=out)
+
+
+def times_out(scene: Scene, frames: Sequence[Snapshot], ids: Sequence[int]) -> Floats:
+    """Give when (n,) s each person with these ids passed the own door for good, between two frames in
+    a straight line: infinite for who did not, NaN for who was out in the first frame."""
+    out = np.full(len(ids), np.inf)
+    if scene.drive is None:
+        return out
+    before: tuple[float, Floats, Flags] | None = None
+    for frame in frames:
+        people = people_of(frame)[0]
+        who = np.searchsorted(ids, people.ids)
+        ahead, gone = np.full(len(ids), np.nan), np.zeros(len(ids), dtype=bool)
+        for exit_, mine in scene.drive.exits(people.ids):
+            way = people.position[mine] - exit_.door_start_m
+            ahead[who[mine]] = way @ np.array(exit_.outward)
+        gone[who] = scene.drive.gone(people.position, people.ids)
+        if before is None:
+            out[gone] = np.nan
+        else:
+            then, was, were = before
+            share = np.where(
+                (was < 0) & (ahead >= 0), was / np.where(was < ahead, was - ahead, -1), 1
+            )
+            new, inside = gone & ~were, ~np.isnan(out)
+            out[new & inside] = (then + share * (frame.time - then))[new & inside]
+            out[~gone & ~np.isnan(ahead) & inside] = np.inf
+        before = frame.time, ahead, gone
+    return out
 
 
 def loads_of_frames(scene: Scene, frames: Sequence[Window]) -> RunLoads:
@@ -357,7 +403,8 @@ def loads_of_frames(scene: Scene, frames: Sequence[Window]) -> RunLoads:
     frames = [frame.of_people() for frame in frames]
     found = _joined(scene, frames, [loads_of(scene, frame) for frame in frames])
     apart = np.diff(found.time)
-    return replace(found, duration=np.append(apart, apart[-1]))
+    out = times_out(scene, [frame.now for frame in frames], found.ids)
+    return replace(found, duration=np.append(apart, apart[-1]), out=out)
 
 
 def _joined(
@@ -376,11 +423,12 @@ def _joined(
             row[np.searchsorted(ids, frame.now.ids)] = one[key]
     nothing = np.zeros(0)
     return RunLoads(
-        scene=scene, ids=ids.tolist(), time=time, duration=nothing, loads=loads, values={}
-    )
+        scene=scene, ids=ids.tolist(), time=time, duration=nothing, loads=loads, values={},
+        on_walls=[outlined(scene, frame) for frame in frames],
+    )  # fmt: skip
 
 
-HEAD = ["limit", "value", "quantity", "ever above", "longest time above", "largest", "source"]
+HEAD = ["limit", "value", "ever above", "longest", "largest"]
 LOADS = Columns("""
 time_s, window_s | s | end of the window, and how long it is
 id, wall | | which person (by the first disk of a body), which wall
@@ -432,30 +480,38 @@ def _times_above(run: RunLoads, limits: Sequence[Limit]) -> Iterator[list[object
 
 def exposure_rows(run: RunLoads, limits: Sequence[Limit]) -> list[list[str]]:
     """Give a row per limit, HEAD above it: who is above it at any time, the longest stretch of
-    anybody and, where the limit has a duration, that beside it."""
-    rows = []
+    anybody and, where the limit has a duration, that beside it. It fits 80 columns."""
+    rows, run = [], run.by_outline()
     for limit in limits:
         quantity = QUANTITIES[limit.quantity]
         total, longest = run.time_above(limit)
         above, most = int((total > 0).sum()), float(longest.max(initial=0.0))
-        names = {"person": "people", "wall": "walls"}
-        who = f"{above} of {len(total)} {names.get(quantity.of, '')}"
+        who = f"{above} of {len(total)}"
         if quantity.of == "crowd":
-            who = ("the crowd" if above else "no") if len(total) else NONE
+            who = ("yes" if above else "no") if len(total) else NONE
         lasts = f" of {significant(limit.duration_s)} s" if limit.duration_s else " s"
         values = run.loads[limit.quantity]
         rows.append(
             [
                 limit.name,
                 with_unit(significant(limit.number, 4), limit.unit),
-                quantity.title,
                 who,
                 significant(most, 2) + lasts,
-                with_unit(significant(np.nanmax(values) if values.size else None, 2), limit.unit),
-                limit.cited,
+                significant(np.nanmax(values) if values.size else None, 2),
             ]
         )
     return rows
+
+
+def sources_of(limits: Sequence[Limit]) -> list[str]:
+    """Say below the rows what each limit is compared with, and where it is from."""
+    names: dict[tuple[str, str], list[str]] = {}
+    for one in limits:
+        title = f"{QUANTITIES[one.quantity].title} ({one.unit})"
+        names.setdefault((title, one.signed), []).append(one.name)
+    return [f"{', '.join(each)}: {title}. {source}" for (title, source), each in names.items()] + [
+        SIGNS
+    ]
 
 
 ENDING = "_stops"

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from analysis.dumps import DumpError
 from analysis.dumps.contacts import CONTACT_COLUMNS
+from analysis.engines.rigid import NAME as RIGID_ENGINE
 from analysis.exposure.loads import loads_of
 from analysis.film.files import FrameFile, Given, of_heads, of_run
 from analysis.film.frame import ENGINE, OWN, Frame, Frames, Reel, frame_of, window_of
@@ -300,16 +301,22 @@ def _solved(
     label = f"film of {source.file}"
     for place, one in enumerate(source.solve(numbers)):
         if progress:
-            progress(label, place / len(numbers))
+            progress(label, 0.5 * place / len(numbers))
         if one.found is None:
             tasks.append(Task(call=_failed, arguments=(one.number, one.time, one.reason), work=0.0))
             continue
-        scene, call = source.scene, partial(frame_of, ensemble=ensemble)
+        shown = None if source.engine == RIGID_ENGINE and not ensemble else ensemble
+        scene, call = source.scene, partial(frame_of, ensemble=shown)
         if crowd := one.crowd:
             scene, call = crowd.scene, partial(call, heads=crowd.heads, account=crowd.report)
         arguments = (scene, one.number, one.found, one.own)
         tasks.append(Task(call=call, arguments=arguments, work=1.0))
-    return list(do_all(tasks, executor, label))
+
+    def say(label: str, share: float) -> None:
+        if progress:
+            progress(label, 0.5 + 0.5 * share)
+
+    return list(do_all(tasks, executor, label, say))
 
 
 def _failed(number: int, time: float, reason: str) -> Frame:

@@ -12,14 +12,14 @@ import numpy as np
 
 from analysis.compare.comparison import OpenRun, match_contacts
 from analysis.dumps import DumpError, EngineContacts, open_bodies, snapshot_of
-from analysis.dumps.foreign import wall_fixes
 from analysis.dumps.frames import is_binary
-from analysis.dumps.held import OwnContacts, open_contacts
+from analysis.dumps.held import OwnContacts
 from analysis.dumps.reader import RECORD
 from analysis.dumps.windows import Window
 from analysis.engines.record import RunRecord
 from analysis.engines.rigid import NAME as RIGID_ENGINE
 from analysis.film.frame import NOBODY, OWN, RIGID, Frames, window_of
+from analysis.percussions.own import open_own
 from analysis.percussions.setting import FORCE, Setting, room_beside
 from analysis.percussions.snapshot import SnapshotPercussions, percussions_of
 from analysis.percussions.solving import STATED
@@ -48,8 +48,8 @@ NO_FORCES = "its percussions are impulses (N·s) of measured velocities, no forc
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Given:
-    """Say of a file what it does not: which frames, its room (TOML), own contact forces and the names
-    of their columns, radius (m) and mass (kg) of heads, unit of lengths, frames per second and columns of
+    """Say of a file what it does not: which frames, its room (TOML), own contact forces, the names
+    of their columns and N for 1 of them, radius (m) and mass (kg) of heads, unit of lengths, frames per second and columns of
     heads, unit of their times, whether they are taken whatever they look like, and of a dump its time
     step (s), unit of masses, types of disks that do not move, and how those of one mol move."""
 
@@ -57,6 +57,7 @@ class Given:
     room: Path | None = None
     contacts: Path | None = None
     contacts_columns: str | None = None
+    contacts_factor: float | None = None
     radius: float | None = None
     mass: float | None = None
     unit: Any = None
@@ -143,7 +144,7 @@ def open_any(file: Path, given: Given) -> FrameFile:
         heads = ("radius", "mass", "frame_rate", "columns", "time_unit", "take_as_is")
         given.refuse(f"of heads. The disks of {file} have theirs", *heads)
         return _of_disks(file, given)
-    of_dump = ("time_step", "contacts", "contacts_columns", "mass_unit", "fixed_type", "mol")
+    of_dump = ("time_step", "contacts", "contacts_columns", "contacts_factor", "mass_unit", "fixed_type", "mol")
     given.refuse(f"of a dump. {file} is a trajectory", *of_dump)
     if given.unit == "mm":
         raise ValueError(f"--unit mm: {file} is a trajectory. Give m or cm")
@@ -172,21 +173,23 @@ def _of_disks(file: Path, given: Given) -> FrameFile:
         raise DumpError(f"{contacts}: --unit {given.unit}: own forces are read in N and m only")
     own = None
     if contacts is None:
-        given.refuse(f"there are no contacts of {file}. Give --contacts", "contacts_columns")
+        given.refuse(f"there are no contacts of {file}. Give --contacts", "contacts_columns", "contacts_factor")
     else:
-        index = open_contacts(contacts, given.contacts_columns, trajectory)
-        if missing := set(trajectory.steps) - set(index.steps):
-            raise DumpError(f"{index.path}: step {min(missing)} of {file} is missing")
-        geometry = not _is_rigid(contacts)
-        own = OwnContacts(index, empty(room, "dump"), geometry, setting.standing)
-        own.wall_fixes = wall_fixes(() if "is_wall" in index.columns else trajectory.ts.data)
-        own.look_at_signs(trajectory, file)
+        own = own_contacts(trajectory, contacts, room, setting, given.contacts_columns, given.contacts_factor)
     if np.isnan(trajectory[0].time):
         raise DumpError(f"{file}: its frames have no times. Give --time-step")
 
     solve, numbers = _of_frames(trajectory, file, setting, own), range(int(trajectory.n_frames))
     found = FrameFile(file=file, scene=scene, numbers=numbers, solve=solve)
     return replace(found, engine=OWN, lacks_walls=own.lacks_walls) if own else found
+
+
+def own_contacts(
+    trajectory: Any, contacts: Path, room: Room | None, setting: Setting, columns: str | None, factor: float | None
+) -> OwnContacts:
+    """Open the contacts that came with a dump of disks in a room, see `open_own`."""
+    scene, geometry = empty(room or bare(trajectory.filename), "dump"), not _is_rigid(contacts)
+    return open_own(trajectory, contacts, scene, setting, columns=columns, factor=factor, geometry=geometry)
 
 
 def _is_rigid(contacts: Path) -> bool:

@@ -369,11 +369,12 @@ def frame_of(
     found: SnapshotPercussions,
     engine: EngineContacts | None = None,
     *,
-    ensemble: bool = False,
+    ensemble: bool | None = False,
     heads: Floats | None = None,
     account: Reconciliation | None = None,
 ) -> Frame:
-    """Make a frame of percussions and, of a run, of the engine's contacts; ensemble: see `Frames`."""
+    """Make a frame of percussions and, of a run, of the engine's contacts; ensemble: see `Frames`. None:
+    without bounds, which a film of rigid runs does not show."""
     match = match_contacts(found, engine or NOBODY, np.zeros(len(found.contacts), dtype=bool))
     models = [RIGID] if engine is None else [RIGID, ENGINE]
     measured = {model: _measured(scene, match, found, model) for model in models}
@@ -383,6 +384,9 @@ def frame_of(
         known = openness_of(found, False).determined
         of_values = {key: (low, high) for key, (_, low, high) in spans.items()}
         rigid |= {key: mean for key, (mean, _, _) in spans.items()}
+    elif ensemble is None:
+        known, of_values = openness_of(found, False).determined, {}
+        ends = np.full((2, len(found.contacts)), np.nan)
     else:
         headlines = {key: rigid[key] for key in HEADLINES if key in rigid}
         known, ends, of_values = openness_at(scene, found, headlines)

@@ -19,14 +19,17 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from analysis.exposure.along import outlined
 from analysis.exposure.limits import (
     QUANTITIES,
+    SIGNS,
     above_key,
     known_limits,
     limits_of_bodies,
     limits_of_people,
 )
-from analysis.film.frame import HEADLINES, MOST_OPEN, MOVED_FAR, OWN, RIGID, Frame, Reel
+from analysis.exposure.picture import draw_loads
+from analysis.film.frame import HEADLINES, MOST_OPEN, MOVED_FAR, OWN, RIGID, Frame, Reel, window_of
 from analysis.film.summary import (
     JUMP,
     band,
@@ -37,6 +40,7 @@ from analysis.film.summary import (
     jumping,
     jumps,
     left_open,
+    push_of,
     title_of,
     unit_of,
     unsolved_kinds,
@@ -182,10 +186,13 @@ def still_on(axes: Axes, reel: Reel, shown: Frame, files: tuple[Path, ...] = ())
 
 
 def _in_view(reel: Reel, now: Snapshot) -> Floats:
-    """What a still shows (n,2) m: people, the doors, and without people the walls."""
-    doors = [np.array(one) for one in reel.scene.drive.gates] if reel.scene.drive else []
+    """What a still shows (n,2) m: people who did not leave, the doors, and without people the walls."""
+    drive, people = reel.scene.drive, now.position
+    if drive and len(now) and not (left := drive.gone(people, now.ids)).all():
+        people = people[~left]
+    doors = [np.array(one) for one in drive.gates] if drive else []
     walls = [np.array([wall.start_m, wall.end_m]) for wall in reel.scene.walls]
-    return np.concatenate([now.position, *(doors if len(now) and doors else walls)])
+    return np.concatenate([people, *(doors if len(now) and doors else walls)])
 
 
 # Places are whole multiples of this (m), and forces of the largest power of ten that leaves their
@@ -300,8 +307,8 @@ def write_film(reels: Sequence[Reel], folder: Path, command: str, source: str) -
 
     source: name of the file or the scene that was filmed"""
     words = words_of(reels)
-    still, series = _pictures(words, reels)
-    images = write_pictures([Section(number="still", title="", pictures=[still, series])], folder)
+    still, *others = _pictures(words, reels)
+    images = write_pictures([Section(number="still", title="", pictures=[still, *others])], folder)
     tables = [_headlines(words, reels), *([_limits(words, reels)] if _forces(reels) else [])]
     drawn, notes = charts_and_notes(reels)
     page = render(
@@ -323,12 +330,13 @@ def write_film(reels: Sequence[Reel], folder: Path, command: str, source: str) -
             Section(
                 number="numbers",
                 title="In numbers",
-                pictures=[series],
+                pictures=others,
                 tables=tables,
                 files=["film.csv"],
             )
         ],
         images=images,
+        engines=[reel.engine for reel in reels],
         command=command,
     )
     write_text(folder / PAGE, page)
@@ -402,16 +410,9 @@ def _what(words: Words, reels: Sequence[Reel], source: str) -> list[str]:
         )
         said = [heads, _doubts(words, reels)]
     if is_driven:
-        return [*said, words.text("push", push=_push(middle), drive=drive)]
+        return [*said, words.text("push", push=push_of(middle), drive=drive)]
     soft = middle.engine != ""
     return [*said, words.text("impact", soft=soft)] if RIGID in middle.models else said
-
-
-def _push(reel: Reel) -> tuple[float, float]:
-    """The least and the largest push (N) of those who are filmed."""
-    assert reel.scene.drive is not None
-    push = reel.scene.drive.push(np.concatenate([frame.people.mass for frame in reel.shown]))
-    return float(push.min()), float(push.max())
 
 
 def _one_crowd(reels: Sequence[Reel]) -> bool:
@@ -503,7 +504,7 @@ def charts_and_notes(reels: Sequence[Reel]) -> tuple[list[Chart], list[str]]:
         middle = reels[len(reels) // 2]
         counts = [len(frame.people) for frame in middle.shown]
         people = (min(counts), max(counts))
-        said.append(words.text("pressed", people=people, push=_push(middle)))
+        said.append(words.text("pressed", people=people, push=push_of(middle)))
     each = [
         found
         for reel in reels
@@ -513,7 +514,7 @@ def charts_and_notes(reels: Sequence[Reel]) -> tuple[list[Chart], list[str]]:
     if not each:
         return drawn, said
     medians, found = [one.median for one in each], each[len(each) // 2]
-    spans = {"frame": (found.low, found.high)}
+    spans = {"moment": (found.low, found.high)}
     if len(medians) > 1:
         what = "radius" if reels[0].radius is not None else "model"
         spans[what] = (min(medians), max(medians))
@@ -540,16 +541,22 @@ def force_notes(
     ]
 
 
-def _pictures(words: Words, reels: Sequence[Reel]) -> tuple[Picture, Picture]:
-    """A typical frame of the middle reel, and all numbers over time."""
+def _pictures(words: Words, reels: Sequence[Reel]) -> list[Picture]:
+    """A typical frame of the middle reel, all numbers over time, and of forces the load along walls."""
     middle = reels[len(reels) // 2]
     most = middle.typical
     still, drawn = draw_still(middle, most), draw_series(reels)
     limits = any(axes.texts for axes in drawn.axes)  # each has its number beside it
-    return (
+    model, scene = middle.models[0], middle.scene
+    made = [
         words.picture("still", still, title=middle.title, number=most.number, time=most.time),
         words.picture("series", drawn, limits=limits),
-    )
+    ]
+    windows = [window_of(one.match, one.now, model) for one in middle.shown]
+    on = [outlined(scene, one) for one in windows]
+    if _forces(reels) and any(one.force.any() for one in on):
+        made.append(words.picture("walls", draw_loads(scene, on), title=middle.title, count=len(on)))
+    return made
 
 
 def _limits(words: Words, reels: Sequence[Reel]) -> Table:
@@ -563,8 +570,8 @@ def _limits(words: Words, reels: Sequence[Reel]) -> Table:
                 interval_text(headline(*one, above_key(limit)), partial(decimals, places=0))
                 for one in bands(reels).values()
             ),
-            limit.cited,
+            limit.signed,
         ]
         for limit in limits_of_people()
     ]
-    return words.table("limits", rows)
+    return words.table("limits", rows, signs=SIGNS)

@@ -10,7 +10,7 @@ import numpy as np
 
 from analysis.film.frame import ENGINE, HEADLINES, MOVED_FAR, RIGID, SHOCK, Frame, Reel
 from analysis.motion.inference import LEVEL, correlation_windows
-from analysis.pages.numbers import NONE, two
+from analysis.pages.numbers import NONE, interval, two
 from analysis.percussions.setting import FORCE, IMPULSE
 from analysis.support.columns import Columns
 from analysis.support.files import whole_file, write_rows
@@ -127,6 +127,28 @@ def headline_rows(reels: Sequence[Reel]) -> tuple[list[str], list[list[str]]]:
     if any(far):
         rows.append(["people moved by more than half a radius (%)", *map(interval_text, far)])
     return list(columns), rows
+
+
+def push_of(reel: Reel) -> tuple[float, float]:
+    """Give the least and the largest push (N) of those who are filmed; reel: of a driven scene."""
+    assert reel.scene.drive is not None
+    push = reel.scene.drive.push(np.concatenate([frame.people.mass for frame in reel.shown]))
+    return (float(push.min()), float(push.max())) if len(push) else (0.0, 0.0)
+
+
+def about(reels: Sequence[Reel]) -> list[str]:
+    """Say of which frames, radii and push the numbers of a film are, and how many frames are empty."""
+    middle, driven = reels[len(reels) // 2], reels[0].scene.drive
+    first, last = middle.frames[0], middle.frames[-1]
+    span = f"{first.number} to {last.number} ({first.time:.4g} to {last.time:.4g} s)"
+    said = [f"{len(middle.frames)} frames, {span}"]
+    if radii := [reel.radius for reel in reels if reel.radius is not None]:
+        said.append(f"radius {interval((radii[0], radii[-1]))} m")
+    said.append(f"push {interval(push_of(middle), 2)} N each (assumed)" if driven else "no push")
+    empty = [frame for frame in middle.shown if not len(frame.now)]
+    if empty:
+        said.append(f"nobody in {len(empty)} frames (first: {empty[0].number}), their forces are 0")
+    return said
 
 
 def jumps(reel: Reel) -> dict[str, Floats]:

@@ -46,7 +46,7 @@ class Site:
     """Hold where a crowd is, and what is compared.
 
     room: walls and a door; gate: the door, and where it is measured; people: how many
-    span: numbers of the departures between which is measured
+    span: numbers of the departures between which is measured; parts: of further such spans
     duration_s: of what was seen, from the start to the last of these
     start: (n,2) m, heads at the beginning; without, each run begins elsewhere (`waiting`)
     largest_m: m, of mean radii: heads were seen nearer to each other than wider people stand"""
@@ -58,15 +58,17 @@ class Site:
     duration_s: float
     start: Floats | None = None
     largest_m: float = 0.2
+    parts: tuple[tuple[int, int], ...] = ()
 
 
 class Ran(NamedTuple):
     """Hold a run: its STATISTICS, the largest contact force and the sum of loads on walls (N, over 0.1 s,
-    exceeded in a tenth of the time of the span)."""
+    exceeded in a tenth of the time of the span), and the same of the site's parts."""
 
     statistics: dict[str, float]
     contact_N: float  # noqa: N815  (the unit is newton)
     wall_N: float  # noqa: N815
+    parts: tuple[Ran, ...] = ()
 
 
 def gate_of(room: Room, path: str, heads: Floats) -> Gate:
@@ -135,11 +137,18 @@ def simulate(site: Site, crowd: Mapping[str, float], seed: int) -> Ran | None:
             after -= STEP_S * ((site.gate.ahead(motion.position) <= 0).sum() > site.span[1])
     except StepError:
         return None
-    position = np.array(tracks)
-    left = np.sort(departures(site.gate, position))
-    begin, end = (int(min(left[k], len(position) - 1)) for k in site.span)
-    high = np.quantile(np.array(loads)[min(begin, end - 1) : end + 1], HIGH, axis=0)
-    return Ran(measure(site.gate, swayed(position, crowd["sway_m"], seed), site.span), *high.tolist())
+    return shown(site, np.array(tracks), np.array(loads), crowd["sway_m"], seed)
+
+
+def shown(site: Site, position: Floats, loads: Floats, sway: float, seed: int) -> Ran:
+    """Measure tracks (f,n,2) m whose heads sway (m) and loads (f,2) N: the largest contact, all walls."""
+    left, heads = np.sort(departures(site.gate, position)), swayed(position, sway, seed)
+    each = []
+    for span in (site.span, *site.parts):
+        begin, end = (int(min(left[k], len(position) - 1)) for k in span)
+        high = np.quantile(loads[min(begin, end - 1) : end + 1], HIGH, axis=0)
+        each.append(Ran(measure(site.gate, heads, span), *high.tolist()))
+    return each[0]._replace(parts=tuple(each[1:]))
 
 
 def swayed(position: Floats, sway: float, seed: int) -> Floats:

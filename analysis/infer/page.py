@@ -22,13 +22,19 @@ from analysis.support.columns import Columns
 from analysis.support.files import write_columns, write_json
 from nscd.arrays import Floats
 
-# Before the others, and as bars on the first screen; a number is odd beyond so many runs.
-SHOWN, BARS, ODD = ("contact_N", "wall_N", *PRIOR), 4, 0.025
+# Before the others, and as bars on the first screen; a number is odd beyond so many standard deviations.
+SHOWN, BARS, ODD = ("contact_N", "wall_N", *PRIOR), 4, 2.5
 HEAD = ["quantity", "before", "inferred", "width", "holds"]
 COLUMNS = Columns("""
 flow, density, speed | 1/s, 1/m², m/s | departures, people per m² before the door, mean speed
 nearest_5, nearest_50 | m | 5 % and 50 % of the distances to the nearest head
 correlation, acceleration | –, m/s² | of velocities of neighbours; root mean square
+density_door, density_far | 1/m² | people per m² 0–0.7 m and 1.5–2.5 m before the door
+speed_far, speed_99 | m/s | mean 1.5–2.5 m before the door; 99 % of speeds of all
+third_50, persistence | m, – | distance to the third head; correlation of velocities 1 s apart
+sway, shaking | m, m/s² | root mean squares: what smoothing takes away; accelerations of tracks as they are
+door_speed, door_spread, door_gain | m/s, m/s, m/s² | through the door: mean, standard deviation, growth
+out_speed | m/s | mean 0.5–1.5 m behind the door
 push_share, jostling_m_per_s, time_gap_s, speed_m_per_s | –, m/s, s, m/s | as in `[drive]`
 radius_m, relaxation_time_s, heading_sd_rad, friction | m, s, rad, – | mean radius; as in a scene
 jostling_length_m, jostling_period_s, sway_m | m, s, m | as in `[drive]`; standard deviation of heads
@@ -54,7 +60,8 @@ def rows(found: Inferred) -> list[list[str]]:
 def verdict(found: Inferred) -> str:
     """Say in Markdown what was inferred: the force first, then the push; or that nothing fits."""
     words = Words(__package__)
-    odd = [words.parts("names")[one] for one, share in below(found).items() if not ODD <= share <= 1 - ODD]
+    ranked = sorted(found.odd.items(), key=lambda one: -abs(one[1]))
+    odd = [words.parts("names")[name] for name, far in ranked if abs(far) > ODD]
     named = {name: interval(found.found[name]) for name in NAMES}
     return words.text("verdict", found=found, beyond=found.beyond, named=named, odd=odd, owed=_owed(found)[:3])
 
@@ -75,7 +82,7 @@ def write_inferred(found: Inferred, name: str, notes: Sequence[str], folder: Pat
     words, said, shares = Words(__package__), Words(__package__).parts("names"), below(found)
     spans = np.quantile(found.statistics, INTERVAL, axis=0).T
     statistics = [
-        [f"{said[one]} ({STATISTICS[one]})", significant(seen), interval(span), percent(shares[one], 2)]
+        [f"{said[one]} ({STATISTICS[one]})", significant(seen), interval(span), percent(shares[one], 2), two(found.odd[one])]
         for (one, seen), span in zip(found.seen.items(), spans, strict=True)
     ]
     alone = [
@@ -110,6 +117,24 @@ def write_inferred(found: Inferred, name: str, notes: Sequence[str], folder: Pat
     return [folder / "runs.csv", folder / "infer.json", page]
 
 
+def write_course(
+    windows: Sequence[tuple[float, float, Mapping[str, float]]], parts: Sequence[Inferred | None], file: Path
+) -> dict[str, Floats]:
+    """Write and return the columns of windows.csv: the push share and the contact force in each window; odd is the share
+    of runs that are less odd, and what is inferred holds where it is below 0.9."""
+    table: dict[str, list[Any]] = {"start_s": [], "end_s": [], "odd": []}
+    for (start, end, _), found in zip(windows, parts, strict=True):
+        row = {"start_s": start, "end_s": end, "odd": found.beyond if found else np.nan}
+        for name in ("push_share", "contact_N"):
+            values = found.found[name] if found else [np.nan] * 3
+            row |= {f"{name}_{percent}": value for percent, value in zip((5, 50, 95), values, strict=True)}
+        for name, value in row.items():
+            table.setdefault(name, []).append(float(f"{value:.3g}"))
+    columns = {name: np.array(values) for name, values in table.items()}
+    write_columns(file, columns)
+    return columns
+
+
 def content(found: Inferred) -> dict[str, Any]:
     """Give what infer.json holds: quantiles 5, 50 and 95 %; nothing inferred where nothing fits."""
     left = ("statistics", "values", "alone", *(() if found.fits else ("found", "width", "owed")))
@@ -122,7 +147,8 @@ def content(found: Inferred) -> dict[str, Any]:
 
 def _seen(found: Inferred, said: Mapping[str, str]) -> Figure:
     """Each statistic of the runs, and what was seen."""
-    figure, every = drawing.panels(7.2, 3.8, 2, 4)
+    count = -(-len(found.seen) // 4)
+    figure, every = drawing.panels(7.2, 1.9 * count, count, 4)
     for axes in every[len(found.seen) :]:
         axes.set_axis_off()
     for axes, (name, seen), runs in zip(every, found.seen.items(), found.statistics.T, strict=False):

@@ -29,17 +29,25 @@ PEOPLE, ZONE, MOST_PEOPLE = ("people", "n"), ("zone_start_m", "zone_end_m"), 200
 LONGEST_S, LATE = 0.5, 0.2
 
 
+# s: of frames that are farther apart these say nothing.
+SHAKEN_S, SHAKEN = 0.2, ("sway", "shaking", "speed_99", "acceleration")
+
+
 class Seen(NamedTuple):
-    """Hold where a crowd was, its statistics, and what is to be said of it."""
+    """Hold where a crowd was, its statistics, what is to be said of it, and windows of it: from, to (s) and
+    the statistics of each, in the order of the site's parts."""
 
     site: Site
     statistics: dict[str, float]
     notes: list[str]
+    windows: Sequence[tuple[float, float, dict[str, float]]] = ()
 
 
-def seen_in_tracks(recording: Recording, room: Room, path: str) -> Seen:
+def seen_in_tracks(recording: Recording, room: Room, path: str, window_s: float | None = None) -> Seen:
     """Measure a film or trajectory in a room (path: its file, for messages), from the last instant on in
     which the most people are before the door.
+
+    window_s: of the windows that are measured too, as far as five people leave in them
 
     Raises TrajectoryError or SceneError for fewer than five departures, frames more than 0.5 s
     apart, and people of whom more than a fifth come later."""
@@ -59,19 +67,36 @@ def seen_in_tracks(recording: Recording, room: Room, path: str) -> Seen:
     late = int((~before[: first + 1].any(0)).sum())
     if late > LATE * len(before[0]):
         raise TrajectoryError(f"{file}: {late} of {len(before[0])} people come when most are there. Give less of it")
-    position, start = position[first:], position[first, before[first]]
+    notes = [f"people who come later and are not simulated: {late}"] * (late > 0)
+    if earlier := int((~before[first:].any(0)).sum()):
+        notes.append(f"people who are gone before most are there, not compared: {earlier}")
+    start, still = position[first, before[first]], before[first:].any(0)
+    position = position[first:, still]
     left = departures(gate, position)
     if (gone := int(np.isfinite(left).sum())) < FEWEST:
         raise TrajectoryError(f"{file}: {gone} people leave by the door. At least {FEWEST} are needed")
-    span = span_of(gone)
+    if stay := position.shape[1] - gone:
+        notes.append(f"people who do not leave while they are seen: {stay}. All simulated people leave")
+    # not more departures than there are simulated people
+    gone = min(gone, len(start))
+    each, span, windows, parts = np.sort(left)[:gone], span_of(gone), [], []
     statistics = measure(gate, position, span)
+    for begin in np.arange(0.0, STEP_S * each[-1], window_s) if window_s else ():
+        low, high = np.searchsorted(each, np.array([begin, begin + window_s]) / STEP_S).tolist()
+        if (high := min(high, span[1])) - low >= FEWEST - 1:
+            parts.append((low, high))
+            windows.append((begin, begin + window_s, measure(gate, position, parts[-1])))
+    if step > SHAKEN_S:
+        for one in (statistics, *(one for *_, one in windows)):
+            one |= dict.fromkeys(SHAKEN, np.nan)
+        notes.append(f"frames are {step:.2g} s apart: {', '.join(SHAKEN)} are not compared")
     near = np.nan_to_num(statistics["nearest_5"], nan=1.0)
     site = Site(
         room=room, gate=gate, people=len(start), span=span, start=start,
-        duration_s=STEP_S * float(np.sort(left)[span[1]]),
+        duration_s=STEP_S * float(each[span[1]]), parts=tuple(parts),
         largest_m=float(np.clip(OF_NEAREST * near, 1.2 * PRIOR["radius_m"][0], PRIOR["radius_m"][1])),
     )  # fmt: skip
-    return Seen(site, statistics, [f"{late} people come later and are not simulated"] if late else [])
+    return Seen(site, statistics, notes, windows)
 
 
 def _sampled(recording: Recording) -> Floats:
@@ -113,7 +138,7 @@ def seen_in_table(file: Path, room: Room, path: str, row: str | None = None) -> 
     gate, people = gate_of(room, path, np.zeros((0, 2))), int(cells[who])
     low, high = (cells.get(name, usual) for name, usual in zip(ZONE, gate.zone, strict=True))
     gate = replace(gate, zone=(low, high), strip=True)
-    if not (0 <= low < high and gate.area > 0):
+    if not (0 <= low < high and gate.area(gate.zone) > 0):
         raise UnreadableError(f"{file}: {', '.join(ZONE)}: from {low:g} to {high:g} m before the door is no floor")
     for column in COLUMNS.keys() & cells.keys():
         most = COLUMNS[column][1] * (float(lengths(gate.end - gate.start)) if column == FLOW else 1.0)
@@ -125,16 +150,21 @@ def seen_in_table(file: Path, room: Room, path: str, row: str | None = None) -> 
     return Seen(Site(room=room, gate=gate, people=people, span=span, duration_s=duration), statistics, [])
 
 
-def see(file: Path, room: Path, row: str | None = None, without: Sequence[str] = (), **of_tracks: Any) -> Seen:
+def see(
+    file: Path, room: Path, row: str | None = None, without: Sequence[str] = (), window_s: float | None = None,
+    **of_tracks: Any,
+) -> Seen:  # fmt: skip
     """Read what was seen: a table that has a column flow_per_s, else tracks; without: statistics that are not
-    compared; of_tracks: see `Recording.read`.
+    compared; window_s: see `seen_in_tracks`; of_tracks: see `Recording.read`.
 
     Raises ValueError in one line naming the file, and the line, column or person."""
     stated, _ = read_room(room, whole=False)
     if FLOW.encode() not in reading.start_of(file, reading.LONGEST_LINE).partition(b"\n")[0]:
         if row is not None:
             raise ValueError(f"--row: only of a table with a column {FLOW}")
-        seen = seen_in_tracks(Recording.read(file, **of_tracks), stated, str(room))
+        seen = seen_in_tracks(Recording.read(file, **of_tracks), stated, str(room), window_s)
+    elif window_s is not None:
+        raise ValueError(f"--window: only of a trajectory, and {file} is a table")
     elif of_tracks:
         raise ValueError(f"--{next(iter(of_tracks)).replace('_', '-')}: only of a trajectory, and {file} is a table")
     else:
@@ -142,6 +172,7 @@ def see(file: Path, room: Path, row: str | None = None, without: Sequence[str] =
     for name in without:
         if name not in seen.statistics or len(seen.statistics) == 1:
             raise ValueError(f"--without: {name!r}. There are: {', '.join(seen.statistics)}")
-        del seen.statistics[name]
+        for one in (seen.statistics, *(one for *_, one in seen.windows)):
+            del one[name]
         seen.notes.append(f"{name} is not compared")
     return seen

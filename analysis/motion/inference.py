@@ -65,6 +65,12 @@ class Sample:
         )
 
 
+    @classmethod
+    def of_rates(cls, counts: Floats, seconds: Floats) -> Sample:
+        """Take counts over seconds of their own (n,) as rates, whose noise is that of such counts."""
+        return cls(values=counts / seconds, noise=float(counts.mean() / seconds.mean() ** 2), is_count=True)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Difference:
     """Hold by how much the mean of one model is above that of another.

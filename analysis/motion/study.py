@@ -3,8 +3,9 @@ replicates."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from math import isfinite
 from pathlib import Path
@@ -15,12 +16,14 @@ from analysis.dumps import DumpError
 from analysis.engines import PENALTY, EngineError, engine
 from analysis.engines.guard import RunStoppedError
 from analysis.engines.run import EngineRun, run_ahead
+from analysis.engines.softness import VALID, softness
 from analysis.exposure.loads import MEASURES, RunLoads, read_exposure
+from analysis.exposure.times import flow_after_arrival, leaving
 from analysis.motion import inference
 from analysis.pages import numbers
 from analysis.pages.names import engine_name
 from analysis.scene.scene import Scene
-from analysis.support.parallel import Progress
+from analysis.support.parallel import Progress, Task, do_all
 from nscd.arrays import Floats
 from nscd.stepping import StepError
 
@@ -68,55 +71,66 @@ class Model:
             lives = [series.lifetimes(self.last_s) for series in self.series]
             return [np.array([np.mean(one)]) for one in lives if len(one)]
         known = [series for series in self.series if measure in series.values]
-        chosen = [series.values[measure][series.last(self.last_s)] for series in known]
-        return [values.mean(keepdims=True) for values in chosen] if measure == "flow" else chosen
+        if measure == "flow":
+            return [np.array([flow_after_arrival(one).rate]) for one in known]
+        return [series.values[measure][series.last(self.last_s)] for series in known]
 
     def sample(self, measure: str) -> inference.Sample:
-        """Give one number per replicate; of the flow how many people passed."""
-        windows = self.windows(measure)
+        """Give one number per replicate, with the noise that chance gives it."""
         if measure == "flow":
-            seconds = self._counted_s()
-            return inference.Sample.of_counts(np.concatenate(windows) * seconds, seconds)
-        return inference.Sample.of_windows(windows)
+            return inference.Sample.of_rates(*self._counted())
+        return inference.Sample.of_windows(self.windows(measure))
 
     def interval(self, measure: str) -> Interval:
         """Give the mean, and the range that holds 90 % of further windows; of the flow, the counts
         of further replicates."""
-        windows = self.windows(measure)
-        low = high = mean = float("nan")
-        independent, alike = 0.0, 0
-        if windows:
-            pooled = np.concatenate(windows)
-            mean = float(pooled.mean())
-            independent = len(pooled) / inference.correlation_windows(windows)
-            alike = 0 if np.ptp(pooled) or measure == "flow" else len(pooled)
-        if len(windows) > 1 and measure == "flow":
-            sample = self.sample(measure)
-            low, high = (end * sample.unit for end in inference.range_of_counts(sample.values))
-        elif len(windows) > 1:
-            low, high = inference.range_of_windows(windows)
-            high = min(high, 1.0) if measure == "arch_share" else high
-            low, high = min(low, mean), max(high, mean)
-        counts = len(windows), len(windows[0]) if windows else 0
-        return Interval(mean, low, high, *counts, independent, alike)
+        found = interval_of(self.windows(measure))
+        if found.replicates > 1 and measure == "flow":
+            people, seconds = self._counted()
+            counts = np.rint(people / seconds * seconds.mean())
+            low, high = (end / seconds.mean() for end in inference.range_of_counts(counts))
+            return replace(found, low=float(low), high=float(high), alike=0)
+        return replace(found, high=min(found.high, 1.0)) if measure == "arch_share" else found
 
     def flows(self, width: float) -> list[float]:
         """Give people per metre and second of each replicate through doors of a width (m) in all, from
         the first who leaves to the last; of those in which less than three leave, none."""
-        found = []
-        for one in self.series:
-            left = one.values["flow"] * one.duration
-            some = np.flatnonzero(left > 0.5)
-            if left.sum() > 2.5 and len(some) > 1:
-                first, last = some[0], some[-1]
-                after = left[first + 1 : last + 1].sum()
-                found.append(float(after / (one.time[last] - one.time[first]) / width))
-        return found
+        times = [leaving(one) for one in self.series]
+        out = [one[np.isfinite(one)] for one in times]
+        return [float((len(one) - 1) / (one[-1] - one[0]) / width) for one in out if len(one) > 2]
 
-    def _counted_s(self) -> float:
-        """How long the windows of a replicate that count last together (s)."""
-        first = self.series[0]
-        return float(first.duration[first.last(self.last_s)].sum())
+    def _counted(self) -> tuple[Floats, Floats]:
+        """Who passed after the first one in each replicate (n,), and in how long (s)."""
+        flows = [flow_after_arrival(one) for one in self.series if "flow" in one.values]
+        people, seconds = np.array(flows, dtype=float).reshape(-1, 2).T
+        return people, np.where(seconds > 0, seconds, 1.0)  # where the first is the last
+
+    @property
+    def valid(self) -> bool:
+        """Whether its bodies are hard enough for their crowd (`softness`)."""
+        springs = self.runs and self.runs[0].engine in (known.NAME for known in PENALTY)
+        return not springs or softness(self.runs[0].scene) < VALID
+
+    @property
+    def overlap(self) -> float:
+        """The largest overlap of its bodies in any frame, as a share of the smaller radius."""
+        records = [run.record() for run in self.runs if run.is_finished()]
+        return max((one.overlap_largest for one in records), default=float("nan"))
+
+
+def interval_of(windows: Sequence[Floats]) -> Interval:
+    """Give the mean of the windows (w,) of each replicate, and the range that holds 90 % of further ones."""
+    low = high = mean = float("nan")
+    independent, alike = 0.0, 0
+    if windows:
+        pooled = np.concatenate(windows)
+        mean = float(pooled.mean())
+        independent = len(pooled) / inference.correlation_windows(windows)
+        alike = 0 if np.ptp(pooled) else len(pooled)
+    if len(windows) > 1:
+        low, high = inference.range_of_windows(windows)
+        low, high = min(low, mean), max(high, mean)
+    return Interval(mean, low, high, len(windows), len(windows[0]) if windows else 0, independent, alike)
 
 
 @lru_cache(maxsize=64)  # a page says them in several places
@@ -139,6 +153,13 @@ class MotionStudy:
     failures: Sequence[str]  # what a reader should know
     warnings: Sequence[str]  # what a reader should know
     limits: tuple[Path, ...] = ()  # files of users' limits
+    # how many replicates ended before their time, of models whose bodies are not valid, by label
+    stopped: Mapping[str, int] = field(default_factory=dict)
+
+    @property
+    def absent(self) -> list[str]:
+        """The labels of those of which none ended well."""
+        return [label for label in self.stopped if label not in {one.label for one in self.models}]
 
 
 def model_title(scene: Scene, name: str) -> str:
@@ -160,28 +181,44 @@ def study_motion(
     last_s: float,
     progress: Progress | None = None,
     limits: tuple[Path, ...] = (),
+    executor: Executor | None = None,
 ) -> MotionStudy:
-    """Run what is not finished, on all cores, and read the series of all. A run that fails or is
-    stopped is left out and named."""
-    run_ahead([run for model in models for run in model.runs], progress)
+    """Run what is not finished, on all cores, and read the series of all, by the workers of an executor
+    where there is one. A run that fails or is stopped is left out and named."""
+    runs = [run for model in models for run in model.runs]
+    run_ahead(runs, progress, executor=executor)
+    tasks = [Task(call=_series_of, arguments=(run, limits), work=run.particle_steps) for run in runs]
+    found = iter(do_all(tasks, executor, f"forces of {scene.name}", progress))
     read: list[Model] = []
     failures: list[str] = []
     warnings: list[str] = []
+    stopped: dict[str, int] = {}
     for model in models:
         series = []
-        for index, run in enumerate(model.runs):
-            try:
-                run.record()
-                series.append(read_exposure(run.folder, limits=limits))
-            except (EngineError, DumpError, StepError) as error:
-                said = f"{model.title}, replicate {index}: {error}"
-                (failures if isinstance(error, RunStoppedError) else warnings).append(said)
+        for index in range(len(model.runs)):
+            loads, why, is_stopped = next(found)
+            if loads:
+                series.append(loads)
+            elif is_stopped and not model.valid:
+                stopped[model.label] = stopped.get(model.label, 0) + 1
+            else:
+                said = f"{model.title}, replicate {index}: {why}"
+                (failures if is_stopped else warnings).append(said)
         if series:
             last = min(last_s, float(series[0].time[-1]))
             read.append(replace(model, series=series, last_s=last))
     crowds = max((len(model.runs) for model in models), default=0)
     once = sorted(set(warnings))
-    return MotionStudy(scene, read, crowds, last_s, failures, once, limits)
+    return MotionStudy(scene, read, crowds, last_s, failures, once, limits, stopped)
+
+
+def _series_of(run: EngineRun, limits: tuple[Path, ...]) -> tuple[RunLoads | None, str, bool]:
+    """The series of a run, or why there is none and whether it was stopped."""
+    try:
+        run.record()
+        return read_exposure(run.folder, limits=limits), "", False
+    except (EngineError, DumpError, StepError) as error:
+        return None, str(error), isinstance(error, RunStoppedError)
 
 
 def interval_cell(found: Interval, written: Callable[[float], str] = numbers.two) -> str:

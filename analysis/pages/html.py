@@ -49,6 +49,7 @@ def templates() -> jinja2.Environment:
         "powers": powers,
         "sentence": sentence,
         "href": href,
+        "stacked": stacked,
         "script": script,
         "source_of_script": source_of_script,
         "cell": cell_html,
@@ -61,14 +62,15 @@ def templates() -> jinja2.Environment:
 def render(template: str, *, contents: Sequence[tuple[str, str]] = (), **content: Any) -> str:
     """Fill a page of templates/ with its content, the date, and the versions of what made it.
 
-    contents: anchors and titles that the list in the header leads to"""
+    contents: anchors and titles that the list in the header leads to
+    content: of the template, and `engines`, the names of those that the page has numbers of"""
     return (
         templates()
         .get_template(template)
         .render(
             date=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
             version=metadata.version("crowd-percussions"),
-            findings=made_with(),
+            findings=made_with({*content.pop("engines", ())}),
             contents=[*contents, ("reproduce", "How to reproduce, and cite")],
             **content,
         )
@@ -105,6 +107,15 @@ def source_of_script(name: str) -> markupsafe.Markup:
     """Name a script of templates/ for a Content-Security-Policy: by what is in it."""
     digest = hashlib.sha256(script(name).encode()).digest()
     return markupsafe.Markup(f"'sha256-{base64.b64encode(digest).decode('ascii')}'")
+
+
+def stacked(caption: markupsafe.Markup) -> markupsafe.Markup:
+    """Name panels of a caption by where they are on a narrow screen too: Left: is Above: there."""
+    both = r'<span class="beside">\1:</span><span class="below">%s:</span>'
+    words = str(caption)
+    for side, there in (("Left", "Above"), ("Right", "Below")):
+        words = re.sub(rf"\b({side}):", both % there, words)
+    return markupsafe.Markup(words)
 
 
 def href(name: str) -> str:

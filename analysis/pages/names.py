@@ -1,10 +1,11 @@
 """Names as they stand on a page and in the terminal."""
 
 from analysis.compare.comparison import Comparison
-from analysis.engines.softness import VALID, softness
+from analysis.engines.softness import VALID, known_bodies, softness
 from analysis.pages.numbers import number, significant
 from analysis.scene.scene import Scene
 
+CHEST = "chest"
 ENGINE_NAMES = {"lammps": "LAMMPS", "yade": "YADE", "rigid": "rigid model"}
 
 
@@ -19,9 +20,13 @@ def in_a_sentence(title: str) -> str:
 
 
 def bodies_label(scene: Scene) -> str:
-    """Name the bodies of a run with springs: soft near VALID and beyond, else stiff."""
-    word = "soft" if softness(scene) > VALID / 2 else "stiff"
-    return f"{word}, {significant(scene.contact.stiffness_N_per_m / 1000)} kN/m"
+    """Name the bodies of a run with springs: as soft as chests, soft near VALID, else stiff; not valid
+    beyond it."""
+    chest, k, s = known_bodies()[CHEST], scene.contact.stiffness_N_per_m, softness(scene)
+    word = "soft" if s > VALID / 2 else "stiff"
+    if chest.low_N_per_m <= k <= chest.high_N_per_m:
+        word = CHEST
+    return f"{word}, {significant(k / 1000)} kN/m" + (", not valid" if s >= VALID else "")
 
 
 def engine_label(comparison: Comparison) -> str:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from analysis.pages.numbers import between, decimals, significant, two, whole
+from analysis.pages.numbers import NONE, between, decimals, significant, two, whole
 
 # About so much of the axis is a letter of a label, and labels end there: of a bar alone, and of bars
 # with names and numbers beside them, on a telephone.
@@ -42,7 +42,9 @@ class Chart:
         return f"{self.between(*(self.widest or (min(lows), max(highs))))} {self.unit}"
 
     def between(self, low: float, high: float) -> str:
-        """Write a range: of counts whole numbers."""
+        """Write a range: of counts whole numbers; – of none."""
+        if not math.isfinite(low + high):
+            return NONE
         return between(low, high, two if self.most is None else whole)
 
     @property
@@ -67,7 +69,7 @@ class Chart:
 
     def share(self, value: float) -> float:
         """Give the place of a value on the axis, in per cent."""
-        return round(100 * min(max(value / self.top, 0.0), 1.0), 2)
+        return round(100 * min(max(value / self.top, 0.0), 1.0), 2) if math.isfinite(value) else 0.0
 
     @property
     def shown(self) -> list[float]:

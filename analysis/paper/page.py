@@ -133,6 +133,7 @@ class Built:
     cpu_seconds: float  # s, in Python
     engines: Cost = field(default_factory=Cost)
     kept: bool = False  # whether an earlier build made it
+    used: Sequence[str] = ()  # names of the engines whose runs it shows
 
     @property
     def total_seconds(self) -> float:
@@ -179,10 +180,11 @@ def build(
     else:
         tasks = [Task(call=_make, arguments=(part, runs), work=part.seconds) for part in missing]
         with workers() as executor:
-            new = do_all(tasks, executor, "sections", progress)
+            new = do_all(tasks, executor, "sections", progress, timed=True)
     for part, made in zip(missing, new, strict=True):
         mine = [costs.pop(run.folder, Cost()) for run in needed.get(part.number, [])]
-        built[part.number] = replace(made, engines=sum(mine, Cost()))
+        used = sorted({run.engine for run in needed.get(part.number, [])})
+        built[part.number] = replace(made, engines=sum(mine, Cost()), used=used)
     return [built[part.number] for part in parts]
 
 
@@ -321,6 +323,7 @@ def _write_page(
         built=built,
         images=images,
         contents=_contents(built),
+        engines=[name for made in built for name in made.used],
         verdicts=[
             (verdict, [(one, made.anchor) for made, one in claims if one.verdict == verdict])
             for verdict in ORDER
@@ -350,8 +353,8 @@ def _contents(built: Sequence[Built]) -> list[tuple[str, str]]:
     """What the page links to at its head."""
     names = [f"{made.label}: " if made.section.number.isdigit() else "" for made in built]
     figures = [(b.anchor, name + b.section.title) for b, name in zip(built, names, strict=True)]
-    ends = ("errata", "Errata"), ("cost", "What this page cost")
-    return [("claims", "Which statements hold"), *figures, *ends]
+    claims = "claims", "Which statements hold"
+    return [*figures, claims, ("errata", "Errata"), ("cost", "What this page cost")]
 
 
 def _numbers(made: Built) -> dict[str, Any]:

@@ -58,6 +58,7 @@ class Setting:
     window: s, Δt of the left velocity `free`
     standing: disks that do not move, as walls do not; they have numbers behind those of walls
     digits: how exact the text is that disks come from; see `of_dump`
+    listed: the contacts of a snapshot, in place of those that are found
 
     Raises ValueError naming the field for what is not finite, negative or unknown, for friction of
     walls where there are none, and for a window of another left velocity."""
@@ -76,6 +77,7 @@ class Setting:
     window: float | None = None
     standing: Standing | None = None
     digits: Digits | None = None
+    listed: Contacts | None = None
 
     def __post_init__(self) -> None:
         self.law  # noqa: B018  (refuses what is no coefficient)
@@ -201,7 +203,7 @@ class Setting:
             raise ValueError(
                 f"contact_tolerance: {touch:g} m. The smallest radius is {smallest:g} m"
             )
-        found = self._found(snapshot, touch)
+        found = self.find(snapshot, touch) if self.listed is None else self.listed
         if coarse and ((found.gap > TOUCH) & (found.gap <= touch)).any():
             raise ValueError(
                 f"positions of few digits: gaps may be wrong by {touch:.2g} m, and the smallest radius is "
@@ -220,8 +222,8 @@ class Setting:
             )
         return found
 
-    def _found(self, snapshot: Snapshot, touch: float) -> Contacts:
-        """Find contacts, those with disks that do not move as those with walls behind the others."""
+    def find(self, snapshot: Snapshot, touch: float) -> Contacts:
+        """Find contacts up to a gap (m), those with disks that do not move as those with walls behind the others."""
         fixed = self.standing
         if fixed is None or not len(fixed):
             return find_contacts(snapshot, self.walls, tolerance=touch)
@@ -274,7 +276,7 @@ class Setting:
         if self.kind == "desired":
             if drive is None or wanted is None:
                 if g.any():  # a crowd at rest: whatever the time, forces are the same
-                    return np.broadcast_to(REST_S * g, snapshot.position.shape), REST_S
+                    return REST_S * g + np.zeros_like(snapshot.position), REST_S
                 raise ValueError(
                     "left velocity `desired` needs a scene with a [drive] or a [body_force] "
                     "(--room SCENE.toml)"

@@ -13,7 +13,7 @@ import math
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -23,7 +23,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from analysis.dumps import Bodies, DumpError, open_bodies
+from analysis.dumps.held import OwnContacts
 from analysis.percussions import table
+from analysis.percussions.own import listed_in
 from analysis.percussions.setting import FORCE, IMPULSE, Setting
 from analysis.percussions.snapshot import NOT_CONVERGED, SnapshotPercussions, percussions_of
 from analysis.support.extras import load
@@ -50,8 +52,8 @@ _READING = threading.Lock()
 @dataclass(slots=True, kw_only=True)
 class SolvedDump:
     """Frames in numbers: how many, their contacts, the largest that a contact carries (in `unit`) and
-    when, the worst residual, the largest sum on disks that do not move, and a line per frame that is not
-    solved."""
+    when, the worst residual, the largest sum on disks that do not move, a line per frame that is not
+    solved, and of own contacts how many do not touch, and touch without being listed."""
 
     frames: int = 0
     contacts: int = 0
@@ -60,12 +62,16 @@ class SolvedDump:
     when: str = ""
     residual: float = 0.0
     standing: float = 0.0
+    apart: int = 0
+    missing: int = 0
     unsolved: list[str] = dataclasses.field(default_factory=list)
 
     def join(self, later: SolvedDump) -> None:
         """Count later frames."""
         self.frames += later.frames
         self.contacts += later.contacts
+        self.apart += later.apart
+        self.missing += later.missing
         self.residual = max(self.residual, later.residual)
         self.standing = max(self.standing, later.standing)
         if not self.when or later.largest > self.largest:
@@ -106,7 +112,8 @@ def solve_batch(bodies: Bodies, setting: Setting, tolerance: float) -> Found | N
 class DumpToSolve:
     """What is to be solved, and how.
 
-    law: of the contacts; that of the setting where left out"""
+    law: of the contacts; that of the setting where left out
+    own: the contacts that came with the dump, which are taken in place of those that are found"""
 
     path: Path  # of the dump
     time_step: float | None = None  # s, of the simulation; see `open_bodies`
@@ -121,25 +128,26 @@ class DumpToSolve:
         "determined"  # what is said of reactions that the mechanics may leave open
     )
     threads: int = 1  # of each large frame
+    own: OwnContacts | None = None
     parquet: bool = False  # whether rows are made for Parquet, not for CSV
 
     @property
     def in_batches(self) -> bool:
         """Whether many frames are solved in one compiled call, beside which threads go on."""
         law = self.setting.law if self.law is None else self.law
-        small = max(_trajectory(self).index.counts) < _core.SHARED
-        return small and law.plain and self.openness == "none"
+        small = max(trajectory_of(self).index.counts) < _core.SHARED
+        return small and law.plain and self.openness == "none" and self.own is None
 
     def blocks(self, numbers: range) -> list[range]:
         """Cut frames into those that are solved together: the same ones however many work on
         them."""
-        frames = _trajectory(self).index.frames
+        frames = trajectory_of(self).index.frames
         size = max(1, min(MOST, BLOCK * len(frames) // max(1, frames[-1].end)))
         return [numbers[start : start + size] for start in range(0, len(numbers), size)]
 
     def read(self, numbers: range) -> bytes | None:
         """Read what `solve` needs of frames that are solved at once."""
-        return _trajectory(self).index.text(numbers) if self.in_batches else None
+        return trajectory_of(self).index.text(numbers) if self.in_batches else None
 
     def solve(self, numbers: range, text: bytes | None = None) -> list[SolvedRows]:
         """Solve some frames, those of one block.
@@ -147,7 +155,7 @@ class DumpToSolve:
         text: as `read` gives it; it is read where left out
 
         Raises DumpError naming file and step."""
-        trajectory = _trajectory(self)
+        trajectory = trajectory_of(self)
         if text is None:
             with _READING:
                 text = trajectory.index.text(numbers)
@@ -159,7 +167,7 @@ class DumpToSolve:
             except ValueError as error:
                 raise DumpError(f"{self.path}, step {bodies.steps[0]}: {error}") from None
         if found is None:
-            return list(self._one_by_one(bodies, range(len(bodies))))
+            return list(self._one_by_one(bodies, range(len(bodies)), numbers))
         solved: list[SolvedRows] = []
         for answered, group in itertools.groupby(range(len(bodies)), found.answered.__getitem__):
             frames = list(group)
@@ -199,15 +207,22 @@ class DumpToSolve:
         )
         return SolvedRows(list(cells), table.rows_of(cells, self.parquet), said)
 
-    def _one_by_one(self, bodies: Bodies, frames: Iterable[int]) -> Iterator[SolvedRows]:
-        """Solve some of the frames, one after the other."""
+    def _one_by_one(
+        self, bodies: Bodies, frames: Iterable[int], numbers: Sequence[int] = ()
+    ) -> Iterator[SolvedRows]:
+        """Solve some of the frames, one after the other; numbers: theirs in the dump, for own contacts."""
         before: SnapshotPercussions | None = None
+        setting, listed = self.setting, None
         for number in frames:
             step, seconds = bodies.steps[number], float(bodies.times[number])
+            snapshot = bodies.snapshot(number)
             try:
+                if self.own:
+                    listed = listed_in(self.own, trajectory_of(self)[numbers[number]], snapshot, setting)
+                    setting = dataclasses.replace(self.setting, listed=listed.contacts)
                 found = percussions_of(
-                    self.setting,
-                    bodies.snapshot(number),
+                    setting,
+                    snapshot,
                     self.law,
                     tolerance=self.tolerance,
                     before=before,
@@ -229,6 +244,10 @@ class DumpToSolve:
             )
             known = None if math.isnan(seconds) else seconds
             cells = found.columns(self.openness, time=known, step=step)
+            if listed:
+                said.apart, said.missing = listed.apart, listed.missing
+                own = zip(table.OWN, listed.force.T, strict=True)
+                cells = table.in_order(cells | {name: table.known(one) for name, one in own})
             if bad := list(cells.get("sampling", ())).count(NOT_CONVERGED):
                 said.unsolved.append(
                     f"{self.path}, {when}: sampling of {bad} contacts {NOT_CONVERGED}"
@@ -240,8 +259,8 @@ def _when(step: int, seconds: float) -> str:
     return f"step {step}" if math.isnan(seconds) else f"{seconds:g} s"
 
 
-def _trajectory(dump: DumpToSolve) -> Any:
-    """The dump, indexed once in each process, as long as it does not change."""
+def trajectory_of(dump: DumpToSolve) -> Any:
+    """Give the dump, indexed once in each process, as long as it does not change."""
     try:
         changed = dump.path.stat().st_mtime_ns
     except OSError:
@@ -258,7 +277,7 @@ def _opened(path: Path, stated: tuple[tuple[str, Any], ...], _changed: int) -> A
 def _fitted(dump: DumpToSolve, parquet: bool) -> DumpToSolve:
     """The dump, with what its setting takes from it."""
     return dataclasses.replace(
-        dump, setting=dump.setting.of_dump(_trajectory(dump)), parquet=parquet
+        dump, setting=dump.setting.of_dump(trajectory_of(dump)), parquet=parquet
     )
 
 
@@ -296,7 +315,7 @@ def solve_dump(
     Neither the dump nor the answers need to fit in memory. Raises DumpError for a damaged dump and
     one without any contact; then `out` stays as it was."""
     dump = _fitted(dump, table.is_parquet(out))
-    frames = _trajectory(dump).n_frames
+    frames = trajectory_of(dump).n_frames
     whole = SolvedDump()
     with table.table_file(out) as add:
         for columns, rows, said in _rows(dump, frames, executor, workers, expected):
@@ -378,7 +397,7 @@ def solve_in_chunks(
     Raises ValueError for a folder that has something else, DumpError as `solve_dump` does; then the
     chunks that are finished stay."""
     dump = _fitted(dump, True)
-    count = _trajectory(dump).n_frames
+    count = trajectory_of(dump).n_frames
     job = _claim(folder, dump, frames, count)
     chunks = [
         _Chunk(range(start, min(start + frames, count)), folder, job)
@@ -489,11 +508,15 @@ def _short(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:57]}…"
 
 
+def _file_of(path: Path) -> dict[str, Any]:
+    about = path.stat()
+    return {"name": path.name, "bytes": about.st_size, "changed_ns": about.st_mtime_ns}
+
+
 def _job_of(dump: DumpToSolve, frames: int, count: int) -> dict[str, Any]:
     """Everything that the answers depend on, as JSON has it."""
-    about = dump.path.stat()
     job: dict[str, Any] = {
-        "dump": {"name": dump.path.name, "bytes": about.st_size, "changed_ns": about.st_mtime_ns},
+        "dump": _file_of(dump.path),
         "frames": count,
         "frames per part": frames,
         "version": version("crowd-percussions"),
@@ -502,5 +525,6 @@ def _job_of(dump: DumpToSolve, frames: int, count: int) -> dict[str, Any]:
         "openness": dump.openness,
         "law": dump.law,
         "setting": dump.setting,
+        "contacts": dump.own and _file_of(dump.own.index.path) | {"factor": dump.own.stated},
     }
     return {name: plain(value) for name, value in job.items()}

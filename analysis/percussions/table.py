@@ -41,6 +41,8 @@ def _plain(column: Column) -> Any:
     return np.ascontiguousarray(column, np.float64 if column.dtype.kind == "f" else np.int64)
 
 
+# Own forces of contacts that came with a dump.
+OWN = ("own_x_N", "own_y_N")
 # What is said of reactions that the mechanics may leave open.
 Openness = Literal["none", "determined", "ranges", "ensemble"]
 # Every column that a row can have, in order.
@@ -59,6 +61,7 @@ impulse_x_Ns, impulse_y_Ns | N·s | the whole percussion p that the first body g
 force_x_N, force_y_N | N | p over the time in which it is given (τ, or Δt of `free`): a contact
  force; not of an impact
 force_N | N | its magnitude
+own_x_N, own_y_N | N | what the first body gives to the second by `--contacts`
 wall | | name of the wall, where the second body is one; `disk_ID` of a fixed disk
 determined | | 1 where every admissible percussion has the same reaction (and friction); empty where
  that is not known
@@ -101,6 +104,11 @@ def table_columns(
         names = ("", *setting.wall_names)
         number = np.where(contacts.is_wall, contacts.second + 1, 0)
         found["wall"] = [names[n] for n in number.tolist()]
+    return in_order(found)
+
+
+def in_order(found: Mapping[str, Column]) -> dict[str, Column]:
+    """Give columns in the order of COLUMNS."""
     return {name: found[name] for name in COLUMNS if name in found}
 
 

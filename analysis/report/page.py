@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import isfinite
+from math import isfinite, nan
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,7 +14,7 @@ from analysis.compare.comparison import write_contacts
 from analysis.compare.study import Study
 from analysis.engines.energy import CSV as ENERGY
 from analysis.engines.rigid import NAME as RIGID
-from analysis.engines.softness import VALID, softest
+from analysis.engines.softness import DEEP, VALID, softest
 from analysis.explore.page import live_of, write_explore
 from analysis.exposure import limits as known_limits
 from analysis.exposure.loads import MEASURES
@@ -37,6 +37,7 @@ from analysis.pages.ranges import Chart
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
 from analysis.report.contacts import contacts_section, runs_of
+from analysis.report.sections import more_sections
 from analysis.scene import named_crowds as named
 from analysis.scene.scene import Scene, is_shipped
 from analysis.scene.shipped_scenes import how_varied
@@ -55,12 +56,12 @@ SHORT = {"contact_largest": "largest force", "wall_line_load": "wall load", "flo
 def four(study: MotionStudy) -> Mapping[str, known_limits.Quantity]:
     """Name the four numbers of a first screen by their series."""
     limit = next(one for one in known_limits.limits_of_people(study.limits) if one.name == NAMED)
-    above = f"contact above {significant(limit.number, 4)} N"
+    above = f"people with contacts > {significant(limit.number, 4)} N"
     return {
         "contact_largest": known_limits.Quantity(title="largest contact force", unit="N"),
         "wall_line_load": known_limits.Quantity(title="wall load, worst metre", unit="kN/m"),
         known_limits.above_key(limit): known_limits.Quantity(
-            title=above, unit=f"of {len(study.scene.people)} people"
+            title=above, unit=f"of {len(study.scene.people)}"
         ),
         "flow": known_limits.Quantity(title="people leaving", unit="per s"),
     }
@@ -76,9 +77,10 @@ class Range(NamedTuple):
 
 def range_of(study: MotionStudy, key: str) -> Range:
     """Find the range of a quantity, and what widens it."""
-    ends = [end for one in study.models for end in _ends(one, key)]
+    models = [one for one in study.models if one.valid] or study.models
+    ends = [end for one in models for end in _ends(one, key)]
     means = {
-        factor: [one.interval(key).mean for one in study.models if one.factor in ("", factor)]
+        factor: [one.interval(key).mean for one in models if one.factor in ("", factor)]
         for factor in FACTORS
     }
     sample = study.models[0].sample(key)
@@ -114,7 +116,8 @@ def charts(study: MotionStudy, *, every: bool = False) -> list[Chart]:
             Chart(
                 measure.title,
                 measure.unit,
-                {one.label: (one.interval(key).mean, *_ends(one, key)) for one in shown},
+                {one.label: (one.interval(key).mean, *_ends(one, key)) for one in shown}
+                | dict.fromkeys(study.absent if every else (), (nan,) * 3),
                 widest=(whole.low, whole.high),
                 marks=marks_of(study, key),
                 most=float(len(study.scene.people)) if measure.unit.startswith("of ") else None,
@@ -186,12 +189,14 @@ def notes(study: MotionStudy, drawn: Sequence[Chart]) -> list[str]:
         "bars",
         first=", ".join([*own, base.label]),
         last=study.last_s,
+        window=float(base.series[0].duration[0]),
         varied=[SAID.get(one, one) for one in FACTORS if one in varied],
         units=[one.unit for one in drawn if one.shown],
         crowds=len(study.models[0].series),
     )
     peak = max(float(one.values["contact_largest"].max()) for one in study.models[0].series)
     done = f"Simulated: {significant(study.scene.run.duration_s)} s, peak {two(peak)} N"
+    done += f" of {len(base.series)} {base.label} runs"
     return [bars, *force_notes(factors, done, study.limits, "mean ")]
 
 
@@ -212,7 +217,7 @@ def verdicts(study: MotionStudy) -> list[str]:
                 alike.append((title, least_words(each, unit)))
         label = one.label[0].upper() + one.label[1:]
         said.append(words.text("verdict", label=label, differ=differ, alike=alike))
-    return [words.text("against", first=first.label), *said] if said else []
+    return [words.text("against", first=first.label, crowds=study.crowds), *said] if said else []
 
 
 def four_numbers(study: MotionStudy) -> dict[str, object]:
@@ -291,7 +296,8 @@ def write_report(
         contacts = contacts_section(one.study, runs)
         if one.moved:  # of these contacts, not of the first screen
             contacts = replace(contacts, warnings=one.study.warnings)
-        screens.append(_screen(one, contacts, limits, energy))
+        more, lacking = more_sections(one.moved) if one.moved else ([], [])
+        screens.append(_screen(one, [*more, contacts], limits, energy, lacking))
         numbers[one.scene.name] = {
             "failures": one.study.failures,
             "warnings": one.study.warnings,
@@ -316,6 +322,8 @@ def write_report(
         screens=screens,
         contents=[(one["number"], one["title"]) for one in screens],
         limits=limits_table(moving, limits) if moving else None,
+        engines=[one.record.engine for each in reported for one in each.study.comparisons]
+        + [model.runs[0].engine for each in moving for model in each.models],
         command=command,
     )
 
@@ -329,7 +337,7 @@ def _reconciled(scene: Scene) -> dict[str, object]:
 
 
 def _screen(
-    one: Reported, contacts: Section, limits: tuple[Path, ...], energy: Picture | None
+    one: Reported, sections: Sequence[Section], limits: tuple[Path, ...], energy: Picture | None, lacking: Sequence[str]
 ) -> dict[str, Any]:
     """A scene as report.html takes it: its first screen, with the film as text and bars of the first
     model, and what folds away below, with bars of every model."""
@@ -344,7 +352,7 @@ def _screen(
     if motion:
         said = notes(motion, bars)
     elif scene.drive or scene.analysis.kind == "impact" or not one.reels:
-        said = [words.text("once") if scene.drive else "", *contacts.words[:1]]
+        said = [words.text("once") if scene.drive else "", *sections[-1].words[:1]]
     else:  # a crowd that leans: nothing but its frames varies
         bars, said = charts_and_notes(one.reels)
     numbers = [_numbers(words, motion, energy)] if motion else []
@@ -359,8 +367,8 @@ def _screen(
         "notes": said,
         "every": charts(motion, every=True) if motion else (),
         "verdicts": verdicts(motion) if motion else (),
-        "folds": [*numbers, _assumptions(words, scene, motion), contacts],
-        "warnings": one.warnings,
+        "folds": [*numbers, *sections[:-1], _assumptions(words, scene, motion), sections[-1]],
+        "warnings": [*one.warnings, *lacking],
     }
 
 
@@ -395,13 +403,17 @@ def _numbers(words: Words, motion: MotionStudy, energy: Picture | None) -> Secti
     rows: list[list[Cell]] = [
         [f"{measure.title} ({measure.unit})", *(interval_cell(one.interval(key)) for one in shown)]
         for key, measure in MEASURES.items()
-        if key not in four(motion)
+        if key not in (*four(motion), "wall_left", "wall_right")  # which stand along the walls
     ]
     first = shown[0]
+    overlaps = [f"{significant(100 * one.overlap, 2)} %" if one.runs[0].engine != RIGID else NONE for one in shown]
+    deep = [f"**{text}**" if one.overlap > DEEP else text for one, text in zip(shown, overlaps, strict=True)]
+    rows.append(["largest overlap, from the start (of a radius)", *deep])
+    rows = [[*row, *([NONE] * len(motion.absent))] for row in rows]
     table = words.table(
         "numbers",
         rows,
-        models=[one.label for one in shown],
+        models=[*(one.label for one in shown), *motion.absent],
         last=first.last_s,
         window=float(first.series[0].duration[0]),
     )
@@ -427,6 +439,7 @@ def assumptions(scene: Scene, motion: MotionStudy | None) -> list[str]:
         bodies = [one.label for one in motion.models if one.factor in ("", "bodies")]
         soft = f"soft, {significant(softest(scene) / 1000)} kN/m" in bodies
         said.append(words.text("springs", bodies=bodies, soft=soft, valid=VALID))
+        said += [words.text("stopped", label=one, count=n) for one, n in motion.stopped.items()]
         varied = how_varied(scene, motion.crowds)
         fewer = min(len(one.series) for one in motion.models)
         has = len(motion.models[0].series)  # of those asked for, without the failed
@@ -460,12 +473,12 @@ def limits_table(motions: Sequence[MotionStudy], files: tuple[Path, ...] = ()) -
                 else NONE
                 for one in first
             ),
-            limit.cited,
+            limit.signed,
         ]
         for limit in (*people, *known_limits.limits_of_walls(files))
     ]
     scenes = [f"{one.scene.name}, of {len(one.scene.people)}" for one in motions]
-    return words.table("limits", rows, scenes=scenes)
+    return words.table("limits", rows, scenes=scenes, signs=known_limits.SIGNS)
 
 
 def motion_numbers(study: MotionStudy) -> dict[str, object]:

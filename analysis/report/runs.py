@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from itertools import product
 from pathlib import Path
 
 from analysis.compare.study import Study
@@ -14,7 +14,7 @@ from analysis.dumps import DumpError
 from analysis.engines import PENALTY, EngineError
 from analysis.engines.rigid import NAME as RIGID
 from analysis.engines.run import EngineRun, run_folder
-from analysis.engines.softness import softest
+from analysis.engines.softness import chest, softest
 from analysis.film.export import film_runs
 from analysis.film.frame import Frames, Reel
 from analysis.motion.study import CROWD, Model, model_title
@@ -57,6 +57,8 @@ def motion_of(
         k = softest(scene)
         if scene.contact.law == "hooke" and k < min(stiffnesses) * (1 - NEAR):
             kinds.append((k, every[:fewer]))
+        if scene.contact.law == "hooke" and chest() not in (one for one, _ in kinds):
+            kinds.append((chest(), every[:fewer]))
         for k, some in kinds:
             made = [one.with_contact(stiffness_N_per_m=k) for one in some]
             factor = "bodies" if models else ""
@@ -77,8 +79,13 @@ def motion_of(
 
 def _own_noise(scenes: Sequence[Scene]) -> list[Scene]:
     """Give the people of each replicate a jostling of their own."""
-    drives = [(number, one, one.drive) for number, one in enumerate(scenes) if one.drive]
-    return [one.with_drive(seed=to.seed + n) if to.noisy else one for n, one, to in drives]
+    return [with_own_noise(one, number) for number, one in enumerate(scenes)]
+
+
+def with_own_noise(scene: Scene, number: int) -> Scene:
+    """Give the people of replicate `number` of a driven scene a jostling of their own."""
+    assert scene.drive is not None
+    return scene.with_drive(seed=scene.drive.seed + number) if scene.drive.noisy else scene
 
 
 Variation = tuple[str, str, Callable[[Scene], Scene]]
@@ -115,16 +122,25 @@ def _model(scenes: Sequence[Scene], name: str, out: Path, label: str, factor: st
     title = model_title(made[0], name)
     if factor in (CROWD, "push", "radius"):
         title += f", {label}"
-    runs = [
-        EngineRun(scene=one, engine=name, folder=run_folder(out / f"crowd_{index}", one, name))
-        for index, one in enumerate(made)
-    ]
+    runs = [replicate_run(one, name, out, index) for index, one in enumerate(made)]
     return Model(title=title, label=label, factor=factor, runs=runs)
+
+
+def replicate_run(scene: Scene, name: str, out: Path, number: int) -> EngineRun:
+    """Name the run of replicate `number` in the folder of its crowd."""
+    return EngineRun(scene=scene, engine=name, folder=run_folder(out / f"crowd_{number}", scene, name))
 
 
 def snapshot_runs(out: Path, models: Sequence[Model]) -> Path:
     """Return where the runs of a scene's snapshots are: those of crowd 0 of a scene in motion."""
     return out / "crowd_0" if models else out
+
+
+def scenes_of(scene: Scene, soft: Sequence[str], models: Sequence[Model]) -> dict[str, Scene]:
+    """Name the scene that each engine with springs runs for its snapshot: that of the models of that
+    engine, with impulses. Those of YADE cost ten times the run, and nothing else needs them."""
+    summing = {run.engine for model in models for run in model.runs}
+    return {name: scene.with_run(impulses=True) if name in summing else scene for name in soft}
 
 
 def runs_of(
@@ -137,10 +153,10 @@ def runs_of(
     (N/m) by the engines with springs, and of its crowds in motion."""
     every = []
     for (scene, stiffnesses), models in zip(chosen, motions, strict=True):
-        one = scene.with_run(impulses=True) if models else scene
         every += [
             EngineRun.of(one.with_contact(stiffness_N_per_m=k), name, snapshot_runs(out, models))
-            for name, k in product(soft, sorted(stiffnesses))
+            for name, one in scenes_of(scene, soft, models).items()
+            for k in sorted(stiffnesses)
         ]
         every += [run for model in models for run in model.runs]
     return list({run.folder: run for run in every}.values())
@@ -151,7 +167,12 @@ FRAMES = 20
 
 
 def films_of(
-    made: Study, models: Sequence[Model], out: Path, last_s: float, progress: Progress | None = None
+    made: Study,
+    models: Sequence[Model],
+    out: Path,
+    last_s: float,
+    progress: Progress | None = None,
+    executor: Executor | None = None,
 ) -> list[Reel]:
     """Film the first run of the first model, which the bars are of, and of a study; nothing where
     one did not end well or no contact was made. last_s: how much of the end the bars are of."""
@@ -162,7 +183,7 @@ def films_of(
         folders.append(run_folder(out, scene, one.record.engine))
     for chosen in filter(None, (list(dict.fromkeys(folders)), folders[1:])):
         with suppress(EngineError, DumpError, ValueError):  # frames at other times, too
-            reels = film_runs(chosen, Frames(step=step), progress)
+            reels = film_runs(chosen, Frames(step=step), progress, executor)
             since = max(0.0, reels[0].frames[-1].time - last_s)
             return [replace(one, since=since) for one in reels]
     return []

@@ -53,8 +53,10 @@ class Distance(Schema):
     u, and over walls with 0.05 m, normalised; walls, and people who are no nearer to one's own goal,
     turn nobody back. v = min(U, gap/T) max(0, n·e), with the least gap of who stands before: who is
     nearer to one's own goal and less than 0.8 of both radii beside n. Towards a wall v n is at most
-    its gap/T. Two who meet, each before the other, give way to the side (5 exp(−gap/0.3 m)), where
-    n·e does not count, and shuffle on as with a gap of 0.2 m. Collision-free speed model (Tordeux,
+    its gap/T. Two meet where each is before the other and they walk against each
+    other: for who comes within 3 m, less than 1 m beside the way, everybody keeps to the right, by
+    up to 2 of the way, Σ (1 − gap/3 m) of it. There n·e does not count; who has the shorter way
+    left shuffles on as with a gap of 0.2 m, the other waits. Collision-free speed model (Tordeux,
     Chraibi, Seyfried 2016) with the order of ways.
 
     time_gap_s: s, T; left out, everybody pushes with m U/τ for ever

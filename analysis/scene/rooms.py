@@ -205,6 +205,12 @@ def _crowd(
     return snapshot, np.repeat(np.arange(len(ways)), counts)
 
 
+def _stood_on(snapshot: Snapshot, floor: shapely.Polygon) -> float:
+    """The area (m²) of the floor within the outline of the crowd."""
+    outline = shapely.MultiPoint(snapshot.position).convex_hull
+    return float(outline.buffer(float(snapshot.radius.mean())).intersection(floor).area)
+
+
 def _notes(
     crowd: Crowd,
     snapshot: Snapshot,
@@ -221,10 +227,12 @@ def _notes(
     pushing = f"{named.label} ({named.does})" if named.drive else f"push with {push:g} N"
     notes = f"""{crowd.people} people of radius {radius.mean():.3f} ± {radius.std():.3f} m and mass
 {mass.mean():.1f} ± {mass.std():.1f} kg, {pushing}. They wait at random places
-{where} (seed {crowd.varied.seed}). Disks cover {cover_of(radius, floor):.0%} of the floor."""
+{where} (seed {crowd.varied.seed}). Disks cover {cover_of(radius, floor):.0%} of the floor.
+Where they stand there are {len(radius) / _stood_on(snapshot, floor):.2g} people per m²."""
     if len(ways) > 1:
         counts = np.bincount(going, minlength=len(ways))
-        notes += f"\nOf them go to one door after the other: {', '.join(map(str, counts))}."
+        to = [f"{count} go to door {number}" for number, count in enumerate(counts, start=1)]
+        notes += f"\n{', '.join(to)}."
     return notes
 
 

@@ -208,7 +208,13 @@ def _shared_out(price: Floats, wanted: Indices) -> Indices:
         if np.allclose(offer, before, rtol=1e-6, atol=0.0):
             break
     best = (price - offer[:, None]).argmin(0)
-    return np.where((price - offer[:, None]).min(0) < 0, best, -1)
+    going = np.where((price - offer[:, None]).min(0) < 0, best, -1)
+    # cells of one price are bought together or not at all: what a door lacks it takes of the free
+    for row, number in enumerate(wanted):
+        order = np.argsort(price[row], kind="stable")
+        free = order[(going[order] < 0) & np.isfinite(price[row, order])]
+        going[free[: max(0, number - (going == row).sum())]] = row
+    return going
 
 
 def _put(

@@ -14,12 +14,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
+from analysis.engines import PENALTY
 from analysis.pages import drawing
 from analysis.pages.html import write_html
 from analysis.pages.numbers import NONE, number, percent, significant
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
-from analysis.stability.case import Axis, Boundary, Case, Map, Outcome, Row
+from analysis.stability.case import ENGINE_QUANTITIES, Axis, Boundary, Case, Map, Outcome, Row
 from analysis.support.columns import Columns
 from analysis.support.files import write_json, write_rows
 
@@ -208,6 +209,7 @@ def write_atlas(
         "stability.html",
         [first, *sections],
         command=command,
+        engines=[one.NAME for one in PENALTY] if any(one.case.quantities == ENGINE_QUANTITIES for one in maps) else (),
         quick=quick,
         first=first,
         sections=sections,

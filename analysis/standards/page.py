@@ -160,6 +160,7 @@ def write_page(tested: Sequence[Tested], engine_name: str, folder: Path, command
         "standards.html",
         sections,
         command=command,
+        engines=[engine_name],
         first=Section(number="result", title="Result", introduction=[lead]),
         tables=[words.table("summary", rows), words.table("not_applicable_table", others)],
         how=how,

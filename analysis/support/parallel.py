@@ -1,10 +1,13 @@
 """Work done in other processes, on the cores that there are or on a Dask cluster, and its progress."""
 
 import contextlib
+import logging
+import math
 import multiprocessing
 import multiprocessing.connection
 import os
 import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
@@ -13,6 +16,8 @@ from typing import Any
 from analysis.support.extras import load
 from analysis.support.machine import cores
 
+# How often expected progress is reported, and the share that it stays below.
+BEAT_S, SURE = 2.0, 0.95
 # Called with a label and the share that is done, 0 to 1.
 Progress = Callable[[str, float], None]
 
@@ -81,7 +86,9 @@ def _check_address(scheduler: str, dask: Any) -> None:
 
 
 def end_with_parent() -> None:
-    """Have this worker end as soon as the process that started it is gone, whatever ended that."""
+    """Have this worker end as soon as the process that started it is gone, whatever ended that, and
+    keep the notes of MDAnalysis for itself."""
+    logging.getLogger("MDAnalysis").setLevel(logging.ERROR)
 
     def watch(sentinel: int) -> None:
         multiprocessing.connection.wait([sentinel])
@@ -93,19 +100,41 @@ def end_with_parent() -> None:
 
 
 def do_all(
-    tasks: Sequence[Task], executor: Executor | None, label: str, progress: Progress | None = None
+    tasks: Sequence[Task],
+    executor: Executor | None,
+    label: str,
+    progress: Progress | None = None,
+    timed: bool = False,
 ) -> list[Any]:
     """The results of all tasks, in their order; the most work is begun first, or, without an
-    executor, what comes first."""
+    executor, what comes first.
+
+    timed: work is in CPU seconds, so that progress moves between the ends of tasks too, slower and slower
+    where they take longer than that"""
     total, done = sum(task.work for task in tasks) or 1.0, 0.0
+    started, ended = time.monotonic(), threading.Event()
+
+    def report() -> None:
+        passed = cores() * (time.monotonic() - started) / total if timed else 0.0
+        if progress:
+            progress(label, max(done / total, SURE * -math.expm1(-passed)))
+
+    def beat() -> None:
+        while not ended.wait(BEAT_S):
+            report()
+
     if progress and tasks:
         progress(label, 0.0)
+    if timed:
+        threading.Thread(target=beat, daemon=True).start()
     results: list[Any] = [None] * len(tasks)
-    for number, result in finished(tasks, executor):
-        results[number] = result
-        done += tasks[number].work
-        if progress:
-            progress(label, done / total)
+    try:
+        for number, result in finished(tasks, executor):
+            results[number] = result
+            done += tasks[number].work
+            report()
+    finally:
+        ended.set()
     return results
 
 

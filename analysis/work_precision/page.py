@@ -52,6 +52,7 @@ def write_chart(chart: Measured, folder: Path, command: str, more: Sequence[Sect
         first=first,
         compared=compared,
         sections=sections,
+        engines=[one.method for one in (*points, *chart.scaling)],
         places=sorted({f"{p.machine}, {p.date}" for p in (*points, *chart.scaling)}),
         count=len(points),
     )

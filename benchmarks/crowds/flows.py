@@ -1,6 +1,6 @@
 """Is it a crowd? Flow, density, speed and forces of people who keep their distance, beside JuPedSim.
 
-    python benchmarks/crowds/flows.py [--part doors|speeds|counterflow|clogging|peers] [--seeds 3]
+    python benchmarks/crowds/flows.py [--part doors|speeds|counterflow|clogging|shoulders|peers] [--seeds 3]
 
 100 people in a room of 7 m × 6 m leave by a door. Flow is that between 10 and 90 % of the exits over
 the width; density that of a square metre times the door's width, 0.5 to 1.5 m before it, in the
@@ -152,6 +152,49 @@ def counterflow(seeds: int) -> None:
         print(f"p {share} | 90 % through after {interval(found)} s | out {interval(out)}", flush=True)
 
 
+# Of a body as wide as shoulders, over half its breadth: radius, and place across the chest.
+BODY = ((0.42, -0.58), (0.5, 0.0), (0.42, 0.58))
+CHEST_M, BODIES, GATES_M = 0.12, 30, (0.5, 0.65, 0.8)
+
+
+def _turning(disks: Snapshot, seed: int) -> Snapshot:
+    """Bodies of three disks, CHEST_M the widest, at the places of disks, who face a door ±0.5 rad."""
+    place, n = disks.position, len(disks)
+    angle = np.arctan2(*place.T[::-1]) + np.pi / 2
+    angle += np.random.default_rng([seed, 8]).uniform(-0.5, 0.5, n)
+    size, off = np.array(BODY).T * 2 * CHEST_M
+    across = np.column_stack([np.cos(angle), np.sin(angle)])
+    return Snapshot(
+        position=(place[:, None] + off[:, None] * across[:, None]).reshape(-1, 2).round(9),
+        radius=np.tile(size, n),
+        mass=np.outer(disks.mass, size * size / (size * size).sum()).ravel(),
+    ).joined(np.repeat(np.arange(1, n + 1), len(BODY)))
+
+
+def shoulders(seeds: int) -> None:
+    """Print flow, density and force of bodies with shoulders, of disks of half a chest's depth, and of
+    disks of the bodies' area, through narrow gates."""
+    area = 0.169  # m, radius
+    for width in GATES_M:
+        for share in (0.0, 0.2, 0.4):
+            for name in ("bodies", "chests", "areas"):
+                found = []
+                for seed in range(1, seeds + 1):
+                    scene = room("a", 5.0, 5.0, width, crowd(seed, people=BODIES))
+                    disks = scene.snapshot
+                    radius = np.full(BODIES, CHEST_M if name == "chests" else area)
+                    people = Snapshot(position=disks.position, radius=radius, mass=disks.mass)
+                    people = _turning(people, seed) if name == "bodies" else people
+                    scene = scene.model_copy(update={"snapshot": people})
+                    steps = frames(walking(scene, seed, push_share=share, time_gap_s=0.6), 60.0)
+                    if name == "bodies":
+                        steps = ((t, at[1::3], u, force) for t, at, u, force in steps)
+                    found.append(through_door(steps, width))
+                flow, density, force = np.transpose(found)
+                print(f"{width} m | p {share} | {name} | {interval(flow * width)} per s"
+                      f" | {interval(density)} per m² | {interval(force)} N", flush=True)  # fmt: skip
+
+
 def _agents() -> Iterator[tuple[str, Any, Callable[..., Any]]]:
     """JuPedSim's models, and what makes an agent of each from place, exit and journey. It takes nobody
     nearer than the radii, and ours differ by a tenth."""
@@ -199,7 +242,7 @@ def _steps(simulation: Any, people: int) -> Iterator[tuple[float, Any, None, flo
 
 PARTS: dict[str, Callable[[int], None]] = {
     "doors": doors, "speeds": speeds, "counterflow": counterflow, "clogging": clogging,
-    "peers": peers,
+    "shoulders": shoulders, "peers": peers,
 }  # fmt: skip
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ sys.path[:0] = [str(ROOT)]
 from analysis.compare import comparison  # noqa: E402
 from analysis.engines import energy  # noqa: E402
 from analysis.exchange import fclib  # noqa: E402
-from analysis.exposure import loads, sensors  # noqa: E402
+from analysis.exposure import loads, places, sensors  # noqa: E402
 from analysis.film import summary  # noqa: E402
 from analysis.infer import page as infer  # noqa: E402
 from analysis.measured import page as measured  # noqa: E402
@@ -18,6 +18,7 @@ from analysis.motion import pairwise  # noqa: E402
 from analysis.paper import page as paper  # noqa: E402
 from analysis.percussions import table  # noqa: E402
 from analysis.push import page as push  # noqa: E402
+from analysis.report import designs  # noqa: E402
 from analysis.stability import page as stability  # noqa: E402
 from analysis.standards import page as standards  # noqa: E402
 from analysis.support import frames  # noqa: E402
@@ -27,10 +28,12 @@ from benchmarks.problems import score  # noqa: E402
 TABLES = {
     "solve": table.COLUMNS, "fclib": fclib.BARE, "compare": comparison.CONTACTS,
     "film": summary.HEAD, "numbers": summary.NUMBERS, "exposure": loads.LOADS,
+    "along": places.ALONG, "places": places.PLACES,
     "limits": loads.LIMITS_HEAD, "sensors": sensors.SENSORS, "windows": pairwise.WINDOWS,
     "window_contacts": pairwise.WINDOW_CONTACTS, "points": point.POINTS,
     "whole_runs": whole_runs.COLUMNS, "cells": stability.CELL_COLUMNS,
     "boundaries": stability.BOUNDARY_COLUMNS, "push": push.CASES, "score": score.COLUMNS,
+    "designs": designs.COLUMNS, "replicates": designs.RUNS,
     "standards": standards.COLUMNS, "measured": measured.TABLE, "infer": infer.COLUMNS, "claims": paper.CLAIMS,
     "impulses": frames.IMPULSE_COLUMNS,
     "energy": energy.ENERGY, "losses": energy.CONTACTS,
@@ -59,6 +62,16 @@ One row per contact that either model has. `_N`: a driven crowd at an instant, f
 
 {compare}
 
+## `differences.csv` and `designs.csv` of `percussions report … --compare`
+
+One row per design and quantity, and in `designs.csv` per replicate, too ([designs](results/designs.md)).
+
+{designs}
+
+`designs.csv`:
+
+{replicates}
+
 ## `film.csv` of `percussions film`
 
 One row per run (or radius of a filmed crowd), frame and model. An empty bound does not exist, or
@@ -71,6 +84,14 @@ was not computed ([films](results/film.md)).
 One row per window and person, wall, or crowd ([exposure](results/exposure.md)).
 
 {exposure}
+
+## `exposure_outline.csv` and `exposure_places.csv` of `percussions exposure`
+
+One row per place along an outline of joined walls, and one per window and place.
+
+{along}
+
+{places}
 
 ## `exposure_limits.csv` of `percussions exposure`
 

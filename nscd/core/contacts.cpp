@@ -12,9 +12,9 @@ namespace {
 // Which disks are in which square of a grid; the last row and column also have all that is farther.
 struct Cells {
     int nx = 1, ny = 1;
-    Places head;   // (nx·ny) first disk in a cell, −1 where there is none
-    Places after;  // (n) the next disk in the same cell, −1 after the last
-    Places at;     // (n·2) cell of each disk
+    Places at;      // (n·2) cell of each disk
+    Places begins;  // (nx·ny + 1) the first place of each cell, where all its disks have one
+    std::size_t of(int i, int j) const { return std::size_t(i) * ny + j; }
 };
 
 Cells cells_of(In position, double size) {
@@ -28,17 +28,15 @@ Cells cells_of(In position, double size) {
     Cells cells;
     cells.nx = int(std::min((high[0] - low[0]) / size + 1.0, room));
     cells.ny = int(std::min((high[1] - low[1]) / size + 1.0, room / cells.nx + 1.0));
-    cells.head.assign(std::size_t(cells.nx) * cells.ny, -1);
-    cells.after.resize(n);
+    cells.begins.assign(cells.of(cells.nx, 0) + 1, 0);
     cells.at.resize(2 * n);
-    for (std::size_t a = n; a-- > 0;) {
+    for (std::size_t a = 0; a < n; ++a) {
         const int i = std::min(int(std::min((position[2 * a] - low[0]) / size, room)), cells.nx - 1);
         const int j = std::min(int(std::min((position[2 * a + 1] - low[1]) / size, room)), cells.ny - 1);
         cells.at[2 * a] = i, cells.at[2 * a + 1] = j;
-        Index& head = cells.head[std::size_t(i) * cells.ny + j];
-        cells.after[a] = head;
-        head = Index(a);
+        ++cells.begins[cells.of(i, j) + 1];
     }
+    for (std::size_t c = 1; c < cells.begins.size(); ++c) cells.begins[c] += cells.begins[c - 1];
     return cells;
 }
 
@@ -50,35 +48,15 @@ void push(Touching& found, std::size_t a, std::size_t b, double dx, double dy, d
 
 // Pairs; false where more than MOST_PAIRS are within reach.
 bool find_pairs(Touching& found, In position, In radius, double most, std::span<const Index> body) {
-    const std::size_t n = radius.size();
-    const double reach = (2.0 * *std::max_element(radius.begin(), radius.end()) + most) * MARGIN;
-    const Cells cells = cells_of(position, reach);
-    std::int64_t near = 0;
-    Places others;
-    for (std::size_t a = 0; a < n; ++a) {
-        others.clear();
-        const int p0 = std::max(cells.at[2 * a] - 1, 0), p1 = std::min(cells.at[2 * a] + 2, cells.nx);
-        const int q0 = std::max(cells.at[2 * a + 1] - 1, 0), q1 = std::min(cells.at[2 * a + 1] + 2, cells.ny);
-        for (int p = p0; p < p1; ++p)
-            for (int q = q0; q < q1; ++q)
-                for (Index b = cells.head[std::size_t(p) * cells.ny + q]; b >= 0; b = cells.after[b]) {
-                    if (std::size_t(b) <= a || (!body.empty() && body[a] == body[b])) continue;
-                    const double dx = position[2 * b] - position[2 * a];
-                    const double dy = position[2 * b + 1] - position[2 * a + 1];
-                    if (dx * dx + dy * dy > reach * reach) continue;
-                    ++near;
-                    const double most_apart = (radius[a] + radius[b] + std::max(most, 0.0)) * MARGIN;
-                    if (dx * dx + dy * dy <= most_apart * most_apart) others.push_back(b);
-                }
-        std::sort(others.begin(), others.end());
-        for (const Index b : others) {
+    const Nearby near = nearby(position, radius, most, body);
+    for (std::size_t a = 0; a + 1 < near.start.size(); ++a)
+        for (std::int64_t c = near.start[a]; c < near.start[a + 1]; ++c) {
+            const std::size_t b = std::size_t(near.other[c]);
             const double dx = position[2 * b] - position[2 * a], dy = position[2 * b + 1] - position[2 * a + 1];
             const double distance = length(dx, dy), gap = distance - radius[a] - radius[b];
-            if (gap <= most) push(found, a, std::size_t(b), dx, dy, distance, gap);
+            if (gap <= most) push(found, a, b, dx, dy, distance, gap);
         }
-        if (near > MOST_PAIRS) return false;
-    }
-    return true;
+    return near.start.size() > radius.size();
 }
 
 void find_walls(Touching& found, In position, In radius, const Segments& walls, double most) {
@@ -104,6 +82,46 @@ void find_walls(Touching& found, In position, In radius, const Segments& walls, 
 constexpr std::int64_t NUMBERS = std::int64_t{1} << 31, WALL = std::int64_t{1} << 62;
 
 }  // namespace
+
+Nearby nearby(In position, In radius, double most, std::span<const Index> body) {
+    struct Held { double x, y, reach; Index disk; };
+    const std::size_t n = radius.size();
+    Nearby near;
+    if (n == 0) return near.start.assign(1, 0), near;
+    const double more = std::max(most, 0.0), reach = (2.0 * *std::max_element(radius.begin(), radius.end()) + most) * MARGIN;
+    const Cells cells = cells_of(position, reach);
+    // each comes into its cell after all before it, which so are sorted for those that they find and for those that find them
+    std::vector<Held> held(n);
+    Places filled = cells.begins, from(n + 1, 0);
+    std::vector<Index, Aligned<Index>> early(8 * n);
+    Starts count(n + 1, 0);
+    for (std::size_t b = 0; b < n; ++b) {
+        const Held me{position[2 * b], position[2 * b + 1], (radius[b] + 0.5 * more) * MARGIN, Index(b)};
+        const int i = cells.at[2 * b], j = cells.at[2 * b + 1], q0 = std::max(j - 1, 0), q1 = std::min(j + 2, cells.ny);
+        const std::size_t first = std::size_t(from[b]);
+        std::size_t size = first;
+        if (early.size() < size + b) early.resize(2 * early.size() + n);
+        for (int p = std::max(i - 1, 0), p1 = std::min(i + 2, cells.nx); p < p1; ++p)
+            for (std::size_t cell = cells.of(p, q0), end = cells.of(p, q1); cell < end; ++cell)
+                for (Index k = cells.begins[cell]; k < filled[cell]; ++k) {
+                    const double dx = held[k].x - me.x, dy = held[k].y - me.y, square = dx * dx + dy * dy;
+                    const double apart = held[k].reach + me.reach;
+                    early[size] = held[k].disk;
+                    size += square <= apart * apart;  // without a branch, which nobody could foresee
+                }
+        held[filled[cells.of(i, j)]++] = me;
+        if (!body.empty()) size = std::size_t(std::remove_if(&early[first], &early[0] + size, [&](Index a) { return body[a] == body[b]; }) - &early[0]);
+        for (std::size_t k = first; k < size; ++k) ++count[early[k] + 1];
+        if (size > MOST_PAIRS) return near;
+        from[b + 1] = Index(size);
+    }
+    for (std::size_t a = 0; a < n; ++a) count[a + 1] += count[a];
+    near.start = count;
+    near.other.resize(std::size_t(from[n]));
+    for (std::size_t b = 0; b < n; ++b)
+        for (Index k = from[b]; k < from[b + 1]; ++k) near.other[count[early[k]]++] = Index(b);
+    return near;
+}
 
 Neighbours named(const Touching& at) {
     const std::size_t k = at.size();
@@ -151,6 +169,12 @@ Touching touching(In position, In radius, const Segments& walls, double most, st
     }
     found.pairs = std::int64_t(found.size());
     if (walls.w) find_walls(found, position, radius, walls, most);
+    return found;
+}
+
+Touching touching_walls(In position, In radius, const Segments& walls, double most) {
+    Touching found;
+    find_walls(found, position, radius, walls, most);
     return found;
 }
 

@@ -28,6 +28,17 @@ struct Touching {
 // its ends.
 Touching touching(In position, In radius, const Segments& walls, double most, std::span<const Index> body = {});
 
+// The disks and walls of these alone, of places within a period.
+Touching touching_walls(In position, In radius, const Segments& walls, double most);
+
+// Of each disk those behind it in number, rising, whose gap may be at most `most` m, and with MARGIN a little more: of disk i
+// other[start[i]] to other[start[i + 1]]. No start where MOST_PAIRS are within reach.
+struct Nearby {
+    Starts start;  // (n + 1)
+    Places other;
+};
+Nearby nearby(In position, In radius, double most, std::span<const Index> body = {});
+
 // The same with unit normals.
 struct Neighbours {
     Places first, second, wall;  // (k) disk; disk, −1 for a wall; wall, −1 for a pair

@@ -40,12 +40,12 @@ public:
 
 private:
     struct Leg { double start[2], end[2], outward[2], place[2]; bool corner; };
+    struct Look;
     struct Wave { double x, y, turning, cosine[2], sine[2]; };  // rad/m, rad/s; of the phases of both components
     int corner_of(const double* at, int door) const;
     Leg leg(const double* at, int door) const;
     double left(double x, double y, int door) const;
-    void heading(const double* at, int door, double radius, bool round, double (&way)[2]) const;
-    void jostle(In x, const Flags& before, double time, Out u) const;
+    void heading(const double* at, int door, double left, double radius, bool round, double (&way)[2]) const;
 
     Distance law_;
     std::vector<Wave> waves_;

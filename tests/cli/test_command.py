@@ -67,8 +67,8 @@ def test_run_solve_compare(percussions, tmp_path):
     head, rows = compared.stdout.split("┡")
     assert "jam: LAMMPS, k = 10⁶ N/m" in head
     assert "(N)" not in head + rows
-    assert re.search(r"penalty mean +│ +\S+ N ", rows)
-    assert re.search(r"contact correlation +│ +[\d.–]+ +│", rows)
+    assert re.search(r"springs mean of contacts +│ +\S+ N ", rows)
+    assert re.search(r"contact forces, correlation +│ +[\d.–]+ +│", rows)
     numbers = json.loads((folder / "comparison.json").read_text())
     assert numbers["unit"] == "N"
     assert numbers["status"] == "solved"

@@ -71,6 +71,13 @@ def test_my_dump(example, form):
     np.testing.assert_allclose(found["percussions"].impulse, wanted, atol=1e-9)
 
 
+def test_first(example):
+    """The wall takes the momentum that the people lose."""
+    found = example("first", "ipynb")
+    lost = (75.0 * (found["people"].velocity - found["answer"].right_velocity)).sum(axis=0)
+    np.testing.assert_allclose(found["answer"].impulse[found["contacts"].is_wall].sum(axis=0), lost, atol=1e-9)
+
+
 def test_how_stiff(example):
     """Less error asks for stiffer springs, which cost more."""
     found = [one for one in example("how_stiff")["found"].values() if one is not None]

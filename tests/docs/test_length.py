@@ -9,10 +9,10 @@ from tests.docs.documented import ROOT
 
 README = ROOT / "README.md"
 RESULTS = sorted((ROOT / "docs/results").glob("*.md"))
-LARGEST = 720  # words of a page of results, its tables and commands included
+LARGEST = 750  # words of a page of results, its tables and commands included
 LARGEST_README = 600
-LARGEST_TEMPLATES = 7_850  # words of the templates of pages, Jinja included
-LARGEST_ALL = 12_650  # words of prose
+LARGEST_TEMPLATES = 8_300  # words of the templates of pages, Jinja included
+LARGEST_ALL = 13_500  # words of prose
 
 
 def prose(text):

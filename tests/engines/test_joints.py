@@ -105,7 +105,7 @@ def test_what_rigid_disks_overstate_is_the_table_of_the_page():
 
 @pytest.mark.parametrize(
     ("stiffness", "said"),
-    [(1e6, None), (1.2e5, "use with care"), (4e4, "not valid for forces: people will be deep"),
+    [(1e6, None), (1.2e5, "ones do. Above 17 do not use forces"), (4e4, "not valid for forces: people will be deep"),
      (1e4, "not a crowd")],
 )  # fmt: skip
 def test_a_soft_crowd_is_named_before_it_runs(stiffness, said):
@@ -118,7 +118,7 @@ def test_a_run_says_it(tmp_path, caplog, monkeypatch):
     monkeypatch.setattr(logging.getLogger("analysis"), "propagate", True)
     with caplog.at_level(logging.WARNING, logger="analysis"):
         simulate(scene.with_run(duration_s=0.02, frames=2), "lammps", tmp_path / "run")
-    assert "the total push over stiffness times radius is 14" in caplog.text
+    assert "s = 14 times stiffness times radius" in caplog.text
 
 
 @pytest.mark.parametrize(("stiffness", "marked"), [(3e4, True), (1e6, False)])

@@ -12,6 +12,7 @@ import shapely
 from analysis.infer import crowd, page, tracks
 from analysis.infer.inference import NAMES, infer, run_prior, uniform
 from analysis.infer.posterior import Reference
+from analysis.infer.seen import see
 from analysis.scene.rooms import Crowd, room
 from analysis.scene.scene import SceneError
 
@@ -32,7 +33,7 @@ def file_of(apart=0.5, speed=1.0, people=10, sway=None):
 def test_numbers_of_people_who_walk_in_a_line_are_their_speed_and_distance():
     found = tracks.measure(GATE, file_of(people=20), (1, 12))
     half_ring = np.pi * (1.5**2 - 0.5**2) / 2 + 1.0  # round both posts, and before the door
-    assert GATE.area == pytest.approx(half_ring, rel=1e-3)
+    assert GATE.area(GATE.zone) == pytest.approx(half_ring, rel=1e-3)
     assert found["flow"] == pytest.approx(2.0)  # 1 m/s over 0.5 m
     assert found["density"] == pytest.approx(2.0 / half_ring, rel=0.06)  # two in each metre
     assert [found[name] for name in ("speed", "nearest_5", "nearest_50")] == pytest.approx([1.0, 0.5, 0.5])
@@ -76,12 +77,14 @@ def test_posterior_of_a_gaussian_is_the_known_one_and_covers():
     low, median, high = runs.posterior(seen).quantiles()
     assert median == pytest.approx(spread @ model.T @ seen / 0.16, abs=0.05)
     assert high - low == pytest.approx(2 * 1.645 * np.sqrt(np.diag(spread)), rel=0.12)
-    left_out, stretch = few.left_out()
+    left_out = few.left_out()
     inside = (left_out[:, 0] <= theta[:300]) & (theta[:300] <= left_out[:, 2])
     assert inside.mean(0) == pytest.approx(0.9, abs=0.05)
-    assert few.misfit(seen, stretch) < 0.9 < few.misfit(np.array([2.0, 0.0, -2.0]), stretch)
-    assert few.misfit(np.array([0.0, 99.0, 0.0])) == 1.0
-    assert runs.posterior(np.zeros(3)).stretch == pytest.approx(1.0, abs=0.05)  # in the middle
+    # of statistics that this model gives 9 in 10 are within the 90 % of the runs; others are found
+    other = random.standard_normal((400, 2)) @ model.T + 0.4 * random.standard_normal((400, 3))
+    assert np.mean([few.misfit(one) < 0.9 for one in other]) == pytest.approx(0.9, abs=0.05)
+    for strange in ([2.0, 0.0, -2.0], [0.0, 99.0, 0.0], [9.0, 9.0, 0.0]):
+        assert few.misfit(np.array(strange)) > 0.95
 
 
 def test_prior_is_reproducible_within_its_bounds_and_people_react_within_their_time_gap():
@@ -127,6 +130,44 @@ def test_a_room_without_one_door_is_refused_by_its_key(site):
         crowd.gate_of(goals, "here", np.zeros((1, 2)))
     with pytest.raises(SceneError, match="here: drive: a door"):
         crowd.gate_of(site.room.model_copy(update={"drive": None}), "here", np.zeros((1, 2)))
+
+
+def film(tmp_path, site, *more):
+    """See eight people, one behind the other, walk out of the room at 0.5 m/s; further rows: id, frame, x, y."""
+    rows = [(k, f, 0.05 * f - 0.3 - 0.5 * k, 0.0) for k in range(8) for f in range(90)] + [*more]
+    said = "# framerate: 10 fps\n# id frame x/m y/m\n"
+    (tmp_path / "film.txt").write_text(said + "".join(f"{n} {f} {x:.4f} {y}\n" for n, f, x, y in rows))
+    site.room.write(tmp_path)
+    return see(tmp_path / "film.txt", tmp_path / "small.toml", window_s=5.0)
+
+
+@pytest.mark.parametrize(("more", "people", "notes"), [
+    ([], 8, []),
+    ([(9, f, -3.0, -1.0) for f in range(90)], 9, ["not leave while they are seen: 1"]),
+    ([(9, f, 0.05 * f - 2.5, 1.0) for f in range(20, 40)], 8, ["come later and are not simulated: 1", "not leave"]),
+    ([(9, f, 0.5, 0.0) for f in range(30)], 8, []),  # behind the door all the time
+])  # fmt: skip
+def test_windows_of_a_film_have_the_flow_of_those_who_leave_in_them(tmp_path, site, more, people, notes):
+    seen = film(tmp_path, site, *more)
+    assert len(seen.site.start) == seen.site.people == people
+    assert len(seen.notes) == len(notes)
+    assert all(part in note for part, note in zip(notes, seen.notes, strict=True))
+    # 0.6 s, 1.6 s, …: five leave in the first 5 s, too few in the next
+    assert [(start, end) for start, end, _ in seen.windows] == [(0.0, 5.0)]
+    assert seen.site.parts == ((0, 5),)
+    for one in (seen.statistics, seen.windows[0][2]):
+        assert one["flow"] == pytest.approx(1.0, rel=0.02)
+        assert one["door_speed"] == pytest.approx(0.5)
+        assert (one["door_spread"], one["door_gain"]) == pytest.approx((0, 0), abs=1e-9)
+        assert one["third_50"] == pytest.approx(1.0)  # 0.5 and 0.5 m, or one who stands between two
+
+
+def test_parts_of_a_run_are_measured_as_a_run_with_that_span(site):
+    usual = crowd.crowd_of(np.full(len(crowd.PRIOR), 0.5))
+    (part,) = crowd.simulate(replace(site, parts=((1, 5),)), usual, 3).parts
+    alone = crowd.simulate(replace(site, span=(1, 5)), usual, 3)
+    assert (part.contact_N, part.wall_N) == (alone.contact_N, alone.wall_N)
+    assert part.statistics == pytest.approx(alone.statistics, nan_ok=True)
 
 
 def made_up(seed, runs=200):

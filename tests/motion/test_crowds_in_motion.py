@@ -8,6 +8,7 @@ from analysis.dumps import DumpError
 from analysis.dumps.windows import RunWindows, Window
 from analysis.engines.run import simulate
 from analysis.exposure.loads import MEASURES, RunLoads, arch_in, arches_of, read_exposure, share_of
+from analysis.exposure.times import time_until
 from analysis.motion.study import Model, difference_words, differences_of, interval_cell
 
 from analysis.motion.study import least_words  # isort: skip
@@ -22,7 +23,7 @@ def ensemble(samples):
     """An ensemble whose wall loads are the samples, one row per crowd."""
     every = []
     for row in np.asarray(samples, dtype=float):
-        values = {key: row for key in (*MEASURES, "wall_line_load")}
+        values = {key: row for key in (*MEASURES, "wall_line_load") if key != "flow"}
         when = {"time": 0.1 * np.arange(1, len(row) + 1), "duration": np.full(len(row), 0.1)}
         every.append(RunLoads(scene=None, ids=[], loads={}, values=values, **when))
     return Model(title="model", series=every, last_s=100.0)
@@ -64,18 +65,28 @@ def test_a_difference_is_told_from_chance():
     assert differences_of(ensemble(base[:2]), ensemble(base)) == {}
 
 
-def test_flow_is_a_count_of_people():
-    """In windows of 0.1 s, ten of which are a second: people, never fewer than none."""
-    passed = np.zeros((3, 10))
-    passed[0, 4] = passed[2, [1, 7]] = 10.0
-    found = ensemble(passed).interval("flow")
-    assert (found.mean, found.low, found.replicates) == (1.0, 0.0, 3)
-    assert found.high == int(found.high) >= 3
-    still = ensemble(np.zeros((3, 10)))
-    assert interval_cell(still.interval("flow")) == "0 (0 – 2)"
-    walks = ensemble(10 * np.eye(10)[[1, 3, 5, 5, 7]] + 10 * np.eye(10)[[2] * 5])
-    assert walks.sample("flow").values.tolist() == [2, 2, 2, 2, 2]
+def leaving(*replicates):
+    """Five people of each of these replicates, who get out at these times (s) of 2 s."""
+    series = [RunLoads(scene=None, ids=[], loads={}, duration=np.full(4, 0.5), values={"flow": np.zeros(4)},
+                       time=np.array([0.5, 1, 1.5, 2.0]), out=np.append(out, np.full(5 - len(out), np.inf)))
+              for out in replicates]  # fmt: skip
+    return Model(title="model", series=series, last_s=100.0)
+
+
+def test_flow_is_of_those_after_the_first_from_then_on():
+    """Two in the 1.6 s to the end, one in 0.8 s, and all four others in 1 s; never fewer than none."""
+    model = leaving([0.4, 1.0, 1.2], [1.2, 1.9], [0.3, 0.4, 0.5, 1.0, 1.3])
+    assert model.sample("flow").values == pytest.approx([2 / 1.6, 1 / 0.8, 4 / 1.0])
+    found = model.interval("flow")
+    assert (found.mean, found.low, found.replicates) == (pytest.approx(6.5 / 3), 0.0, 3)
+    assert found.high > 4
+    still, walks = leaving([], [], [], []), leaving([0.1, 1.1], [0.1, 1.2], [0.2, 1.2], [0.4, 0.9])
+    assert interval_cell(still.interval("flow")) == "0 (0 – 0.5)"
     assert differences_of(still, walks)["flow"].stops
+    assert [time_until(one, 2) for one in walks.series] == [1.1, 1.2, 1.2, 0.9]
+    assert time_until(walks.series[0]) == np.inf
+    with pytest.raises(ValueError, match=r"count: 6\. 5 people were inside"):
+        time_until(walks.series[0], 6)
 
 
 def test_equal_numbers_are_no_range_of_no_width():

@@ -93,22 +93,30 @@ def test_the_law_knows_no_direction_of_its_own_and_no_one_out_of_reach():
     assert np.array_equal(far[:60], here)
 
 
-def test_people_who_meet_give_way_to_each_other_until_they_have_passed():
-    goals = [
-        {"people": (2, 2), "door_start_m": (-9, -1), "door_end_m": (-9, 1), "outward": (-1, 0)}
-    ]
-    gap, off = 0.5, 0.02
+BACK = {"people": (2, 2), "door_start_m": (-9, -1), "door_end_m": (-9, 1), "outward": (-1, 0)}
+
+
+@pytest.mark.parametrize(
+    ("gap", "off", "speeds"),
+    [(0.5, 0.0, ()), (0.5, 0.3, ()), (0.5, -0.3, ()), (2.4, 0.1, ()), (2.999, 0.0, ()),
+     (3.01, 0.0, ()), (1.0, 1.01, ()), (0.1, 0.4, (0.1 / GAP_S, 0.2 / GAP_S))],
+)  # fmt: skip
+def test_who_sees_people_come_keeps_to_the_right_and_the_longer_way_waits(gap, off, speeds):
     apart = np.sqrt((2 * RADIUS + gap) ** 2 - off**2)
-    both = wanted(drive(goals=goals), (-5, off / 2), (-5 + apart, -off / 2))
-    aside = 5 * np.exp(-gap / 0.3) * (1 - off / (2 * RADIUS))
-    expected = SPEED * np.array([1, aside]) / np.hypot(1, aside)
-    to_posts = wanted(drive(goals=goals), (-5, off / 2))[0] / SPEED  # all but along x
-    assert to_posts == pytest.approx([1, 0], abs=1e-12)
-    assert both == pytest.approx(np.stack([expected, -expected]), rel=1e-12)
-    head_on = wanted(drive(goals=goals), (-5, 0), (-5 + 2 * RADIUS + gap, 0))
-    assert head_on[0, 1] < 0 < head_on[1, 1]  # each to the right
-    past = wanted(drive(goals=goals), (-5, 0.01), (-5.6, -0.01))
-    assert np.abs(past[:, 0]) == pytest.approx(SPEED, rel=1e-3)
+    places = (-5, off / 2), (-5 + apart, -off / 2)
+    both = wanted(drive(goals=[BACK]), *places)
+    right = 2 * (1 - gap / 3) if gap < 3 and abs(off) < 1 else 0.0
+    expected = np.array([[1, -right], [-1, right]]) / np.hypot(1, right)
+    assert both == pytest.approx(expected * np.reshape(speeds or [SPEED] * 2, (2, 1)), rel=1e-12)
+    between = drive([(-4.9, -3, -4.9, 3)], goals=[BACK])  # a wall that hides them from each other
+    alone = [wanted(between, place, ids=np.array([k + 1]))[0] for k, place in enumerate(places)]
+    assert wanted(between, *places) == pytest.approx(np.array(alone), abs=1e-13)
+
+
+def test_many_who_come_turn_nobody_by_more_than_two_of_the_way():
+    crowd = [(-5, 0), *((-5 + 0.9 + 0.5 * k, 0.0) for k in range(4))]
+    first = wanted(drive(goals=[BACK | {"people": (2, 5)}]), *crowd)[0]
+    assert first == pytest.approx(SPEED * np.array([1, -2]) / np.sqrt(5), rel=1e-12)
 
 
 def test_headings_have_their_spread_and_are_held_by_everybody_from_another_instant_on():

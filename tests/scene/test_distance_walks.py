@@ -42,7 +42,7 @@ def test_nobody_walks_into_a_wall_faster_than_its_gap_allows(gap):
 
 
 @pytest.mark.parametrize("jostling", [0.0, 0.1])
-@pytest.mark.parametrize("door", [0.6, 2.0, opposing(6.0, 3.0)])
+@pytest.mark.parametrize("door", [0.6, 2.0, opposing(6.0, 3.0), opposing(6.0, 3.0, 1.0)])
 def test_nobody_stands_for_ever(door, jostling):
     scene = room("a", 6.0, 3.0, door, Crowd(people=16, radius=0.18, speed=1.34, relaxation=0.3))
     law = {"time_gap_s": 0.6, "push_share": 0.0, "jostling_m_per_s": jostling}

@@ -18,6 +18,7 @@ from analysis.scene import (
     read_scene,
     room,
 )
+from analysis.scene.anthropometry import Varied
 from analysis.scene.waiting import _shared_out
 from nscd import find_contacts
 
@@ -46,7 +47,7 @@ def test_each_door_has_its_share_of_those_who_are_near_it():
     goal = scene.drive.desired_velocity(scene.snapshot.position, scene.snapshot.ids)
     assert (goal[two, 1] > 0).all()
     assert scene.drive.goals[0].outward == (0.0, 1.0)
-    assert scene.notes.splitlines()[-1].startswith("Of them go to one door after the other: 80, 40")
+    assert scene.notes.splitlines()[-1].startswith("80 go to door 1, 40 go to door 2")
 
 
 def test_streams_by_command(percussions, tmp_path):
@@ -103,6 +104,28 @@ def test_cells_are_shared_out_at_the_least_price():
         least = rows[linear_sum_assignment(rows)].sum()
         taken = going >= 0
         assert price[going[taken], np.flatnonzero(taken)].sum() == pytest.approx(least)
+
+
+def test_doors_as_long_as_the_floor_share_out_whole_and_broken_columns():
+    column = np.repeat(np.arange(30.0), 10)  # before such a door a whole column is as far from it
+    price = np.stack([column, 29 - column])
+    for wanted in (np.array([35, 12]), np.array([250, 19]), np.array([150, 150])):
+        going = _shared_out(price, wanted)
+        for row, number in enumerate(wanted):
+            mine = price[row, going == row]
+            assert sorted(mine) == sorted(price[row])[:number]
+
+
+@pytest.mark.parametrize(("people", "seed"), [(2, 3), (5, 6), (10, 7)])
+def test_a_small_stream_has_room_enough(people, seed):
+    doors = [
+        Doorway(ends=((0, 0), (0, 10)), start=shapely.box(-4, 0, 0, 10), share=people),
+        Doorway(ends=((-30, 0), (-30, 10)), start=shapely.box(-30, 0, -26, 10), share=100),
+    ]
+    crowd = Crowd(people=100 + people, varied=Varied(radius_share=0.1, seed=seed))
+    scene = from_geometry("few", shapely.box(-30, 0, 0, 10), doors, crowd)
+    assert [mine.sum() for mine in parted(scene)] == [people, 100]
+    assert find_contacts(scene.snapshot, tolerance=0.0).gap.min(initial=0.0) > -1e-6
 
 
 def test_a_door_narrower_than_a_disk_is_said(percussions):

@@ -394,9 +394,10 @@
 
   // ---- a link: the scene by name and what was changed, or all of it
   async function share() {
-    const own = known.scenes.find((one) => one.name === base), changed = JSON.stringify(run.began.content) !== JSON.stringify(own && own.content);
+    const own = known.scenes.find((one) => one.name === base), now = { ...run.began, content: scene.content };  // with doors and walls where they were pulled to
+    const changed = JSON.stringify(now.content) !== JSON.stringify(own && own.content);
     const again = placed && !placed.moved, whole = own && JSON.stringify(run.began.disks) === JSON.stringify(own.disks);
-    const content = changed || !own ? { ...run.began.content, title: titleOf(run.began) } : null;
+    const content = changed || !own ? { ...now.content, title: titleOf(now) } : null;
     shared = await hashOf({ base, placed: again ? placed : null, content, disks: again || whole ? null : run.began.disks });
     location.hash = shared, say("The address of this page now holds this scene.");
   }
@@ -450,7 +451,7 @@
     if (run.moved) heading();
     const pen = cleared(canvas, view), { scale, to } = view, x = part("position"), frame = run.frames.at(-1), { r, id } = scene.disks;
     canvas.classList.toggle("alarm", run.ended !== "");
-    stroke(pen, "#000", 3, (scene.content.walls || []).map((one) => [to(one.start_m), to(one.end_m)]));
+    stroke(pen, INK, 3, (scene.content.walls || []).map((one) => [to(one.start_m), to(one.end_m)]));
     for (const one of exits(scene.content)) if (!one.ahead) stroke(pen, "#666", 1, [[to(one.door_start_m), to(one.door_end_m)]], [4, 4]);
     const place = (i) => [x[2 * i], x[2 * i + 1]], loads = new Float64Array(id.length), lines = [];
     let largest = 0;
@@ -491,8 +492,8 @@
     const to = ([t, v]) => [6 + (wide - 12) * t / last, high - 14 - (high - 32) * v / top];
     stroke(pen, "#bbb", 1, [[[6, high - 14], [wide - 6, high - 14]]]);
     stroke(pen, "#0072b2", 1.5, points.slice(1).map((one, k) => [to(points[k]), to(one)]));
-    pen.fillStyle = "#1b1b1b", pen.font = "12px system-ui, sans-serif";
-    pen.fillText(`${title}: now ${number(told(points.at(-1)[1]))}, most ${number(told(most(points.map((one) => one[1]))))}`, 6, 12);
+    pen.fillStyle = INK, pen.font = "12px system-ui, sans-serif";
+    pen.fillText(`${title}: now ${number(told(points.at(-1)[1]))}, largest ${number(told(most(points.map((one) => one[1]))))}`, 6, 12);
     pen.textAlign = "right", pen.fillText(`${last.toFixed(2)} s`, wide - 6, high - 2), pen.textAlign = "left";
   }
   function list() {
@@ -590,7 +591,7 @@
   function outline() {
     const pen = cleared(canvas, view);
     const { parts, points } = drawing, closed = parts.flatMap((ring) => ring.map((p, i) => [p, ring[(i + 1) % ring.length]]));
-    stroke(pen, "#000", 3, [...closed, ...points.slice(1).map((p, i) => [points[i], p])].map(([a, b]) => [view.to(a), view.to(b)]));
+    stroke(pen, INK, 3, [...closed, ...points.slice(1).map((p, i) => [points[i], p])].map(([a, b]) => [view.to(a), view.to(b)]));
     return marks(pen);
   }
   function marks(pen) {  // the points that are drawn, and the cross of the keys

@@ -83,9 +83,12 @@ document.querySelectorAll(".film").forEach(async (root) => {
     // where people are in any frame, and the door; the whole room where it is not far larger
     const places = reel.frames.flatMap((frame) => (frame.at ? [...frame.at.values()] : []));
     const door = reel.doors.flatMap(one => [one.slice(0, 2), one.slice(2)]);
-    const near = places.concat(door, places.length ? [] : [[0, 0], [1, 1]]);
     const margin = 1.5 * film.place * Math.max(...reel.radius, 1);
     const walls = reel.walls.flatMap((one) => [one.slice(0, 2), one.slice(2)]);
+    // not those who left, where most are between walls
+    const [left, right, low, high] = walls.length ? boxOf(walls, [], 1, margin) : [];
+    const inside = places.filter(([x, y]) => left <= x && x <= right && low <= y && y <= high);
+    const near = (2 * inside.length > places.length ? inside : places).concat(door, places.length ? [] : [[0, 0], [1, 1]]);
     box = fitted(canvas, boxOf(near, walls, 1.2, margin), [0.24, 0.58]);
   }
 
@@ -109,7 +112,7 @@ document.querySelectorAll(".film").forEach(async (root) => {
     const { reel, kind, unit } = view(), frame = frameOf(), pen = cleared(canvas, box);
     const { scale, to } = box, by = kind === "difference" ? "difference" : colours.value;
     canvas.classList.toggle("alarm", frame.s !== "solved" && (kind === "difference" || isRigid()));
-    stroke(pen, "#000", 3, reel.walls.map(([a, b, c, d]) => [to([a, b]), to([c, d])]));
+    stroke(pen, INK, 3, reel.walls.map(([a, b, c, d]) => [to([a, b]), to([c, d])]));
     for (const one of reel.doors) stroke(pen, "#666", 1, [[to(one.slice(0, 2)), to(one.slice(2))]], [4, 4]);
     if (frame.at) {
       const most = largestOf(frame);
@@ -137,6 +140,7 @@ document.querySelectorAll(".film").forEach(async (root) => {
         pen.fill();
       });
     }
+    $("live").disabled = !frame.p || !frame.p.length;
     say(frame);
     list(frame);
   }
@@ -153,7 +157,7 @@ document.querySelectorAll(".film").forEach(async (root) => {
     if (frame.a) frame.a.forEach((_, i) => { most = Math.max(most, Math.abs(carried(frame, i) || 0)); });
     const rigid = reel.units.percussions && (view().kind === "difference" || isRigid());
     const solved = frame.s !== "solved" ? `, percussions ${frame.s}: ${frame.why}` : rigid ? ", solved" : "";
-    const jump = reel.jumps.includes(frame.n) ? ", far from the frame before: doubtful" : "";
+    const jump = reel.jumps.includes(frame.n) ? ", but a jump since the frame before: doubt it" : "";
     const what = view().kind === "difference" ? "largest difference" : unit === "N" ? "largest force" : "largest percussion";
     now.textContent = `${frame.t.toFixed(2)} s: `
       + `${what} ${number(rounded(most), unit)}${reel.units.percussions ? solved : ""}${jump}.`;

@@ -1,5 +1,6 @@
 "use strict";
 // What film.js and explore.js share: html.py writes it before each.
+const dark = matchMedia("screen and (prefers-color-scheme: dark)").matches, INK = dark ? "#eaeaea" : "#1b1b1b";  // of walls and words
 const NOBODY = "#f2f2f2", still = matchMedia("(prefers-reduced-motion: reduce)");
 
 function unpacked(text) {  // base64 of a gzip

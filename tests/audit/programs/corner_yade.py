@@ -3,6 +3,7 @@
 import math
 from pathlib import Path
 
+import export_contacts
 from yade import Vector3, utils
 from yade import wrapper as yade
 
@@ -23,16 +24,13 @@ O.engines = [
 ]  # fmt: skip
 O.dt = 5e-4
 HEAD = "NUMBER OF ATOMS\n6\nITEM: BOX BOUNDS ff ff pp\n-9 9\n-9 9\n-1 1\nITEM: ATOMS id x y radius mass vx vy omegaz"
-bodies, rows = [], ["step,id1,id2,is_wall,fx,fy"]
-for step in range(200):
+bodies = []
+for _ in range(200):
     O.step()
-    bodies.append(f"ITEM: TIMESTEP\n{step}\nITEM: {HEAD}")
-    for one in [O.bodies[k].state for k in range(6)]:
+    bodies.append(f"ITEM: TIMESTEP\n{O.iter}\nITEM: {HEAD}")
+    for k, one in enumerate(O.bodies[k].state for k in range(6)):
         numbers = one.pos[0], one.pos[1], 0.25, 75, one.vel[0], one.vel[1], one.angVel[2]
-        bodies.append(f"{len(bodies) % 7} " + " ".join(map(repr, numbers)))
-    for i in (one for one in O.interactions if one.isReal):  # the force is that on id2
-        f, wall = i.phys.normalForce + i.phys.shearForce, max(i.id1, i.id2) > 5
-        sign, (one, two) = 1 if i.id1 < i.id2 else -1, sorted((i.id1, i.id2))
-        rows.append(f"{step},{one + 1},{two - 5 if wall else two + 1},{wall},{sign * f[0]!r},{sign * f[1]!r}")
+        bodies.append(f"{k + 1} " + " ".join(map(repr, numbers)))
+    export_contacts.add()
 Path("bodies.dump").write_text("\n".join(bodies) + "\n")
-Path("contacts.csv").write_text("\n".join(rows) + "\n")
+export_contacts.write()
