@@ -44,6 +44,7 @@ def run(
     time_step: Positive | None = None,
     duration: Positive | None = None,
     impulses: bool = False,
+    exact: bool = False,
     ranks: Processes = 1,
     out: Out = Path("out"),
 ) -> None:
@@ -59,10 +60,12 @@ def run(
     duration: Simulated time in s.
     impulses: Sum the impulses of contacts between frames, for `exposure`. A run of LAMMPS then takes
         1.5 to 5 times as long. The rigid engine always sums them.
+    exact: Solve each step to 1e-8, with friction too. The rigid engine only.
     ranks: Processes of MPI that share the run. LAMMPS only.
 
     Example: percussions run arch --engine yade --stiffness 1e7"""
     from analysis.engines.rigid import NAME as RIGID
+    from analysis.engines.rigid import TOLERANCE
     from analysis.engines.run import EngineRun, check_before
     from analysis.scene.scene import read_scene
     from analysis.scene.unused import note_unused_keys
@@ -80,7 +83,10 @@ def run(
     if engine == RIGID:
         springs = {"stiffness": stiffness, "wall_stiffness": wall_stiffness, "law": law}
         app.refuse("only of engines with springs, lammps and yade", **springs)
+    else:
+        app.refuse("only of --engine rigid", exact=exact or None)
     step = {"rigid_step_s" if engine == RIGID else "time_step_s": time_step}
+    step["rigid_tolerance"] = TOLERANCE if exact else None
     timing = app.drop_none(**step, duration_s=duration, impulses=impulses or None)
     chosen = chosen.with_run(**timing)
     if error is not None:

@@ -356,7 +356,7 @@ class Run(Schema):
     drive_interval_steps: steps between two evaluations of the drive, in LAMMPS and YADE
     rigid_step_s: s, of the rigid engine at most; it is shortened to fit between frames. Follows
         from radius and speed where left out
-    rigid_tolerance: of the contact problem of a step; 1e-8 where left out
+    rigid_tolerance: of the contact problem of a step; where left out 1e-8, with friction 1e-3
     impulses: whether LAMMPS and YADE sum the impulses of contacts between frames, which costs time;
         the rigid engine always does"""
 

@@ -55,7 +55,7 @@
   }
 
   function law() {
-    const { drive, contact, run: asked, period_x_m: period } = scene.content, tolerance = asked.rigid_tolerance || (contact.friction ? 1e-6 : 1e-8);
+    const { drive, contact, run: asked, period_x_m: period } = scene.content, tolerance = asked.rigid_tolerance || (contact.friction ? 1e-3 : 1e-8);
     const [low, high] = period || [0, 0];
     [run.h, run.interval] = timing(scene);
     put("law", [run.h, drive ? drive.relaxation_time_s : 0, ...acceleration(scene.content), contact.restitution, contact.friction || 0, tolerance,
