@@ -119,7 +119,8 @@ def says_little_beside(page, limit):
     page.locator("summary").evaluate_all("all => all.forEach(one => one.parentNode.open = true)")
     sections = page.locator("section[data-figure]").all_inner_texts()
     whole = words(page.locator("body").inner_text())
-    assert whole - sum(map(words, sections)) <= PAPER_WORDS[limit]
+    beside = whole - sum(map(words, sections))
+    assert beside <= PAPER_WORDS[limit], beside
 
 
 def has_its_verdicts(page, claims):
@@ -129,7 +130,7 @@ def has_its_verdicts(page, claims):
         mine = [claim for claim in claims if claim["verdict"] == verdict]
         assert shown.get_attribute("data-verdict") == verdict
         assert shown.locator("a").count() == len(mine)
-        raised = any("^" in claim["statement"] for claim in mine)
+        raised = any("^" in claim["statement"][:50] for claim in mine)
         assert (shown.locator("a sup").count() > 0) == raised
         assert not set("^~*`") & set(shown.inner_text())
         for claim in mine:
