@@ -2,7 +2,7 @@
 # Drake 1.51.1, contact results of the discrete contact approximation kTamsi (multibody/plant/tamsi_driver.cc).
 # One would guess: the contact forces that a plant reports after a step are those that made the step, as with kLagged,
 #   kSimilar and kSap to ten digits.
-# What happens: where TAMSI does not converge it makes the step in parts, and what is reported is not the mean. Twelve
+# What happens: where TAMSI does not converge it makes the step in parts, and reports the forces of the last one. Twelve
 #   spheres fall into a corner: in one step of 5 ms the walls give them 187 N, and the results list 50 N.
 # Who is hurt: whoever adds up contact forces of impacts with kTamsi. The steps that were split are not marked.
 set -euo pipefail
