@@ -1,5 +1,6 @@
 """The pictures of docs/concepts, drawn from solved problems: python docs/concepts/pictures.py."""
 
+import csv
 import tempfile
 from pathlib import Path
 
@@ -234,7 +235,38 @@ def standards() -> None:
     draw([tested.tracks[0], tested.tracks[-1]]).savefig(path, dpi=100)
 
 
+def step_tolerance() -> None:
+    """Draw what steps with friction cost, and by how much their forces are off, by tolerance."""
+    results = FOLDER.parents[1] / "results"
+    with (results / "tables" / "step_tolerance.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    box = {"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none", "alpha": 0.8}
+    colors = {"0.1": "#0072b2", "0.3": INK, "0.6": "#d55e00"}
+    figure, both = plt.subplots(1, 2, figsize=(9, 3.8), layout="constrained", sharey=True)
+    for axes, people in zip(both, ("594", "2000"), strict=True):
+        axes.axhline(0, color="#999999", lw=0.8)
+        for friction, color in colors.items():
+            points = [r for r in rows if (r["case"], r["friction"]) == (f"arch {people}", friction)]
+            if not points:
+                continue
+            off = [tuple(map(float, r["mean force, %"].split(" ± "))) for r in points[1:]]
+            cost = [float(r["CPU s"]) for r in points]
+            error, half = zip((0.0, 0.0), *off, strict=True)
+            axes.errorbar(cost, error, half, fmt="o-", ms=4, capsize=3, color=color, label=f"μ = {friction}")
+            for r, x, y in zip(points, cost, error, strict=True):
+                if friction == "0.3":
+                    exponent = f"{float(r['tolerance']):.0e}".replace("e-0", "·10⁻").replace("1·", "")
+                    text = exponent[:-1] + "⁰¹²³⁴⁵⁶⁷⁸⁹"[int(exponent[-1])]
+                    axes.annotate(text, (x, y), (4, 9), textcoords="offset points", fontsize=8, color=color, bbox=box)
+        axes.set(xscale="log", xlabel="CPU seconds of 2 s", title=f"{int(people):,} people before a door")
+        axes.xaxis.set_major_formatter("{x:g}")
+        axes.legend(loc="lower right")
+    both[0].set_ylabel("mean contact force: difference from 10⁻⁸ (%)")
+    figure.savefig(results / "pictures" / "step_tolerance.png", dpi=100)
+    plt.close(figure)
+
+
 if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)
-    for picture in (percussion, row, window, wall_load, way, stops, standards):
+    for picture in (percussion, row, window, wall_load, way, stops, standards, step_tolerance):
         picture()
