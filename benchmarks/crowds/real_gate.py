@@ -171,7 +171,7 @@ def judged(seen, ours):
     """A line of misfits and counts of one law, and the table of its runs."""
     rooms = ours.groupby(ROOM)
     rows = [(row, rooms.get_group((row.corridor_m, row.n))) for row in seen.itertuples()]
-    line, table = {}, seen[["run", *ROOM]].copy()
+    line, table = {"seeds": ours.seed.max()}, seen[["run", *ROOM]].copy()
     for name, only in VARIANTS.items():
         fits = np.array([fitted(*row, **only) for row in rows])
         good = np.abs(fits[:, 6:]) <= 1.0
@@ -200,7 +200,7 @@ def main():
     parser.add_argument("runs", type=Path)
     parser.add_argument("ours", type=Path)
     lists = {"push": [0.0, 0.05, 0.1, 0.2, 0.4], "jostling": [0.06, 0.1, 0.2, 0.3, 0.6]}
-    for name, value in (lists | {"time-gap": [0.7], "radius": [0.13], "start": [6.0]}).items():
+    for name, value in (lists | {"time-gap": [0.65], "radius": [0.13], "start": [6.0]}).items():
         parser.add_argument(f"--{name}", type=float, nargs="+", default=value)
     for name, value in {"relaxation": 0.3, "friction": 0.0, "seeds": 2}.items():
         parser.add_argument(f"--{name}", type=type(value), default=value)
