@@ -4,16 +4,16 @@
 
 Runs of the experiment CrowdQueue (Wuppertal 2018, doi 10.34735/ped.2018.1): a straight corridor,
 in the middle of its end a gate that is 0.5 m wide and 0.95 m long, with bevels of 0.15 m. RUNS.csv
-has the columns run, corridor_m, n, motivation, flow_per_s, density_per_m2, speed_m_s: seen there, as
-in PedestrianDynamics/jupedsim-dakota-calibration. People start at 3 per m², 0.5 m before the gate.
+has the columns run, corridor_m, n, motivation, priming, flow_per_s, density_per_m2, speed_m_s: seen
+there, as in PedestrianDynamics/jupedsim-dakota-calibration. People start 0.5 m before the gate.
 
 Flow is over the line in the middle of the gate, from 10 to 90 % of the people; density and speed
 (over 0.4 s) in the corridor, 0.65 to 2.65 m before the gate, in that time. Heads sway besides.
 
-What comes out of each push, jostling and seed is kept in OURS.csv. Then it is told what fits best of
-pushes, of jostlings, and of both, linearly between those that were run, and the push that is read
-off the flow, with the interval of the flow: its errors are 0.6 of a headway, over the root of their
-number."""
+What comes out of each law (time gap, radius, people per m² at the start), push, jostling and seed is
+kept in OURS.csv. OURS_laws.csv tells how well each law fits, with the best pushes, jostlings, and both,
+linearly between those that were run. OURS_fit.csv has the runs, and what is read off the flow, with
+its interval (errors: 0.6 of a headway, over the root of their number), for the least misfit."""
 
 import argparse
 import itertools
@@ -39,10 +39,10 @@ def gate(corridor, length=9.0):
     return Walls(start=lines[:, :-1].reshape(-1, 2), end=lines[:, 1:].reshape(-1, 2))
 
 
-def crowd(corridor, people, radius, seed):
-    """People at random places, 3 per m², not yet apart."""
+def crowd(corridor, people, radius, seed, density=3.0):
+    """People at random places, so many per m², not yet apart."""
     half = 0.5 * corridor - radius
-    low, high = (-half, GATE_M + 0.5), (half, GATE_M + 0.5 + people / 3.0 / corridor)
+    low, high = (-half, GATE_M + 0.5), (half, GATE_M + 0.5 + people / density / corridor)
     place = np.random.default_rng(seed).uniform(low, high, (people, 2))
     return Snapshot(position=place, radius=np.full(people, radius), mass=np.full(people, 75.0))
 
@@ -97,25 +97,29 @@ def measured(time, place, corridor):
 
 SEEN = ["flow_per_s", "density_per_m2", "speed_m_s"]
 WITHIN = np.log([1.1, 1.25, 1.15])  # of SEEN
-KEYS, FINE = ["run", "push", "jostling", "seed"], 5
+ROOM, LAW = ["corridor_m", "n"], ["time_gap_s", "radius_m", "start_per_m2"]
+KEYS, FINE = [*ROOM, *LAW, "push", "jostling", "seed"], 5
 HEADWAY_SD, Z90 = 0.6, 1.645
+VARIANTS = {"push": {"jostling": 0.06}, "jostling": {"push": 0.0}, "both": {}}
 
 
-def simulated(row, given, path):
-    """Run what is asked for of a run and not in the file, and put it there."""
+def simulated(rooms, given, path):
+    """Run what is asked for of rooms and not in the file, and put it there."""
     known = pd.read_csv(path) if path.exists() else pd.DataFrame(columns=KEYS)
     done = set(known[KEYS].itertuples(index=False, name=None))
-    ways = itertools.product(range(1, given.seeds + 1), given.push, given.jostling)
-    for seed, push, jostling in ways:
-        if (row.run, push, jostling, seed) in done:
+    asked = [getattr(given, key) for key in ("time_gap", "radius", "start", "push", "jostling")]
+    seeds = range(1, given.seeds + 1)
+    for (corridor, people), *values in itertools.product(rooms, *asked, seeds):
+        if (corridor, people, *values) in done:
             continue
-        law = {"time_gap_s": given.time_gap, "relaxation_time_s": given.relaxation}
+        gap, radius, density, push, jostling, seed = values
+        law = {"time_gap_s": gap, "relaxation_time_s": given.relaxation}
         law |= {"push_share": push, "jostling_m_per_s": jostling}
-        start = crowd(row.corridor_m, row.n, given.radius, seed)
-        time, place, force = run(gate(row.corridor_m), start, law, seed, given.friction)
-        found = measured(time, swaying(time, place, seed), row.corridor_m)
-        values = [row.run, push, jostling, seed, *found, np.quantile(force, 0.9)]
-        one = pd.DataFrame([values], columns=[*KEYS, *SEEN, "force_N"])
+        start = crowd(corridor, people, radius, seed, density)
+        time, place, force = run(gate(corridor), start, law, seed, given.friction)
+        found = measured(time, swaying(time, place, seed), corridor)
+        one = [corridor, people, *values, *found, np.quantile(force, 0.9)]
+        one = pd.DataFrame([one], columns=[*KEYS, *SEEN, "force_N"])
         one.to_csv(path, mode="a", header=not path.exists(), index=False)
 
 
@@ -123,18 +127,16 @@ def between(ours, push=None, jostling=None):
     """Means over seeds at pushes × jostlings, and linearly between them: pushes, jostlings, and log of
     SEEN and force (p,j,4)."""
     means = ours.groupby(["push", "jostling"])[[*SEEN, "force_N"]].mean().clip(lower=1.0e-3)
-    p, j = (np.unique(means.index.get_level_values(k)) for k in (0, 1))
-    value = np.log(means.reindex(pd.MultiIndex.from_product([p, j])).to_numpy())
-    value = value.reshape(len(p), len(j), -1)
-    for axis, name, known, only in ((0, "p", p, push), (1, "j", j, jostling)):
-        more = np.interp(
-            np.arange(FINE * (len(known) - 1) + 1) / FINE, np.arange(len(known)), known
-        )
-        wanted = more if only is None else np.array([only])
-        at = lambda line, x=wanted, of=known: np.interp(x, of, line)  # noqa: E731
-        value = np.apply_along_axis(at, axis, value)
-        p, j = (wanted, j) if name == "p" else (p, wanted)
-    return p, j, value
+    axes = [np.unique(means.index.get_level_values(k)) for k in (0, 1)]
+    value = np.log(means.reindex(pd.MultiIndex.from_product(axes)).to_numpy())
+    value = value.reshape(*map(len, axes), -1)
+    for k, only in enumerate((push, jostling)):
+        known, count = axes[k], len(axes[k])
+        finer = np.interp(np.arange(FINE * (count - 1) + 1) / FINE, np.arange(count), known)
+        axes[k] = finer if only is None else np.array([only])
+        at = lambda line, x=axes[k], of=known: np.interp(x, of, line)  # noqa: E731
+        value = np.apply_along_axis(at, k, value)
+    return *axes, value
 
 
 def fitted(row, ours, **only):
@@ -155,49 +157,62 @@ def read_off(row, ours, key, sd, **only):
     return [float(np.interp(seen + by * sd, rising, x)) for by in (0.0, -Z90, Z90)]
 
 
+def seen_again(ours, fit, flow_sd, draws=400):
+    """The share of draws within what is asked, were a fitted crowd what is seen: its flow with
+    errors, density and speed as seeds differ."""
+    sd = np.log(ours[SEEN].clip(lower=1.0e-3)).groupby([ours.push, ours.jostling]).std().mean()
+    drawn = np.random.default_rng(1).normal(np.log(fit[2:5]), [flow_sd, *sd[1:]], (draws, 3))
+    off = (between(ours)[2][..., :3].reshape(-1, 1, 3) - drawn) / WITHIN
+    best = np.nanargmin((off**2).sum(-1), axis=0)
+    return (np.abs(off[best, np.arange(draws)]) <= 1.0).mean(axis=0)
+
+
+def judged(seen, ours):
+    """A line of misfits and counts of one law, and the table of its runs."""
+    rooms = ours.groupby(ROOM)
+    rows = [(row, rooms.get_group((row.corridor_m, row.n))) for row in seen.itertuples()]
+    line, table = {"seeds": ours.seed.max()}, seen[["run", *ROOM]].copy()
+    for name, only in VARIANTS.items():
+        fits = np.array([fitted(*row, **only) for row in rows])
+        good = np.abs(fits[:, 6:]) <= 1.0
+        line[f"{name}_misfit"] = np.sqrt(np.mean(fits[:, 6:] ** 2))
+        counts = [*good.sum(0), good.all(1).sum()]
+        line |= zip([f"{name}_{key}" for key in [*SEEN, "all"]], counts, strict=True)
+    errors = HEADWAY_SD / np.sqrt(0.8 * seen.n)
+    again = [seen_again(of, *fit) for (_, of), *fit in zip(rows, fits, errors, strict=True)]
+    line |= zip([f"seen_again_{key}" for key in SEEN], np.sum(again, axis=0), strict=True)
+    for k, key in enumerate(SEEN):
+        table[f"seen_{key}"], table[f"ours_{key}"] = seen[key], fits[:, 2 + k]
+    table[["push", "jostling_m_per_s", "force_90_N"]] = fits[:, [0, 1, 5]]
+    for name, key, of in (("push", "flow_per_s", "flow"), ("jostling", "speed_m_s", "speed")):
+        each = zip(rows, errors, strict=True)
+        ends = [read_off(*row, key, sd, **VARIANTS[name]) for row, sd in each]
+        table[[f"{name}_of_{of}{end}" for end in ("", "_low", "_high")]] = ends
+        values = seen.assign(x=[first for first, *_ in ends])
+        pair = values.pivot(index=[*ROOM, "priming"], columns="motivation", values="x")
+        line[f"pairs_{name}"] = (pair["h0"] > pair["h-"]).sum()
+    return line, table
+
+
 def main():
     """Print what was seen beside what comes out."""
     parser = argparse.ArgumentParser(description="A real gate, seen and simulated.")
     parser.add_argument("runs", type=Path)
     parser.add_argument("ours", type=Path)
-    for name, value in (("push", [0.0, 0.1, 0.2, 0.4]), ("jostling", [0.02, 0.06, 0.1, 0.2, 0.3])):
+    lists = {"push": [0.0, 0.05, 0.1, 0.2, 0.4], "jostling": [0.06, 0.1, 0.2, 0.3, 0.6]}
+    for name, value in (lists | {"time-gap": [0.65], "radius": [0.13], "start": [6.0]}).items():
         parser.add_argument(f"--{name}", type=float, nargs="+", default=value)
-    numbers = {"time-gap": 0.75, "radius": 0.12, "relaxation": 0.3, "friction": 0.0, "seeds": 2}
-    for name, value in numbers.items():
+    for name, value in {"relaxation": 0.3, "friction": 0.0, "seeds": 2}.items():
         parser.add_argument(f"--{name}", type=type(value), default=value)
     given = parser.parse_args()
     seen = pd.read_csv(given.runs)
-    for row in seen.itertuples():
-        simulated(row, given, given.ours)
-    ours = dict(list(pd.read_csv(given.ours).groupby("run")))
-    variants = {"push": {"jostling": 0.06}, "jostling": {"push": 0.0}, "both": {}}
-    names = [f"{who}_{key}" for key in SEEN for who in ("seen", "ours")]
-    for name, only in variants.items():
-        fits = [fitted(row, ours[row.run], **only) for row in seen.itertuples()]
-        push, jostling, *found, force = np.transpose(fits)[:6]
-        off = np.transpose(fits)[6:]
-        pairs = [each for key, mine in zip(SEEN, found, strict=True) for each in (seen[key], mine)]
-        columns = dict(zip(names, pairs, strict=True)) | {
-            "push": push,
-            "jostling_m_per_s": jostling,
-        }
-        table = seen[["run", "corridor_m", "n"]].assign(**columns, force_90_N=force.round())
-        good = np.abs(off) <= 1.0
-        flow, density, speed = good.sum(1)
-        print(f"{name}: within: flow {flow}, density {density}, speed {speed}, all {good.all(0).sum()}"
-              f" of {len(seen)}; root mean square {np.sqrt(np.mean(np.square(off))):.2f} of what is"
-              " asked")  # fmt: skip
-    errors = HEADWAY_SD / np.sqrt(0.8 * seen.n)
-    for column, key, only in (
-        ("push_of_flow", "flow_per_s", {"jostling": 0.06}),
-        ("jostling_of_speed", "speed_m_s", {"push": 0.0}),
-    ):
-        rows = zip(seen.itertuples(), errors, strict=True)
-        ends = np.transpose([read_off(row, ours[row.run], key, sd, **only) for row, sd in rows])
-        for end, values in zip(("", "_low", "_high"), ends, strict=True):
-            table[column + end] = values
-    print(table.round(2).to_string())
-    table.round(2).to_csv(given.ours.with_stem(f"{given.ours.stem}_fit"), index=False)
+    simulated(dict.fromkeys(seen[ROOM].itertuples(index=False, name=None)), given, given.ours)
+    groups = pd.read_csv(given.ours).groupby(LAW)
+    lines, tables = zip(*[judged(seen, ours) for _, ours in groups], strict=True)
+    laws = pd.DataFrame(list(groups.groups), columns=LAW).join(pd.DataFrame(lines))
+    for what, found in (("laws", laws), ("fit", tables[laws.both_misfit.argmin()])):
+        print(found.round(2).to_string())
+        found.round(3).to_csv(given.ours.with_stem(f"{given.ours.stem}_{what}"), index=False)
 
 
 if __name__ == "__main__":
