@@ -12,7 +12,7 @@ PYTHON := $(VENV)/bin/python
 unexport MAKEFLAGS
 PIP := $(PYTHON) -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
-.PHONY: help install core wheel release sanitize report paper explore notebooks docs test wheel-test lint bench clean system system-test test-rounding
+.PHONY: help install core wheel release sanitize report paper explore notebooks docs test test-all wheel-test lint bench clean system system-test test-rounding
 
 help:
 	@echo "make install   the environment in $(VENV), and YADE from the system's packages"
@@ -23,6 +23,7 @@ help:
 	@echo "make docs      the docs as a site that opens offline, in site/"
 	@echo "make core      the native core compiled anew where nscd/core/ has changed"
 	@echo "make test      lint, types and tests"
+	@echo "make test-all  the same, and the long tests: fuzzed input, sweeps over engines, whole pages in a browser"
 	@echo "make test-rounding  all tests as on a processor without AVX and FMA, and some on one of 2008: the same numbers everywhere; half an hour"
 	@echo "make wheel-test  the wheel installed with all its parts from the package index into a new environment, and used, in build/wheel-test/"
 	@echo "make wheel     a wheel for this Python, in dist/, that needs no compiler where it is installed"
@@ -250,7 +251,10 @@ lint: $(VENV)/installed-test
 
 test: system-test $(VENV)/installed
 	@$(MAKE) --no-print-directory --jobs=2 $(VENV)/core lint
-	$(PYTHON) -m pytest -n auto --dist loadfile --no-loadscope-reorder
+	$(PYTHON) -m pytest -n auto --dist loadfile --no-loadscope-reorder -m "not long"
+
+test-all: test
+	@$(PYTHON) -m pytest -n auto --dist worksteal -m long
 
 # What numpy, OpenBLAS and libm choose by the processor is switched off: all of it for all tests, each alone for the tests
 # that it may change. QEMU's Nehalem has SSE4.2, as numpy needs, and neither AVX nor FMA.

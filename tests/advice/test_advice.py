@@ -235,6 +235,7 @@ def test_the_stored_rates_belong_to_the_stored_scenes():
     assert all(point.machine and point.date for one in stored.entries for point in one.points)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "asked"),
     [("pair", 0.05), ("chain", 0.01), ("corridor", 0.3)]

@@ -34,6 +34,7 @@ def test_advise(percussions, tmp_path):
     assert content["measured"]
 
 
+@pytest.mark.long
 def test_refusal_names_the_best_and_fails(percussions, tmp_path):
     made = percussions("advise", "chain", "--error", "0.1%", "--method", "lammps")
     assert made.returncode == 1
@@ -79,6 +80,7 @@ def test_run_within_an_error(percussions, tmp_path):
     assert RunRecord.read(folder).time_step_s == pytest.approx(float(announced), rel=5e-3)
 
 
+@pytest.mark.long
 def test_an_advised_impact_ends_on_a_frame():
     scene, _, _ = choice.scene_within(make("pair"), "5%", "lammps")
     penalty = penalty_of(scene)
@@ -89,6 +91,7 @@ def test_an_advised_impact_ends_on_a_frame():
     assert scene.run.duration_s == pytest.approx(0.3 / stiffer**0.5)
 
 
+@pytest.mark.long
 @no_lammps
 @pytest.mark.parametrize("name", ["pair", "four_disks", "chain_masses", "arch"])
 def test_the_time_step_that_is_announced_is_the_one_that_runs(name, monkeypatch):

@@ -13,6 +13,8 @@ from analysis.work_precision.window import impact_window
 from benchmarks.advice_cases import IMPACTS
 from tests.engines.at_hand import require
 
+pytestmark = pytest.mark.long
+
 SHARES = (0.25, 1.0, 4.0)
 
 

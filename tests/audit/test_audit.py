@@ -126,6 +126,7 @@ def test_two_that_explain_alike_are_both_said_and_none_is_named():
     assert "masses of the bodies in g" in found.words
 
 
+@pytest.mark.long
 def test_random_files_are_named_and_never_wrongly():
     """What is wrong is drawn, with a crowd; either it is named, or nothing is said to be known."""
     random, right = np.random.default_rng(2), 0
@@ -228,6 +229,7 @@ def test_lammps_says_normal_forces_of_pairs_alone_unless_asked(percussions, tmp_
     read(percussions, tmp_path, whole, "pairs.dump", 1, ["walls missing"])
 
 
+@pytest.mark.long
 def test_yade_tells_its_interactions(percussions, tmp_path):
     run_program("yade", tmp_path, "-L", "noserver", "-j1", "-n", "-x", PROGRAMS / "corner_yade.py")
     (tmp_path / "room.toml").write_text(ROOM.format(-2.0, -1.4))

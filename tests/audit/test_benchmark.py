@@ -4,6 +4,8 @@ import pytest
 
 from benchmarks.engines.__main__ import engines, row_of
 
+pytestmark = pytest.mark.long
+
 
 @pytest.mark.parametrize(
     ("name", "variant", "scene", "faults"),

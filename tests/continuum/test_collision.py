@@ -203,6 +203,7 @@ def least():
     return fine
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("order", "grading", "sizes"),
     [

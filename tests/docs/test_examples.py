@@ -104,6 +104,7 @@ def test_pillar(example):
     assert found["solved"] - best == pytest.approx(found["foretold"] - best, rel=0.02)
 
 
+@pytest.mark.long
 def test_film(example):
     """Nobody touches at first; then they press."""
     found = example("film")
@@ -131,6 +132,7 @@ def test_exchange(example):
     assert found["apart"] < 1e-12
 
 
+@pytest.mark.long
 def test_pulse(example):
     """A straight row of hard people passes a push on at (d + g)/g of its speed; a crowd is slower,
     and the wider its gaps the slower. Bodies that touch later, because softer, are no faster."""

@@ -52,6 +52,7 @@ def test_everything_shown_is_of_crowd_percussions():
         assert getattr(crowd_percussions, name) is not None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("program", "status", "says"),
     [

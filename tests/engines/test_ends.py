@@ -24,6 +24,8 @@ from analysis.scene.shipped_scenes import make
 from tests.engines.at_hand import ROOT, require
 from tests.engines.test_runs import RECORD
 
+pytestmark = pytest.mark.long
+
 ENGINES = ["lammps", "yade"]
 LONG = {"duration_s": 1000.0, "frames": 10000}
 

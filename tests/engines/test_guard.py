@@ -99,6 +99,7 @@ FAILURES = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ENGINES)
 @pytest.mark.parametrize("failure", FAILURES, ids=[f[0].__name__ for f in FAILURES])
 def test_the_plain_command_stops_with_the_reason_and_the_time(tmp_path, command, name, failure):

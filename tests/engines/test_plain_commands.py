@@ -73,6 +73,7 @@ def test_plain_lammps_runs_each_scene(checkout, command, name):
     assert not list(checkout.glob("lammps_inputs/**/*.dump"))
 
 
+@pytest.mark.long
 def test_yade_makes_no_prompt_ready_for_a_script_after_which_it_ends(tmp_path, command):
     require("yade")
     (tmp_path / "ask.py").write_text(
@@ -85,6 +86,7 @@ def test_yade_makes_no_prompt_ready_for_a_script_after_which_it_ends(tmp_path, c
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", [*PAPER, "shoulders"])
 def test_plain_yade_runs_each_scene(checkout, command, name):
     require("yade")
@@ -132,6 +134,7 @@ def test_a_deck_with_an_unknown_law_says_so(checkout, command):
     assert "law: jelly. There are hooke, hertz, body and body_hertz" in done.stdout
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("words", "message"),
     [
@@ -163,6 +166,7 @@ def listening(pid):
     return {int(row[1].split(":")[1], 16) for row in mine}
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="needs Linux' /proc/net/tcp")
 @pytest.mark.parametrize("started", ["as documented", "bare"])
 def test_no_port_is_open_while_yade_runs(checkout, tmp_path, started):

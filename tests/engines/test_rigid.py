@@ -113,6 +113,7 @@ def test_the_same_scene_gives_the_same_bytes_and_an_interrupted_run_goes_on(
     assert [(parted / name).read_bytes() for name in names] == wanted
 
 
+@pytest.mark.long
 def test_a_killed_run_is_resumed_by_the_next_one(tmp_path):
     process = started(RUN % (600.0, 6000), tmp_path)
     dump = tmp_path / ".run.next" / "bodies.dump"

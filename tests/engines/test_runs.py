@@ -203,6 +203,7 @@ def test_a_driven_crowd_agrees(simulate):
     assert len(lammps.contacts[-1]) > 20
 
 
+@pytest.mark.long
 def test_friction_differs_by_the_overlap_and_less_in_stiffer_contacts(simulate, impact):
     """LAMMPS takes the slip at the radius, YADE at the contact point: they differ by overlap/(2
     radius)."""

@@ -10,6 +10,7 @@ ENGINES = ["lammps", "yade", "rigid"]
 RUN = {"duration_s": 0.6, "frames": 6, "time_step_s": 5e-4, "rigid_step_s": 5e-4}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("disks", [1, 2])
 @pytest.mark.parametrize("name", ENGINES)
 def test_who_stops_slows_down_exponentially(simulate, name, disks):

@@ -74,6 +74,7 @@ def test_sixty_problems_with_names_of_their_own():
     assert sum(not problem.friction for problem in PROBLEMS) == 31
 
 
+@pytest.mark.long
 def test_the_manifest_says_what_is_judged(library):
     entries = {entry["name"]: entry for entry in read_manifest(library)}
     assert set(entries) == {LATTICE, PUSHED, RUBBING}
@@ -170,6 +171,7 @@ def by_command(tmp_path):
     return called
 
 
+@pytest.mark.long
 def test_score_by_command(library, by_command, tmp_path):
     answers = tmp_path / "answers"
     for name in (LATTICE, RUBBING):
@@ -220,6 +222,7 @@ def test_an_odd_manifest_is_one_line(library, tmp_path, change, said):
     assert said in line
 
 
+@pytest.mark.long
 def test_what_cannot_be_judged_is_named(library, by_command, tmp_path):
     shutil.copytree(library, tmp_path / "changed")
     with (tmp_path / "changed" / f"{PUSHED}.hdf5").open("ab") as file:

@@ -418,6 +418,7 @@ def test_the_page_names_the_keys_that_the_product_names(page, address, tmp_path)
     assert page.evaluate("[explore.scene.name, explore.run.step]") == ["gate", 0]
 
 
+@pytest.mark.long
 def test_damaged_links_and_files_are_refused_or_played_as_the_rigid_engine_does(page, address, tmp_path):
     """More of them: python -m tests.explore."""
     at(page, address, "gate")

@@ -287,6 +287,7 @@ def test_a_film_of_a_room_without_doors_says_nothing_of_a_door(percussions, row)
     assert "pressure_door_N_per_m" not in (row / "film/film.csv").read_text()
 
 
+@pytest.mark.long
 def test_a_film_shows_the_mean_and_nine_tenths_of_all_admissible_states(percussions, tmp_path):
     """A flower of seven: spokes s are even on [0, m U], and the rim has m U − s. So the largest is
     max(s, m U − s), and who bears most max(6 s, 2 m U − s)."""

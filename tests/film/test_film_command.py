@@ -39,6 +39,7 @@ def filmed(percussions, tmp_path):
     return tmp_path / "film"
 
 
+@pytest.mark.long
 def test_a_film_of_runs_in_its_page_and_for_other_programs(filmed):
     rows = rows_of(filmed / "film.csv")
     models = ("lammps", "percussions", "rigid")

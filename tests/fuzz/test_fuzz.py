@@ -2,12 +2,15 @@
 
 More of them by hand: `python -m tests.fuzz --cases 10000`."""
 
+import pytest
+
 from tests.fuzz.law import sweep
 from tests.fuzz.material import Workshop
 
 CASES, LONGEST_S = 160, 40.0
 
 
+@pytest.mark.long
 def test_damaged_input(tmp_path):
     workshop = Workshop(tmp_path / "runs")
     ends, faults = sweep(workshop, 1, range(CASES), tmp_path / "case", LONGEST_S)

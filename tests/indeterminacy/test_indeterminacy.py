@@ -247,6 +247,7 @@ def packing(seed, n=25, side=6, walls=WALLS):
     return crowd(place, velocity, walls, 10.0 ** rng.uniform(-1, 1, n))
 
 
+@pytest.mark.long
 @given(SEEDS, st.integers(5, 150))
 def test_rank_and_determined_contacts_are_those_of_dense_algebra(seed, n):
     contacts, answer = packing(seed, n, side=13)

@@ -32,6 +32,7 @@ def test_the_report_shows_it_in_red_and_goes_on(tmp_path):
     assert len(numbers["four_disks"]["runs"]) == 1
 
 
+@pytest.mark.long
 def test_the_report_goes_on_without_a_scene_whose_runs_all_stop(percussions, tmp_path):
     hot().write(tmp_path)
     (tmp_path / "sound").mkdir()

@@ -49,6 +49,7 @@ def reported(tmp_path_factory):
     return printed, folder
 
 
+@pytest.mark.long
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium (apt-get install chromium)")
 def test_the_film_goes_on_live(reported):
     """From the frame that is shown, with the people where they are, at rest."""
@@ -229,6 +230,7 @@ def test_a_real_crowd_says_what_was_done_to_it(percussions, tmp_path):
     assert "in_motion" not in json.loads((tmp_path / "report/numbers.json").read_text())["gate"]
 
 
+@pytest.mark.long
 def test_a_room_that_has_emptied_has_its_film_and_its_bars(percussions, tmp_path):
     room = ("--room", "3x3", "--door", 1.2, "--people", 3, "--push", 100, "--duration", 6)
     assert percussions("new", "room", *room).returncode == 0
@@ -240,6 +242,7 @@ def test_a_room_that_has_emptied_has_its_film_and_its_bars(percussions, tmp_path
     assert page.count('class="packed"') == page.count(", peak ") == 1
 
 
+@pytest.mark.long
 def test_a_missing_engine_is_a_warning_and_the_rest_goes_on(percussions, tmp_path, monkeypatch):
     read_scene("pair").with_run(duration_s=0.03, frames=100).write(tmp_path)
     monkeypatch.setenv("PATH", "/nonexistent")

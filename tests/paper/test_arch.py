@@ -209,6 +209,7 @@ def build(runs, progress=None):
     return [fig4_arch.build(runs, progress), fig5_masses.build(runs)]
 
 
+@pytest.mark.long
 def test_sections_from_a_small_crowd(small, tmp_path):
     """Both sections whole; a second build takes the runs as they are and says the same."""
     if all(engine.find() is None for engine in PENALTY):

@@ -38,6 +38,7 @@ def built(percussions, tmp_path):
     return made, tmp_path / "paper"
 
 
+@pytest.mark.long
 def test_page_in_a_browser_and_the_files_beside_it(built, tmp_path, monkeypatch):
     made, folder = built
     numbers = json.loads((folder / "continuum_numbers.json").read_text())
@@ -222,6 +223,7 @@ def test_a_section_is_kept_whole_or_not_taken(tmp_path, monkeypatch):
     assert kept(tmp_path) is None
 
 
+@pytest.mark.long
 def test_pages_link_to_each_other_where_both_are(tmp_path):
     """Built together they link; built alone there is no link; later the second finds the first."""
     runs, chosen = tmp_path / "runs", ["3", "3.2.1"]

@@ -119,6 +119,7 @@ def pushes(tmp_path_factory):
     return {one[:2]: Push(EngineRun.of(push_scene(scene, *one), "lammps", runs)) for one in every}
 
 
+@pytest.mark.long
 def test_the_front_runs_as_the_root_of_the_stiffness(pushes):
     elastic = [pushes[k, 1.0] for k in (1e5, 1e7)]
     power = exponent(np.array([p.stiffness for p in elastic]), np.array([p.speed for p in elastic]))

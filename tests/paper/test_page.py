@@ -28,6 +28,7 @@ def built(percussions, tmp_path):
     return made, tmp_path / "paper"
 
 
+@pytest.mark.long
 def test_page_in_a_browser_and_the_files_beside_it(built, percussions, tmp_path):
     made, folder = built
     numbers = json.loads((folder / "numbers.json").read_text())
@@ -87,6 +88,7 @@ def test_a_figure_that_the_section_does_not_have(percussions, tmp_path):
     assert percussions("paper", "whole").returncode == 2
 
 
+@pytest.mark.long
 def test_a_missing_engine_is_a_warning_on_the_page(percussions, tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", "/nonexistent")
     made = percussions("paper", "discrete", "--figure", 1)

@@ -109,6 +109,7 @@ def few(monkeypatch):
     monkeypatch.setattr(pressed_crowd, "STIFFNESSES", (1e6,))
 
 
+@pytest.mark.long
 def test_the_whole_section_and_its_second_build(few, tmp_path):
     """Equal masses: the first-order model is the percussions. Unequal: it is not. Engine runs are
     taken again."""

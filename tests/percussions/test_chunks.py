@@ -118,6 +118,7 @@ def test_the_command(dump, tmp_path, capsys):
         command([dump.path], left_velocity="dump", part_frames=20)
 
 
+@pytest.mark.long
 def test_a_worker_is_lost(dump, tmp_path, cluster):
     """One of two workers is killed when the first part is finished; the other does the rest."""
     address, (one, other) = cluster

@@ -411,6 +411,7 @@ def test_odds_are_given_only_where_all_draws_agree():
     assert (found["mixed"].settled, found["far"].out) == (False, True)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("wall", [False, True])
 def test_the_truth_is_inside_what_is_said(tmp_path, wall):
     """Trials with a known truth: it is not excluded, and its force and impulse lie in the range of

@@ -120,6 +120,7 @@ def test_every_key_has_a_row():
     assert set().union(*UNUSED.values()) <= known
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_key_is_used_or_refused_or_named(tmp_path, caplog, command):
     crowd, silent = disks_at(PLACES, [0.1, -1.0]), []

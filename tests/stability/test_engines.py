@@ -10,6 +10,8 @@ from analysis.stability.trial import guard_says, try_engine
 from tests.engines.at_hand import require
 from tests.stability.cells import theory, tried
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(autouse=True)
 def _lammps():

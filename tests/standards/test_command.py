@@ -17,6 +17,7 @@ def rows_of(folder):
         return list(csv.DictReader(file))
 
 
+@pytest.mark.long
 def test_pages_tables_and_status(percussions, tmp_path):
     chosen = ("--case", "corridor", "--case", "corner")
     done = percussions("standards", *chosen, "--out", "mine")

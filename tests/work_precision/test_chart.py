@@ -55,6 +55,7 @@ def impulses(measured, law):
 
 # Hertz's dashpot grows with overlap^¼, with an infinite slope at touch: the order comes out a
 # little below one
+@pytest.mark.long
 @pytest.mark.parametrize(("law", "least"), [("hooke", 3.8), ("hertz", 3.0)])
 def test_numerical_error_is_of_first_order_in_the_time_step(measured, law, least):
     found = errors(measured, law)
@@ -113,6 +114,7 @@ def test_page_and_tables(tmp_path, monkeypatch):
     assert (tmp_path / "chart/contact_impulse.png").stat().st_size > 10_000
 
 
+@pytest.mark.long
 def test_seeds_put_whole_runs_on_the_page(measured, tmp_path, monkeypatch):
     """One crowd by LAMMPS at the scene's stiffness; the chart of one instant is at hand."""
     scene = make("four_disks").with_run(duration_s=0.02, frames=20, time_step_s=None)
@@ -141,6 +143,7 @@ def test_seeds_put_whole_runs_on_the_page(measured, tmp_path, monkeypatch):
     assert (tmp_path / "chart/whole_runs.csv").read_text().count("\n") == 1 + len(points)
 
 
+@pytest.mark.long
 def test_a_driven_crowd_has_the_continuum_on_its_page(tmp_path):
     scene = read_scene("gate")
     window = driven_window(scene, scene.snapshot.position)

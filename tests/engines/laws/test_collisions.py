@@ -67,6 +67,7 @@ def test_a_collision_converges_to_the_closed_form(simulate, impact, name, restit
     np.testing.assert_allclose(errors[1:] / errors[:-1], 0.5, atol=0.1)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ENGINES)
 def test_unequal_masses_share_one_dashpot(simulate, name):
     mass = np.array([50.0, 100.0])
@@ -83,6 +84,7 @@ def test_unequal_masses_share_one_dashpot(simulate, name):
     assert mass @ simulation["vx"][-1] == pytest.approx(100.0, rel=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "turn"), [("lammps", 37.0), ("lammps", 90.0), ("yade", 200.0)])
 def test_a_wall_in_any_direction_rebounds_and_carries_the_momentum(simulate, name, turn):
     angle = np.deg2rad(turn)
@@ -134,6 +136,7 @@ def test_contact_forces_add_up_to_the_force_that_moves_a_disk(simulate, impact, 
         assert ((contacts.force * contacts.normal).sum(1) >= 0).all()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("restitution", [0.01, 0.3, 1.0])
 def test_hertz_contacts_honour_the_restitution_too(simulate, impact, restitution):
     """Only in LAMMPS; without pulling."""

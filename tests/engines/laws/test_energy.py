@@ -32,6 +32,7 @@ def table(scene, name, folder, steps):
     return np.genfromtxt(folder / "energy.csv", delimiter=",", names=True)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "contact", "least"),
     [
