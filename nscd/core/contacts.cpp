@@ -123,6 +123,28 @@ Nearby nearby(In position, In radius, double most, std::span<const Index> body) 
     return near;
 }
 
+Around around(In position, In radius, double most) {
+    const std::size_t n = radius.size();
+    Around all{{0}, {}, Places(n)};
+    if (n == 0) return all;
+    const Cells cells = cells_of(position, (2.0 * *std::max_element(radius.begin(), radius.end()) + most) * MARGIN);
+    const auto each = [&](std::size_t b, const auto& to) {
+        const int i = cells.at[2 * b], j = cells.at[2 * b + 1], q0 = std::max(j - 1, 0), q1 = std::min(j + 2, cells.ny);
+        for (int p = std::max(i - 1, 0), p1 = std::min(i + 2, cells.nx); p < p1; ++p)
+            for (std::size_t cell = cells.of(p, q0), end = cells.of(p, q1); cell < end; ++cell) to(cell);
+    };
+    all.start.assign(cells.begins.size(), 0);
+    for (std::size_t b = 0; b < n; ++b) each(b, [&](std::size_t cell) { ++all.start[cell + 1]; });
+    for (std::size_t c = 1; c < all.start.size(); ++c) all.start[c] += all.start[c - 1];
+    Starts filled = all.start;
+    all.disk.resize(std::size_t(all.start.back()));
+    for (std::size_t b = 0; b < n; ++b) {
+        all.square[b] = Index(cells.of(cells.at[2 * b], cells.at[2 * b + 1]));
+        each(b, [&](std::size_t cell) { all.disk[std::size_t(filled[cell]++)] = Index(b); });
+    }
+    return all;
+}
+
 Neighbours named(const Touching& at) {
     const std::size_t k = at.size();
     Neighbours near{Places(k), Places(k), Places(k), Numbers(2 * k), at.gap};

@@ -39,6 +39,14 @@ struct Nearby {
 };
 Nearby nearby(In position, In radius, double most, std::span<const Index> body = {});
 
+// Who may have a gap of at most `most` m to whom, by squares of a grid: in square c and those around it are, rising,
+// disk[start[c]] to disk[start[c + 1]].
+struct Around {
+    Starts start;
+    Places disk, square;  // (n) of each disk
+};
+Around around(In position, In radius, double most);
+
 // The same with unit normals.
 struct Neighbours {
     Places first, second, wall;  // (k) disk; disk, −1 for a wall; wall, −1 for a pair

@@ -1,6 +1,7 @@
 #include "drive.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <utility>
 
@@ -18,9 +19,15 @@ constexpr double ASIDE = 2.0, SHUFFLE = 0.2;  // of the way, to the right; m, th
 constexpr double FADED = 10.0;   // decay lengths, where a repulsion ends
 constexpr double ABREAST = 0.8;  // of the radii: who is less far beside the way is before me
 constexpr double FAR = 1e28;     // m: a door that far is none, and people walk outward
-constexpr double CLOSE = 0.25;   // m: who is before me is mostly as near
 constexpr int WAVES = 40;
 constexpr double TURN = 6.283185307179586;
+
+// Many at once, four or eight of them in a vector where the machine has such, with the same bits.
+#if defined(__x86_64__) && defined(__GLIBC__) && !defined(__clang__) && __GNUC__ >= 12
+#define NSCD_WIDE [[gnu::target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")]]
+#else
+#define NSCD_WIDE
+#endif
 
 // A number of 64 random bits of others (SplitMix64).
 std::uint64_t mixed(std::uint64_t z) {
@@ -40,7 +47,7 @@ struct Draws {
         return one;
     }
     // One of each of many states, as the sum of twelve, of which every processor knows the same digits.
-    static void normals(std::size_t k, std::uint64_t* state, double* sum) {
+    NSCD_WIDE static void normals(std::size_t k, std::uint64_t* state, double* sum) {
         std::fill_n(sum, k, -6.0);
         for (int i = 0; i < 12; ++i)
             for (std::size_t c = 0; c < k; ++c) sum[c] += double((state[c] = mixed(state[c])) >> 11) * 0x1p-53;
@@ -61,21 +68,15 @@ inline double decayed(double t) {
 inline Turn turned(double angle) {
     constexpr double WHOLE = 6755399441055744.0;  // added and taken away, it rounds to whole numbers
     const double a = (angle - TURN * ((angle * (1.0 / TURN) + WHOLE) - WHOLE)) * (1.0 / 32), q = a * a;
-    double sine = a * (1.0 - q * (1.0 / 6) * (1.0 - q * (1.0 / 20) * (1.0 - q * (1.0 / 42) * (1.0 - q * (1.0 / 72)))));
-    double less = 0.5 * q * (1.0 - q * (1.0 / 12) * (1.0 - q * (1.0 / 30) * (1.0 - q * (1.0 / 56) * (1.0 - q * (1.0 / 90)))));
+    // twice the sine and twice 1 − cos
+    double sine = 2.0 * (a * (1.0 - q * (1.0 / 6) * (1.0 - q * (1.0 / 20) * (1.0 - q * (1.0 / 42) * (1.0 - q * (1.0 / 72))))));
+    double less = q * (1.0 - q * (1.0 / 12) * (1.0 - q * (1.0 / 30) * (1.0 - q * (1.0 / 56) * (1.0 - q * (1.0 / 90)))));
     for (int doublings = 5; doublings > 0; --doublings) {
         const double half = sine;
-        sine = 2.0 * half * (1.0 - less), less = 2.0 * half * half;
+        sine = half * (2.0 - less), less = half * half;
     }
-    return {1.0 - less, sine};
+    return {0.5 * (2.0 - less), 0.5 * sine};
 }
-
-// Many at once, four or eight of them in a vector where the machine has such, with the same bits.
-#if defined(__x86_64__) && defined(__GLIBC__) && !defined(__clang__) && __GNUC__ >= 12
-#define NSCD_WIDE [[gnu::target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")]]
-#else
-#define NSCD_WIDE
-#endif
 
 // What somebody with the way e turns by who is repelled along −u, never back or back as well.
 struct Aside { double x, y; };
@@ -84,28 +85,75 @@ inline Aside aside(double ux, double uy, double ex, double ey, double size, bool
     return {size * (ux - against * ex), size * (uy - against * ey)};
 }
 
-// Some pairs of people, one and another. In place of vectors (m) between them and of both their ways come unit vectors, and by what
-// they turn; gaps (m) are known with a period alone, and infinite where there is no direction.
-struct Pairs {
-    static constexpr std::size_t MOST = 128;  // so many are in the cache together
-    using Part = double[MOST];
-    Part x, y, gap, size, radius, radius_other, way_x, way_y, left, way_x_other, way_y_other, left_other;
-    std::size_t one[MOST];
+// Some people in the order of their numbers: where they are, or how far from somebody (m), what is left (m), and radii (m), negative
+// of who is before somebody in number. Behind the last is room for those that a vector also takes, whose answers are no matter.
+constexpr std::size_t LANES = 8, WORD = 64;
+struct Some {
+    Room x, y, left, radius;
+    Places number;
+    std::vector<std::uint64_t> odd;  // a bit for each who has to be looked at one by one
+    void make_room(std::size_t k) {
+        if (number.size() >= k + WORD) return;
+        for (Room* one : {&x, &y, &left, &radius}) one->resize(k + WORD);
+        number.resize(k + WORD), odd.resize(k / WORD + 1);
+    }
 };
-NSCD_WIDE void repel(std::size_t k, bool known, Pairs& p) {
+constexpr auto BIT = [] {
+    std::array<std::uint64_t, WORD> bits{};
+    for (std::size_t c = 0; c < WORD; ++c) bits[c] = std::uint64_t{1} << c;
+    return bits;
+}();
+// Which of k from `first` on are within reach (m) of the place (x0, y0): a bit for each.
+NSCD_WIDE std::uint64_t within(std::size_t k, const Some& some, std::size_t first, double x0, double y0, double reach) {
+    const double *const x = &some.x[first], *const y = &some.y[first], *const radius = &some.radius[first];
+    std::uint64_t bits = 0;
+    k = (k + LANES - 1) / LANES * LANES;
     for (std::size_t c = 0; c < k; ++c) {
-        const double s = length(p.x[c], p.y[c]), gap = s > 0.0 ? s - p.radius[c] - p.radius_other[c] : INFINITE;
-        p.gap[c] = known ? p.gap[c] : gap, p.x[c] /= s, p.y[c] /= s;
+        const double dx = x[c] - x0, dy = y[c] - y0, apart = (radius[c] + reach) * MARGIN;
+        const std::uint64_t bit = dx * dx + dy * dy <= apart * apart ? BIT[c] : 0;
+        bits += bit;
     }
-    for (std::size_t c = 0; c < k; ++c) p.size[c] = FROM_PEOPLE * decayed(std::min(p.gap[c] * (1.0 / PEOPLE_DECAY), FADED));
+    return bits;
+}
+// What somebody sees: gaps (m), infinite where there is no direction, by what others turn him, and gaps of who is on his way, else infinite.
+struct Seen { Room gap, turn_x, turn_y, free; };
+using Apart = const double* __restrict__;  // arrays of which none overlaps another, without which nothing is done at once
+using Filled = double* __restrict__;
+struct Mine { double left, radius, e[2]; };
+// Gaps, unless they are known, and turns. Of two radii that of the first in number is taken away first.
+NSCD_WIDE void repel(std::size_t k, Apart x, Apart y, Apart left, Apart radius, bool known, const Mine& me, Filled gap, Filled size, Filled to_x, Filled to_y) {
+    const Mine mine = me;
+    k = (k + LANES - 1) / LANES * LANES;
     for (std::size_t c = 0; c < k; ++c) {
-        const Aside a = aside(p.x[c], p.y[c], p.way_x[c], p.way_y[c], p.size[c], !(p.left_other[c] < p.left[c]));
-        p.way_x[c] = a.x, p.way_y[c] = a.y;
+        const bool before = radius[c] < 0.0;
+        const double s = length(x[c], y[c]), one = before ? -radius[c] : mine.radius, two = before ? mine.radius : radius[c];
+        const double apart = s > 0.0 ? s - one - two : INFINITE;
+        gap[c] = known ? gap[c] : apart, to_x[c] = x[c] / s, to_y[c] = y[c] / s;
+    }
+    for (std::size_t c = 0; c < k; ++c) size[c] = FROM_PEOPLE * decayed(std::min(gap[c] * (1.0 / PEOPLE_DECAY), FADED));
+    for (std::size_t c = 0; c < k; ++c) {
+        const Aside by = aside(to_x[c], to_y[c], mine.e[0], mine.e[1], size[c], !(left[c] < mine.left));
+        to_x[c] = by.x, to_y[c] = by.y;
     }
     for (std::size_t c = 0; c < k; ++c) {
-        const Aside b = aside(-p.x[c], -p.y[c], p.way_x_other[c], p.way_y_other[c], p.size[c], !(p.left[c] < p.left_other[c]));
-        p.way_x_other[c] = b.x, p.way_y_other[c] = b.y;
+        const bool turns = gap[c] < FADED * PEOPLE_DECAY;
+        to_x[c] = turns ? to_x[c] : 0.0, to_y[c] = turns ? to_y[c] : 0.0;
     }
+}
+// Who is on the way along n; the least gap (m) of those who have less left.
+NSCD_WIDE double find_before(std::size_t k, Apart x, Apart y, Apart left, Apart radius, Apart gap, double most, const Mine& me, const double* n, Filled on_way) {
+    const double nx = n[0], ny = n[1];
+    const Mine mine = me;
+    double least[LANES];
+    std::fill_n(least, LANES, INFINITE);
+    for (std::size_t c0 = 0; c0 < k; c0 += LANES)
+        for (std::size_t c = c0; c < c0 + LANES; ++c) {
+            const bool on = (x[c] * nx + y[c] * ny >= 0.0) & (std::abs(x[c] * ny - y[c] * nx) <= ABREAST * (mine.radius + std::abs(radius[c])));
+            on_way[c] = on & (gap[c] <= most) ? gap[c] : INFINITE;
+            const double free = left[c] < mine.left ? on_way[c] : INFINITE;
+            least[c - c0] = free < least[c - c0] ? free : least[c - c0];
+        }
+    return *std::min_element(least, least + LANES);
 }
 
 // Add cos and sin of k·q − ωt, turned by the phases of both components, of so many places (m).
@@ -234,37 +282,26 @@ void Drive::heading(const double* at, int door, double left, double radius, bool
 struct Drive::Look {
     // what pairs ask of somebody: m, unit vectors of the straight way and of the walk, what is left (m)
     struct Person { double x, y, e[2], walk[2], mine, radius; };
-    struct Pair { Index one, other; std::int64_t number; };
     const Drive& of;
     const In x, radius;
-    const double time, most = std::max(FADED * PEOPLE_DECAY, of.speed * of.law_.time_gap);
+    const double time, turning = FADED * PEOPLE_DECAY, most = std::max(turning, of.speed * of.law_.time_gap);
     const std::size_t n = radius.size();
     const bool round = of.walls.period > 0.0, alike = !round && of.exits.size() == 8;
-    Nearby near;
-    Numbers vector;            // (k·2) m, of those that are near; with a period alone
-    Room gaps;                 // (k) m
-    std::vector<Pair> close;   // of those that are
+    Around near;
+    Touching pairs;            // with a period, in place of it
+    Some others;               // whom one sees
+    Seen seen;
+    bool plain = false;        // whether all those go to one's door, and nobody has stopped or is near a wall
     Touching at;           // walls
     Starts of_walls = Starts(n + 1, 0);
     std::vector<Person, Aligned<Person>> people = std::vector<Person, Aligned<Person>>(n);
     Numbers ahead = Numbers(n, INFINITE);
     Numbers to_right = Numbers(n, 0.0);
-    Flags before = Flags(n, 0), walled = Flags(n, 0);
+    Flags before = Flags(n, 0), walled = Flags(n, 0), usual = Flags(n, 0);
 
     Look(const Drive& drive, In places, In radii, double now) : of(drive), x(places), radius(radii), time(now) {
-        if (round) {
-            at = touching(x, radius, of.walls, most);
-            near.start.assign(n + 1, 0);
-            for (std::int64_t c = 0; c < at.pairs; ++c) {
-                ++near.start[at.first[c] + 1], near.other.push_back(Index(at.second[c]));
-                gaps.push_back(at.distance[c] > 0.0 ? at.gap[c] : INFINITE);
-            }
-            for (std::size_t i = 0; i < n; ++i) near.start[i + 1] += near.start[i];
-            vector = std::move(at.vector);
-        } else {
-            near = nearby(x, radius, most);
-            near.start.resize(n + 1, 0), gaps.resize(near.other.size());
-        }
+        if (round) pairs = touching(x, radius, of.walls, most);
+        else near = around(x, radius, most);
         at = touching_walls(x, radius, of.walls, most);
         for (const std::int64_t i : at.first) ++of_walls[i + 1], walled[i] = 1;
         for (std::size_t i = 0; i < n; ++i) of_walls[i + 1] += of_walls[i];
@@ -300,11 +337,6 @@ struct Drive::Look {
         const Person &a = people[i], &b = people[j];
         return !same(i, j) && a.e[0] * b.e[0] + a.e[1] * b.e[1] < 0.0 && nearer(i, j, dx, dy) && nearer(j, i, -dx, -dy);
     }
-    std::pair<double, double> to(const Person& a, const Person& b, std::size_t c) const {
-        if (round) return {vector[2 * c], vector[2 * c + 1]};
-        return {b.x - a.x, b.y - a.y};
-    }
-
     void find_ways() {
         for (std::size_t i = 0; i < n; ++i) {
             const double *exit = &of.exits[8 * int(of.goes[i])], left = of.left(x[2 * i], x[2 * i + 1], int(of.goes[i]));
@@ -314,6 +346,7 @@ struct Drive::Look {
             const double size = length(way[0], way[1]);
             for (double& one : way) one = size > 0.0 ? one / size : 0.0;
             people[i] = {x[2 * i], x[2 * i + 1], {way[0], way[1]}, {way[0], way[1]}, left, radius[i]};
+            usual[i] = !walled[i] && time < of.stop[i] - INSTANT;
             before[i] = time < of.stop[i] - INSTANT && (left > 0.0 || std::abs(exit[6]) + std::abs(exit[7]) > FAR);
         }
     }
@@ -355,86 +388,141 @@ struct Drive::Look {
         }
         return false;
     }
-    // of people who have not the same way; u: from i to j, c: their pair
-    void turn_both(std::size_t i, std::size_t j, std::size_t c, double ux, double uy, double gap, double size) {
-        Person &a = people[i], &b = people[j];
-        const auto [dx, dy] = to(a, b, c);
-        if (gap < FADED * PEOPLE_DECAY && !meet(i, j, dx, dy) && visible(i, j, dx, dy)) {
-            turn(a, ux, uy, size, !nearer(i, j, dx, dy)), turn(b, -ux, -uy, size, !nearer(j, i, -dx, -dy));
-        }
+    void make_room(std::size_t k) {
+        others.make_room(k);
+        for (Room* one : {&seen.gap, &seen.turn_x, &seen.turn_y, &seen.free}) one->resize(others.x.size());
     }
-    void give_way() {
-        Pairs p;
-        std::size_t i = 0;
-        for (std::size_t c0 = 0, k = 0; c0 < near.other.size(); c0 += k) {
-            k = std::min(Pairs::MOST, near.other.size() - c0);
-            for (std::size_t c = 0; c < k; ++c) {
-                while (c0 + c >= std::size_t(near.start[i + 1])) ++i;
-                const Person &a = people[i], &b = people[near.other[c0 + c]];
-                const auto [dx, dy] = to(a, b, c0 + c);
-                p.one[c] = i, p.x[c] = dx, p.y[c] = dy, p.radius[c] = a.radius, p.radius_other[c] = b.radius;
-                p.way_x[c] = a.e[0], p.way_y[c] = a.e[1], p.left[c] = a.mine;
-                p.way_x_other[c] = b.e[0], p.way_y_other[c] = b.e[1], p.left_other[c] = b.mine;
-            }
-            if (round) std::copy_n(&gaps[c0], k, p.gap);
-            repel(k, round, p);
-            for (std::size_t c = 0; c < k; ++c) {
-                const std::size_t one = p.one[c], other = std::size_t(near.other[c0 + c]);
-                const double gap = gaps[c0 + c] = p.gap[c];
-                if (gap <= CLOSE) close.push_back({Index(one), Index(other), std::int64_t(c0 + c)});
-                if (!(gap <= most)) continue;
-                if (!same(one, other)) {
-                    turn_both(one, other, c0 + c, p.x[c], p.y[c], gap, p.size[c]);
-                } else if (gap < FADED * PEOPLE_DECAY) {
-                    Person &a = people[one], &b = people[other];
-                    if (!visible(one, other, b.x - a.x, b.y - a.y)) continue;
-                    a.walk[0] -= p.way_x[c], a.walk[1] -= p.way_y[c];
-                    b.walk[0] -= p.way_x_other[c], b.walk[1] -= p.way_y_other[c];
-                }
-            }
+    Mine see(std::size_t i, std::size_t k) {
+        const Person& me = people[i];
+        const Mine mine{me.mine, me.radius, {me.e[0], me.e[1]}};
+        std::fill_n(&others.left[k], LANES, INFINITE);  // who is not there is before nobody
+        const Some& o = others;
+        repel(k, &o.x[0], &o.y[0], &o.left[0], &o.radius[0], round, mine, &seen.gap[0], &seen.free[0], &seen.turn_x[0], &seen.turn_y[0]);
+        return mine;
+    }
+    void look_around(std::size_t i, std::size_t k) {
+        Person& me = people[i];
+        const Mine mine = see(i, k);
+        if (plain) {
+            double x = me.walk[0], y = me.walk[1];
+            for (std::size_t c = 0; c < k; ++c) x -= seen.turn_x[c], y -= seen.turn_y[c];
+            me.walk[0] = x, me.walk[1] = y;
+        } else {
+            turn_one_by_one(i, k);
         }
-        for (std::size_t c = 0; c < at.size(); ++c) {
+        for (std::int64_t c = of_walls[i]; c < of_walls[i + 1]; ++c) {
             const double s = at.distance[c], wall = FROM_WALLS * decayed(std::min(at.gap[c] * (1.0 / WALL_DECAY), FADED));
             // walls turn people, and never back
-            if (s > 0.0 && at.gap[c] < FADED * WALL_DECAY) turn(people[at.first[c]], at.vector[2 * c] / s, at.vector[2 * c + 1] / s, wall, true);
+            if (s > 0.0 && at.gap[c] < FADED * WALL_DECAY) turn(me, at.vector[2 * c] / s, at.vector[2 * c + 1] / s, wall, true);
         }
         // who sees people come keeps to the right, and goes aside for that
-        find_coming();
-        for (std::size_t i = 0; i < n; ++i) {
-            Person& one = people[i];
-            if (to_right[i] > 0.0) one.walk[0] += ASIDE * to_right[i] * one.e[1], one.walk[1] -= ASIDE * to_right[i] * one.e[0];
-            const double all = length(one.walk[0], one.walk[1]);
-            for (int a = 0; a < 2; ++a) one.walk[a] = all > 0.0 ? one.walk[a] / all : one.e[a];
+        if (to_right[i] > 0.0) me.walk[0] += ASIDE * to_right[i] * me.e[1], me.walk[1] -= ASIDE * to_right[i] * me.e[0];
+        const double all = length(me.walk[0], me.walk[1]);
+        for (int a = 0; a < 2; ++a) me.walk[a] = all > 0.0 ? me.walk[a] / all : me.e[a];
+        look_ahead(i, k, mine);
+    }
+    void look_ahead(std::size_t i, std::size_t k, const Mine& mine) {
+        const Person& me = people[i];
+        const Some& o = others;
+        const double least = find_before(k, &o.x[0], &o.y[0], &o.left[0], &o.radius[0], &seen.gap[0], most, mine, me.walk, &seen.free[0]);
+        if (plain) ahead[i] = least;
+        for (std::size_t c = 0; c < k && !plain; ++c)
+            if (seen.free[c] < ahead[i]) look(i, std::size_t(others.number[c]), others.x[c], others.y[c], seen.free[c]);
+    }
+    void turn_one_by_one(std::size_t i, std::size_t k) {
+        Person& me = people[i];
+        for (std::size_t c = 0; c < k; ++c) {
+            const auto j = std::size_t(others.number[c]);
+            const double dx = others.x[c], dy = others.y[c];
+            if (!(seen.gap[c] < FADED * PEOPLE_DECAY) || !visible(i, j, dx, dy)) continue;
+            if (same(i, j)) {
+                me.walk[0] -= seen.turn_x[c], me.walk[1] -= seen.turn_y[c];
+            } else if (!meet(i, j, dx, dy)) {
+                const double s = length(dx, dy), size = FROM_PEOPLE * decayed(std::min(seen.gap[c] * (1.0 / PEOPLE_DECAY), FADED));
+                turn(me, dx / s, dy / s, size, !nearer(i, j, dx, dy));
+            }
         }
     }
-
     // how far i sees free way, whom j may be before
     void look(std::size_t i, std::size_t j, double dx, double dy, double gap) {
         const Person &me = people[i], &other = people[j];
-        const double nx = me.walk[0], ny = me.walk[1];
-        if (!((dx * nx + dy * ny >= 0.0) & (std::abs(dx * ny - dy * nx) <= ABREAST * (me.radius + other.radius)))) return;
         // of two who meet, who has the longer way left waits, and the other shuffles on
         if (gap < SHUFFLE && meet(i, j, dx, dy) && (me.mine <= other.mine || endless(i) || endless(j))) gap = SHUFFLE;
         // nobody waits for who has stopped
         if (gap < ahead[i] && time < of.stop[j] - INSTANT && nearer(i, j, dx, dy) && visible(i, j, dx, dy)) ahead[i] = gap;
     }
-    void look(const Pair& pair) {
-        const auto i = std::size_t(pair.one), j = std::size_t(pair.other), c = std::size_t(pair.number);
-        const auto [dx, dy] = to(people[i], people[j], c);
-        const bool on = people[j].mine < people[i].mine;
-        const double sign = on ? 1.0 : -1.0;
-        if (same(i, j)) look(on ? i : j, on ? j : i, sign * dx, sign * dy, gaps[c]);
-        else look(i, j, dx, dy, gaps[c]), look(j, i, -dx, -dy, gaps[c]);
+    void look_round() {
+        std::vector<std::vector<std::size_t>> mine(n);  // pairs of each, which so come by the number of the other
+        for (std::size_t c = 0; std::int64_t(c) < pairs.pairs; ++c)
+            for (const std::int64_t i : {pairs.first[c], pairs.second[c]}) mine[std::size_t(i)].push_back(c);
+        for (std::size_t i = 0; i < n; ++i) {
+            std::size_t k = 0;
+            make_room(mine[i].size());
+            for (const std::size_t c : mine[i]) {
+                const bool first = pairs.first[c] == std::int64_t(i);
+                const double sign = first ? 1.0 : -1.0;
+                const Index j = Index(first ? pairs.second[c] : pairs.first[c]);
+                seen.gap[k] = pairs.distance[c] > 0.0 ? pairs.gap[c] : INFINITE;
+                others.x[k] = sign * pairs.vector[2 * c], others.y[k] = sign * pairs.vector[2 * c + 1];
+                others.left[k] = people[j].mine, others.radius[k] = people[j].radius, others.number[k++] = j;
+            }
+            look_around(i, k);
+        }
     }
-    // first at who is close, behind whom few others have to be looked at
+    void look_by_squares() {
+        Some some;
+        Places here;  // whose square it is
+        for (std::size_t square = 0; square + 1 < near.start.size(); ++square) {
+            const Index* const number = near.disk.data() + near.start[square];
+            const auto k = std::size_t(near.start[square + 1] - near.start[square]);
+            if (here.size() < k) here.resize(k), some.make_room(k), make_room(k);
+            std::size_t size = 0;
+            for (std::size_t c = 0; c < k; ++c) here[size] = Index(c), size += near.square[number[c]] == Index(square);
+            std::fill(some.odd.begin(), some.odd.end(), 0);
+            for (std::size_t c = 0; c < k && size > 0; ++c) {
+                const auto j = std::size_t(number[c]);
+                const Person& other = people[j];
+                some.number[c] = number[c], some.x[c] = other.x, some.y[c] = other.y, some.left[c] = other.mine, some.radius[c] = other.radius;
+                if (!usual[j] || !same(std::size_t(number[here[0]]), j)) some.odd[c / WORD] |= BIT[c % WORD];
+            }
+            for (std::size_t h = 0; h < size; ++h) {
+                const auto one = std::size_t(here[h]), i = std::size_t(number[one]);
+                look_around(i, pick(some, k, one, turning));
+                // who is farther turns nobody
+                if (most > turning && ahead[i] > turning) {
+                    const std::size_t more = pick(some, k, one, most);
+                    look_ahead(i, more, see(i, more));
+                }
+            }
+        }
+    }
+    // Take those to whom one of some people may have a gap of at most so many m; how many.
+    std::size_t pick(const Some& some, std::size_t k, std::size_t one, double far) {
+        const double *const x = &some.x[0], *const y = &some.y[0], *const left = &some.left[0], *const radius = &some.radius[0];
+        double *const dx = &others.x[0], *const dy = &others.y[0], *const lefts = &others.left[0], *const radii = &others.radius[0];
+        const Index* const number = &some.number[0];
+        Index* const who = &others.number[0];
+        const double x0 = x[one], y0 = y[one], reach = radius[one] + far, here = double(one);
+        std::size_t count = 0;
+        plain = !(some.odd[one / WORD] & BIT[one % WORD]);
+        for (std::size_t begin = 0; begin < k; begin += WORD) {
+            std::uint64_t bits = within(std::min(k - begin, WORD), some, begin, x0, y0, reach);
+            if (k - begin < WORD) bits &= BIT[k - begin] - 1;
+            if (begin == one / WORD * WORD) bits &= ~BIT[one % WORD];
+            plain &= !(bits & some.odd[begin / WORD]);
+            for (; bits; bits &= bits - 1, ++count) {
+                const std::size_t c = begin + std::size_t(std::countr_zero(bits));
+                dx[count] = x[c] - x0, dy[count] = y[c] - y0, lefts[count] = left[c], who[count] = number[c];
+                radii[count] = std::copysign(radius[c], double(c) - here);
+            }
+        }
+        return count;
+    }
     void look_ahead() {
-        for (const Pair& pair : close) look(pair);
-        Flags open(n);
-        for (std::size_t i = 0; i < n; ++i) open[i] = ahead[i] > CLOSE;
-        for (std::size_t i = 0; i < n; ++i)
-            for (auto c = std::size_t(near.start[i]); c < std::size_t(near.start[i + 1]); ++c)
-                if (const auto j = std::size_t(near.other[c]); open[i] | open[j])
-                    if (gaps[c] > CLOSE && gaps[c] <= most && (gaps[c] < ahead[i] || gaps[c] < ahead[j])) look({Index(i), Index(j), std::int64_t(c)});
+        // who sees people come keeps to the right, and goes aside for that
+        find_coming();
+        if (round) look_round();
+        else look_by_squares();
     }
 
     // by what people turn aside from where they want to walk
@@ -493,7 +581,7 @@ Numbers Drive::desired(In at, In radius, double time) const {
     Numbers u = wished(x, time);
     if (!(law_.time_gap > 0.0)) return u;
     Look all(*this, x, radius, time);
-    all.give_way(), all.look_ahead(), all.walk(u);
+    all.look_ahead(), all.walk(u);
     if (!waves_.empty()) all.jostle(u);
     return u;
 }

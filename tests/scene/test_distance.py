@@ -113,6 +113,22 @@ def test_who_sees_people_come_keeps_to_the_right_and_the_longer_way_waits(gap, o
     assert wanted(between, *places) == pytest.approx(np.array(alone), abs=1e-13)
 
 
+@pytest.mark.parametrize("side", [6.0, 2.5, 1.4])
+@pytest.mark.parametrize("keys", [{}, {"goals": [BACK | {"people": (60, 120)}]},
+                                  {"stops": [{"people": (1, 30), "time_s": 1.0}]}])  # fmt: skip
+def test_what_somebody_wants_is_to_the_last_bit_what_those_within_reach_make_of_it(side, keys):
+    random = np.random.default_rng(7)
+    place = random.uniform((-side, -side / 2), (0.3, side / 2), (180, 2))
+    place[3, 0], place[5] = place[2, 0], (40.0, -900.0)
+    of = drive([(0, -4, 0, -1), (0, 1, 0, 4), (-0.8, 0.1, -0.5, 0.2)], jostling_m_per_s=0.1, **keys)
+    ids, radius = np.arange(1, 181), random.uniform(0.1, 0.3, 180)
+    of_all = of.desired_velocity(place, ids, 2.0, radius)
+    for one in range(0, len(ids), 7):
+        near = np.hypot(*(place - place[one]).T) < 3.7
+        of_near = of.desired_velocity(place[near], ids[near], 2.0, radius[near])
+        assert np.array_equal(of_near[near[:one].sum()], of_all[one])
+
+
 def test_many_who_come_turn_nobody_by_more_than_two_of_the_way():
     crowd = [(-5, 0), *((-5 + 0.9 + 0.5 * k, 0.0) for k in range(4))]
     first = wanted(drive(goals=[BACK | {"people": (2, 5)}]), *crowd)[0]
