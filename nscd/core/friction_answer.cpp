@@ -81,15 +81,15 @@ public:
           best_{Numbers(p_.k, 0.0), Numbers(p_.k, 0.0), p_.left} {}
 
     const Rubbed& best() const { return best_; }
-    Route route() const { return solved() ? route_ : Route::NONE; }
+    Method method() const { return solved() ? method_ : Method::NONE; }
     bool solved() const { return error_ <= tolerance_; }
     int pairs() const { return pairs_ + newton_.pairs; }
     int pivots() const { return path_.pivots; }
 
     // Keep an answer if it is the best so far; whether one within the tolerance is known.
-    bool offer(const Rubbed& at, Route route) {
+    bool offer(const Rubbed& at, Method method) {
         const double error = error_of(at);
-        if (error < error_) error_ = error, route_ = route, best_ = at;
+        if (error < error_) error_ = error, method_ = method, best_ = at;
         return solved();
     }
 
@@ -114,14 +114,14 @@ public:
             at.lam[c] -= p_.along[c] * (v[c] + p_.left_v[c]);
             at.tau[c] -= p_.across[c] * (s[c] + p_.left_s[c]);
         }
-        if (!offer(at, Route::SWEEPS)) by_point(at, RANDOM);
+        if (!offer(at, Method::SWEEPS)) by_point(at, RANDOM);
     }
 
     // Proximal steps, and paths from where they stand; `at` is left there.
     bool by_proximal(Rubbed& at) {
         for (const Effort& effort : PROXIMAL) {
             newton_.run(p_, sweeps_, factor_, at, effort.rounds, 0.5 * tolerance_);
-            if (offer(at, Route::PROXIMAL) || locally(at, effort.pivots, effort.rounds)) return true;
+            if (offer(at, Method::PROXIMAL) || locally(at, effort.pivots, effort.rounds)) return true;
         }
         return false;
     }
@@ -131,10 +131,10 @@ public:
         ProximalPoints points(p_, path_, from);
         for (int step = 0; effort > 0; effort -= points.cost) {
             if (!points.step()) continue;
-            if (offer(points.at(), Route::POINT)) return true;
+            if (offer(points.at(), Method::PROXIMAL_POINT)) return true;
             ++step;
             const bool settled = error_ < NEAR_POINT && step % SOME == 0;
-            if ((settled || points.pivots == 0) && finish_by_sets(points.at(), 1, Route::POINT)) return true;
+            if ((settled || points.pivots == 0) && finish_by_sets(points.at(), 1, Method::PROXIMAL_POINT)) return true;
         }
         return false;
     }
@@ -145,13 +145,13 @@ private:
         return *std::max_element(error.begin(), error.end());
     }
 
-    bool by_newton(const States& states, Rubbed at, int rounds, double weight, Route route) {
+    bool by_newton(const States& states, Rubbed at, int rounds, double weight, Method method) {
         newton(p_, factor_, states, at, tolerance_, rounds, weight);
-        return offer(at, route);
+        return offer(at, method);
     }
-    bool finish_by_sets(const Rubbed& at, int rounds, Route route) {
+    bool finish_by_sets(const Rubbed& at, int rounds, Method method) {
         for (const Finish& finish : FINISH)
-            if (by_newton(path_.states(), at, std::min(rounds, finish.rounds), finish.weight, route)) return true;
+            if (by_newton(path_.states(), at, std::min(rounds, finish.rounds), finish.weight, method)) return true;
         return false;
     }
 
@@ -175,7 +175,7 @@ private:
         for (int repeat = 0; repeat < REPEATS; ++repeat) {
             Rubbed at = path_.answer();
             const double error = error_of(at);
-            if (offer(at, Route::PATH) || finish_by_sets(at, NEWTON, Route::PATH)) return true;
+            if (offer(at, Method::PATH) || finish_by_sets(at, NEWTON, Method::PATH)) return true;
             // percussions that drift at a constant rate get to the next change of a state sooner
             if (error > SLOW * before && path_.compliance > FIRMEST) path_.compliance *= 0.1;
             before = error;
@@ -198,12 +198,12 @@ private:
             Flags hold(p_.k);
             for (int c = 0; c < p_.k; ++c) hold[c] = small ? code[a] >> 2 * c & 3 : random.word() >> 62;
             error_ = INFINITE;
-            if (!by_newton(States(std::move(hold)), start, small ? 1 : NEWTON, FRICTION_PENALTY, Route::SETS)) continue;
+            if (!by_newton(States(std::move(hold)), start, small ? 1 : NEWTON, FRICTION_PENALTY, Method::SETS)) continue;
             if (std::all_of(known.begin(), known.end(), [&](const Numbers& other) { return apart(best_.u, other); })) return true;
             again = best_;
         }
         error_ = INFINITE;
-        return !again.lam.empty() && offer(again, Route::SETS);
+        return !again.lam.empty() && offer(again, Method::SETS);
     }
     // Whether velocities are two answers: by the energy of their difference.
     bool apart(const Numbers& u, const Numbers& other) const {
@@ -221,7 +221,7 @@ private:
     ProximalNewton newton_;
     Rubbed best_;
     double error_ = INFINITE;
-    Route route_ = Route::NONE;
+    Method method_ = Method::NONE;
     int pairs_ = 0;
 };
 
@@ -284,7 +284,7 @@ FrictionAnswer climb(const Rubbing& p, double tolerance, int effort, int seed, c
     Part part(p, some.disk, some.contact);
     Rubbed at{Numbers(part.problem.k, 0.0), Numbers(part.problem.k, 0.0), part.problem.left}, near = at;
     const Numbers errors = seed > 0 ? Numbers(part.problem.islands, INFINITE) : together(part, tolerance, at, near);
-    answer.route = Route::SETS, answer.seed = seed;
+    answer.method = Method::SETS, answer.seed = seed;
     for_islands(part.problem, errors, tolerance, [&](const Places& disk, const Places& contact) {
         Part one(part.problem, disk, contact);
         Search search(one, tolerance);
@@ -297,12 +297,12 @@ FrictionAnswer climb(const Rubbing& p, double tolerance, int effort, int seed, c
             }
             search.run_from(seed, there);
         } else {
-            search.offer(taken(one, at), Route::NONE);
+            search.offer(taken(one, at), Method::NONE);
             search.run(taken(one, near), effort);
         }
         put(one, search.best(), at);
         answer.pairs += search.pairs(), answer.pivots += search.pivots();
-        answer.route = std::max(answer.route, search.route());
+        answer.method = std::max(answer.method, search.method());
     });
     put(part, at, answer.at);
     return answer;
@@ -334,7 +334,7 @@ void try_every_state(const Rubbing& p, double tolerance, FrictionAnswer& answer)
             const Numbers errors = measure(q, now);
             if (*std::max_element(errors.begin(), errors.end()) > tolerance) continue;
             put(one, now, answer.at);
-            if (answer.route == Route::NONE) answer.route = Route::SETS;
+            if (answer.method == Method::NONE) answer.method = Method::SETS;
             return;
         }
     });
@@ -447,7 +447,7 @@ FrictionAnswer solve_friction(Rubbing& p, double tolerance, int starts, In radiu
     act(p, along, best.at.u);
     const Numbers errors = measure(p, best.at);
     if (std::any_of(errors.begin(), errors.end(), [&](double error) { return !(error <= tolerance); })) {
-        best.route = Route::NONE;
+        best.method = Method::NONE;
         gain_nothing(p, tolerance, best.at);
     }
     return best;
@@ -461,18 +461,18 @@ FrictionAnswer step_friction(const Rubbing& p, In lam, In tau, double tolerance)
     Rubbed at{Numbers(some.k, 0.0), Numbers(some.k, 0.0), some.left};
     if (!lam.empty())
         for (int c = 0; c < some.k; ++c) at.lam[c] = lam[pushed.contact[c]], at.tau[c] = tau[pushed.contact[c]];
-    answer.route = Route::SWEEPS;
+    answer.method = Method::SWEEPS;
     Sweeps(some).accelerated(at.lam, at.tau, at.u, STEP_BLOCKS, BLOCK, 0.5 * tolerance, answer.pairs);
     bool solved = true;
     for_islands(some, measure(some, at), tolerance, [&](const Places& disk, const Places& contact) {
         Part one(some, disk, contact);
         Search search(one, tolerance);
         Rubbed near = taken(one, at);
-        search.offer(near, Route::SWEEPS);
+        search.offer(near, Method::SWEEPS);
         search.by_proximal(near);
         put(one, search.best(), at);
         answer.pairs += search.pairs(), answer.pivots += search.pivots();
-        answer.route = search.solved() && search.route() == Route::SWEEPS ? answer.route : std::max(answer.route == Route::SWEEPS ? Route::PROXIMAL : answer.route, search.route());
+        answer.method = search.solved() && search.method() == Method::SWEEPS ? answer.method : std::max(answer.method == Method::SWEEPS ? Method::PROXIMAL : answer.method, search.method());
         solved = solved && search.solved();
     });
     for (int c = 0; c < some.k; ++c) answer.at.lam[pushed.contact[c]] = at.lam[c], answer.at.tau[pushed.contact[c]] = at.tau[c];
@@ -494,7 +494,7 @@ FrictionAnswer solve_friction_by(const Rubbing& p, FrictionMethod method, double
     if (method == FrictionMethod::PROXIMAL) search.by_proximal(at);
     else if (method == FrictionMethod::POINT) search.by_point(at, effort);
     else search.run_from(3, {});
-    FrictionAnswer answer{{Numbers(p.k, 0.0), Numbers(p.k, 0.0), p.left}, search.route(), 0, search.pairs(), search.pivots()};
+    FrictionAnswer answer{{Numbers(p.k, 0.0), Numbers(p.k, 0.0), p.left}, search.method(), 0, search.pairs(), search.pivots()};
     put(part, search.best(), answer.at);
     return answer;
 }

@@ -5,16 +5,14 @@
 // 4. The proximal point method, each step a path of pivots.
 #pragma once
 
+#include "answer.hpp"
 #include "friction_paths.hpp"
 
 namespace nscd {
 
-// What gave an answer, in the order of cost: the last that an island needed.
-enum class Route { NONE_NEEDED, SETS, PROXIMAL, POINT, SWEEPS, PATH, NONE };
-
 struct FrictionAnswer {
     Rubbed at;
-    Route route = Route::NONE_NEEDED;
+    Method method = Method::LEFT_VELOCITY;
     int seed = -1;       // of the random states where the search began; 0: the convex programme; −1: u⁻
     int pairs = 0;       // of sweeps
     int pivots = 0;

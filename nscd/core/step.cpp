@@ -39,7 +39,7 @@ void solve_step(const System& s, In before, In guess, double tolerance, Stepped&
     std::iota(all.begin(), all.end(), 0);
     found.reaction.assign(s.k, 0.0);
     found.velocity = s.free;
-    found.rung = int(Rung::NOTHING);
+    found.method = Method::NOTHING_PRESSES;
     for (bool whole : {false, true}) {
         const Places some = whole ? all : likely(s, before);
         if (some.empty()) continue;
@@ -50,14 +50,14 @@ void solve_step(const System& s, In before, In guess, double tolerance, Stepped&
             Team alone(1);
             Descended end = descend(part, one, alone, {BEFORE * tolerance, MOST_SWEEPS, -1, INFINITE});
             by.reaction = std::move(end.reaction), by.velocity = std::move(end.velocity), by.iterations = end.sweeps;
-            found.rung = GRADIENT;
+            found.method = Method::GRADIENT;
         } else {
             Asked asked;
             asked.tolerance = tolerance, asked.least = asked.bounded = false;
             if (largest(guess) > 0.0)
                 for (int c : some) asked.reaction.push_back(guess[c]);
             by = climb(part, asked);
-            found.rung = int(by.rung);
+            found.method = by.method;
         }
         found.iterations += by.iterations;
         std::fill(found.reaction.begin(), found.reaction.end(), 0.0);
@@ -152,7 +152,7 @@ static Flags solve_rough(const System& s, In before, In radius, const Rough& rou
         Numbers lam, tau;
         for (int c : some) lam.push_back(by.at.lam[c]), tau.push_back(by.at.tau[c]);
         FrictionAnswer part = step_friction(chosen(p, some, every), lam, tau, tolerance);
-        by.at = {Numbers(s.k, 0.0), Numbers(s.k, 0.0), std::move(part.at.u)}, by.route = part.route, by.pairs += part.pairs;
+        by.at = {Numbers(s.k, 0.0), Numbers(s.k, 0.0), std::move(part.at.u)}, by.method = part.method, by.pairs += part.pairs;
         for (std::size_t c = 0; c < some.size(); ++c) by.at.lam[some[c]] = part.at.lam[c], by.at.tau[some[c]] = part.at.tau[c];
         errors = measure(p, by.at);
         if (whole || int(some.size()) == s.k || *std::max_element(errors.begin(), errors.end()) <= tolerance) break;
@@ -166,7 +166,7 @@ static Flags solve_rough(const System& s, In before, In radius, const Rough& rou
         found.spin[i] = by.at.u[3 * i + 2];
     }
     found.reaction = std::move(by.at.lam), found.tangential = std::move(by.at.tau);
-    found.iterations = by.pairs, found.rung = choice_of(by.route);
+    found.iterations = by.pairs, found.method = by.method;
     Flags refused = gaining(s, found.reaction, p.mass, by.at.u, p.left, tolerance);
     for (int i = 0; i < s.n; ++i) refused[i] = refused[i] || errors[p.island[i]] > tolerance;
     return refused;
@@ -183,7 +183,6 @@ Stepped make_step(const Bodies& bodies, const Rough& rough, double step, double 
         if (at.size() == 0) {
             const In free = bodies.wide.body.empty() ? bodies.free : bodies.unheld;
             found.velocity.assign(free.begin(), free.end());
-            found.rung = int(Rung::NO_CONTACTS);
             return found;
         }
         System s = system_of({bodies.position, bodies.free, bodies.radius, bodies.mass, {}}, near.first, near.second, near.normal);
