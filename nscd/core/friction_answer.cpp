@@ -52,8 +52,6 @@ constexpr int SOME = 4;
 // their scale are two answers.
 constexpr int STATES = 256;
 constexpr double APART = 1e-6;
-// Contacts of an island in which every set of states is tried where nothing else served.
-constexpr std::size_t FEW = 4;
 
 Places every(int count) {
     Places all(count);
@@ -308,38 +306,6 @@ FrictionAnswer climb(const Rubbing& p, double tolerance, int effort, int seed, c
     return answer;
 }
 
-// An answer of islands of few contacts that are not solved, k_n acting where it pushes: every set of states is tried.
-void try_every_state(const Rubbing& p, double tolerance, FrictionAnswer& answer) {
-    Rubbing acting = p;
-    act(acting, p.along, answer.at.u);
-    for_islands(p, measure(acting, answer.at), tolerance, [&](const Places& disk, const Places& contact) {
-        if (contact.size() > FEW) return;
-        Part one(p, disk, contact);
-        Rubbing& q = one.problem;
-        const Numbers along = q.along;
-        // a contact is free, or it is held in one of three ways: where closed, where k_n acts, or where both are
-        int count = 1;
-        for (double k : along) count *= k == 0.0 ? 4 : 10;
-        for (int code = 0; code < count; ++code) {
-            States states(q.k);
-            for (int c = 0, left = code; c < q.k; left /= along[c] == 0.0 ? 4 : 10, ++c) {
-                const int way = left % (along[c] == 0.0 ? 4 : 10);
-                states.hold[c] = way == 0 ? FREE : 1 + (way - 1) % 3;
-                states.closed[c] = way > 0 && way < 7;
-                q.along[c] = way > 3 ? along[c] : 0.0;
-            }
-            Rubbed now{Numbers(q.k, 0.0), Numbers(q.k, 0.0), q.left};
-            newton(q, one.factor, states, now, tolerance, 1, FRICTION_PENALTY);
-            act(q, along, now.u);
-            const Numbers errors = measure(q, now);
-            if (*std::max_element(errors.begin(), errors.end()) > tolerance) continue;
-            put(one, now, answer.at);
-            if (answer.method == Method::NONE) answer.method = Method::SETS;
-            return;
-        }
-    });
-}
-
 // The answer with the k_n that push: found in rounds, the best met. `p` has these k_n only where this is the last round.
 FrictionAnswer one_sided(const Rubbing& p, double tolerance, int seed, const std::vector<Numbers>& known) {
     Rubbing linear = p;
@@ -357,7 +323,6 @@ FrictionAnswer one_sided(const Rubbing& p, double tolerance, int seed, const std
         if (error <= tolerance || same) break;
         linear = std::move(acting);
     }
-    if (least > tolerance) try_every_state(p, tolerance, best);
     return best;
 }
 
@@ -479,7 +444,6 @@ FrictionAnswer step_friction(const Rubbing& p, In lam, In tau, double tolerance)
     for (int i = 0; i < some.n; ++i) std::copy_n(at.u.begin() + 3 * i, 3, answer.at.u.begin() + 3 * pushed.disk[i]);
     if (solved) return answer;
     FrictionAnswer other = climb(p, tolerance, STEP_POINT, 0, {});
-    try_every_state(p, tolerance, other);
     const Numbers one = measure(p, answer.at), two = measure(p, other.at);
     other.pairs += answer.pairs, other.pivots += answer.pivots;
     if (*std::max_element(two.begin(), two.end()) < *std::max_element(one.begin(), one.end())) return other;
