@@ -229,15 +229,8 @@ Found solve_by_path(Factor& factor, const Near& near, double tolerance, bool lea
     spent += path.iterations;
     double off = press(s, path.reaction, path.velocity, {}, closed);
     if (exactly && std::isfinite(path.error)) {
-        // no more closed contacts than unknowns: they tell the reactions; else, or where they do not, those of least energy
-        const bool few = std::count(closed.begin(), closed.end(), 1) <= 2 * s.n;
         path.theta.clear();  // the factor is another one from here on
-        for (bool energy : {false, true}) {
-            if (!energy && !few) continue;
-            if (energy) {
-                const Numbers least_of = least_energy(factor, path.reaction, path.velocity, std::max(path.error, tolerance));
-                for (int c = 0; c < s.k; ++c) closed[c] = least_of[c] > 0.0;
-            }
+        if (std::count(closed.begin(), closed.end(), 1) <= 2 * s.n) {  // no more than unknowns: they tell the reactions
             Closed exact = close_set(factor, closed, true, CLOSED, TRIES);
             spent += exact.rounds;
             if (exact.settled && exact.error <= tolerance)

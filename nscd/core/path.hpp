@@ -43,7 +43,7 @@ struct Found {
 };
 
 // Solve any problem: along the path of rigid contacts. Where the reactions of least energy are wanted and one stiffness
-// serves, the path is left as soon as the contacts that it closes, or those of least energy, close exactly.
+// serves, the path is left as soon as the contacts that it closes close exactly.
 Found solve_by_path(Factor& factor, const Near& near, double tolerance, bool least);
 
 }  // namespace nscd
