@@ -9,13 +9,9 @@ namespace nscd {
 
 namespace {
 
-// Accuracy of the convex programme and Newton's steps after it: a first look at the sets, which is enough where all contacts
-// hold, and an answer that paths begin from.
-struct Look {
-    double accuracy;
-    int rounds;
-};
-constexpr Look LOOKS[] = {{3e-2, 2}, {1e-9, 8}};
+// Accuracy of the convex programme, and Newton's steps on its sets.
+constexpr double PROGRAMME = 1e-9;
+constexpr int PROGRAMME_ROUNDS = 8;
 // An approach of no more than this, of the scale of velocities, presses nothing: what underflows.
 constexpr double NOTHING = 1e-20;
 // Choices of the contacts at which k_n acts; most crowds need one to three.
@@ -256,21 +252,8 @@ void for_islands(const Rubbing& p, const Numbers& errors, double tolerance, Act&
 // Answers of all islands by the convex programme and Newton's method, in `at`; their errors. `near`: the programme's.
 Numbers together(Part& part, double tolerance, Rubbed& at, Rubbed& near) {
     const Rubbing& p = part.problem;
-    Edges edges(p);
-    Numbers errors(p.islands, INFINITE);
-    for (const Look& look : LOOKS) {
-        Rubbed now = near = edges.follow(p, part.factor, look.accuracy);
-        const Numbers found = newton(p, part.factor, states_of(p, now), now, tolerance, look.rounds, FRICTION_PENALTY);
-        for (int c = 0; c < p.k; ++c) {
-            const Index place = p.island[p.first[c]];
-            if (found[place] <= errors[place]) at.lam[c] = now.lam[c], at.tau[c] = now.tau[c];
-        }
-        for (int i = 0; i < p.n; ++i)
-            if (found[p.island[i]] <= errors[p.island[i]]) std::copy_n(now.u.begin() + 3 * i, 3, at.u.begin() + 3 * i);
-        errors = measure(p, at);
-        if (*std::max_element(errors.begin(), errors.end()) <= tolerance) break;
-    }
-    return errors;
+    at = near = Edges(p).follow(p, part.factor, PROGRAMME);
+    return newton(p, part.factor, states_of(p, at), at, tolerance, PROGRAMME_ROUNDS, FRICTION_PENALTY);
 }
 
 // With a seed ≥ 1 every island is searched for an answer other than the known ones, also where nothing presses: u⁻ need not
