@@ -16,13 +16,8 @@ constexpr int PROGRAMME_ROUNDS = 8;
 constexpr double NOTHING = 1e-20;
 // Choices of the contacts at which k_n acts; most crowds need one to three.
 constexpr int ROUNDS = 12;
-// Factorisations of Newton's method on the sets, and with other weights where it ends a path.
-constexpr int NEWTON = 6;
-struct Finish {
-    double weight;
-    int rounds;
-};
-constexpr Finish FINISH[] = {{FRICTION_PENALTY, 2}, {1e6, 2}};
+// Factorisations of Newton's method on the sets, and where it ends a path.
+constexpr int NEWTON = 6, FINISH = 2;
 // The end of a path is the reference of the next so often, with contacts that get firmer by a tenth, down to FIRMEST, where
 // the error falls to no less than SLOW of itself.
 constexpr int REPEATS = 4;
@@ -128,7 +123,7 @@ public:
             if (offer(points.at(), Method::PROXIMAL_POINT)) return true;
             ++step;
             const bool settled = error_ < NEAR_POINT && step % SOME == 0;
-            if ((settled || points.pivots == 0) && finish_by_sets(points.at(), 1, Method::PROXIMAL_POINT)) return true;
+            if ((settled || points.pivots == 0) && by_newton(path_.states(), points.at(), 1, Method::PROXIMAL_POINT)) return true;
         }
         return false;
     }
@@ -139,14 +134,9 @@ private:
         return *std::max_element(error.begin(), error.end());
     }
 
-    bool by_newton(const States& states, Rubbed at, int rounds, double weight, Method method) {
-        newton(p_, factor_, states, at, tolerance_, rounds, weight);
+    bool by_newton(const States& states, Rubbed at, int rounds, Method method) {
+        newton(p_, factor_, states, at, tolerance_, rounds, FRICTION_PENALTY);
         return offer(at, method);
-    }
-    bool finish_by_sets(const Rubbed& at, int rounds, Method method) {
-        for (const Finish& finish : FINISH)
-            if (by_newton(path_.states(), at, std::min(rounds, finish.rounds), finish.weight, method)) return true;
-        return false;
     }
 
     bool locally(const Rubbed& near, int pivots, int seed) {
@@ -169,7 +159,7 @@ private:
         for (int repeat = 0; repeat < REPEATS; ++repeat) {
             Rubbed at = path_.answer();
             const double error = error_of(at);
-            if (offer(at, Method::PATH) || finish_by_sets(at, NEWTON, Method::PATH)) return true;
+            if (offer(at, Method::PATH) || by_newton(path_.states(), at, FINISH, Method::PATH)) return true;
             // percussions that drift at a constant rate get to the next change of a state sooner
             if (error > SLOW * before && path_.compliance > FIRMEST) path_.compliance *= 0.1;
             before = error;
@@ -192,7 +182,7 @@ private:
             Flags hold(p_.k);
             for (int c = 0; c < p_.k; ++c) hold[c] = small ? code[a] >> 2 * c & 3 : random.word() >> 62;
             error_ = INFINITE;
-            if (!by_newton(States(std::move(hold)), start, small ? 1 : NEWTON, FRICTION_PENALTY, Method::SETS)) continue;
+            if (!by_newton(States(std::move(hold)), start, small ? 1 : NEWTON, Method::SETS)) continue;
             if (std::all_of(known.begin(), known.end(), [&](const Numbers& other) { return apart(best_.u, other); })) return true;
             again = best_;
         }
