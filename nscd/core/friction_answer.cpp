@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
 
 #include "rounding.hpp"
 
@@ -44,18 +45,20 @@ constexpr int SOME = 4;
 constexpr int STATES = 256;
 constexpr double APART = 1e-6;
 
+double worst(const Numbers& errors) { return errors.empty() ? 0.0 : *std::max_element(errors.begin(), errors.end()); }
+
 Places every(int count) {
     Places all(count);
     std::iota(all.begin(), all.end(), 0);
     return all;
 }
 
-// The answer whose parts were solved in the order of a part, put into the whole.
-void put(const Part& part, const Rubbed& at, Rubbed& whole) {
+// The answer of a part, put into the whole.
+void put(const Selection& part, const Rubbed& at, Rubbed& whole) {
     for (std::size_t c = 0; c < part.contact.size(); ++c) whole.lam[part.contact[c]] = at.lam[c], whole.tau[part.contact[c]] = at.tau[c];
     for (std::size_t i = 0; i < part.disk.size(); ++i) std::copy_n(at.u.begin() + 3 * i, 3, whole.u.begin() + 3 * part.disk[i]);
 }
-Rubbed taken(const Part& part, const Rubbed& whole) {
+Rubbed taken(const Selection& part, const Rubbed& whole) {
     Rubbed at{Numbers(part.contact.size()), Numbers(part.contact.size()), Numbers(3 * part.disk.size())};
     for (std::size_t c = 0; c < part.contact.size(); ++c) at.lam[c] = whole.lam[part.contact[c]], at.tau[c] = whole.tau[part.contact[c]];
     for (std::size_t i = 0; i < part.disk.size(); ++i) std::copy_n(whole.u.begin() + 3 * part.disk[i], 3, at.u.begin() + 3 * i);
@@ -83,8 +86,8 @@ public:
     }
 
     // From an answer that is near.
-    void run(Rubbed at, int effort) {
-        if (!by_proximal(at)) by_point(at, int(effort * std::min(1.0, MEDIUM / p_.k * (MEDIUM / p_.k))) / (p_.dissipates ? SEVERAL : 1));
+    void run(Rubbed at, int pivots) {
+        if (!by_proximal(at)) by_point(at, int(pivots * std::min(1.0, MEDIUM / p_.k * (MEDIUM / p_.k))) / (p_.dissipates ? SEVERAL : 1));
     }
 
     // From random states and percussions, for an answer that is not among the known ones.
@@ -129,10 +132,7 @@ public:
     }
 
 private:
-    double error_of(const Rubbed& at) const {
-        const Numbers error = measure(p_, at);
-        return *std::max_element(error.begin(), error.end());
-    }
+    double error_of(const Rubbed& at) const { return worst(measure(p_, at)); }
 
     bool by_newton(const States& states, Rubbed at, int rounds, Method method) {
         newton(p_, factor_, states, at, tolerance_, rounds, FRICTION_PENALTY);
@@ -210,14 +210,11 @@ private:
 };
 
 // Disks and contacts of the islands that something presses, some C u⁻ > b or dissipation, or of all that have contacts.
-struct Pressed {
-    Places disk, contact;
-};
-Pressed pressed(const Rubbing& p, bool everything) {
+Selection pressed(const Rubbing& p, bool everything) {
     Flags is(p.islands, 0);
     for (int c = 0; c < p.k; ++c)
         if (everything || p.left_v[c] > p.offset[c] + NOTHING * p.scale || p.along[c] > 0.0 || p.across[c] > 0.0) is[p.island[p.first[c]]] = 1;
-    Pressed some;
+    Selection some;
     for (int i = 0; i < p.n; ++i)
         if (is[p.island[i]]) some.disk.push_back(i);
     for (int c = 0; c < p.k; ++c)
@@ -246,55 +243,66 @@ Numbers together(Part& part, double tolerance, Rubbed& at, Rubbed& near) {
     return newton(p, part.factor, states_of(p, at), at, tolerance, PROGRAMME_ROUNDS, FRICTION_PENALTY);
 }
 
-// With a seed ≥ 1 every island is searched for an answer other than the known ones, also where nothing presses: u⁻ need not
-// be the only one there.
-FrictionAnswer climb(const Rubbing& p, double tolerance, int effort, int seed, const std::vector<Numbers>& known) {
+// Where a search begins: at the answer of the convex programme; by sweeps from percussions at hand (k, or none); or, with a
+// seed ≥ 1, at random, for an answer other than the known ones.
+struct Start {
+    int seed = 0, pivots = POINT;
+    bool by_sweeps = false;
+    In lam{}, tau{};
+    std::span<const Numbers> known{};
+};
+
+// With a seed every island is searched, also where nothing presses: u⁻ need not be the only answer there.
+FrictionAnswer climb(const Rubbing& p, double tolerance, const Start& start) {
     FrictionAnswer answer{{Numbers(p.k, 0.0), Numbers(p.k, 0.0), p.left}};
-    const Pressed some = pressed(p, seed > 0);
+    Selection some = pressed(p, start.seed > 0);
     if (some.contact.empty()) return answer;
-    Part part(p, some.disk, some.contact);
-    Rubbed at{Numbers(part.problem.k, 0.0), Numbers(part.problem.k, 0.0), part.problem.left}, near = at;
-    const Numbers errors = seed > 0 ? Numbers(part.problem.islands, INFINITE) : together(part, tolerance, at, near);
-    answer.method = Method::SETS, answer.seed = seed;
-    for_islands(part.problem, errors, tolerance, [&](const Places& disk, const Places& contact) {
-        Part one(part.problem, disk, contact);
+    std::optional<Part> part;  // sweeps need no factor
+    if (!start.by_sweeps) some = part.emplace(p, some.disk, some.contact);
+    const Rubbing q = part ? part->problem : chosen(p, some.contact, some.disk);
+    Rubbed at{Numbers(q.k, 0.0), Numbers(q.k, 0.0), q.left}, near = at;
+    Numbers errors(q.islands, INFINITE);
+    answer.method = start.by_sweeps ? Method::SWEEPS : Method::SETS, answer.seed = start.seed;
+    if (start.by_sweeps) {
+        for (int c = 0; c < q.k && !start.lam.empty(); ++c) at.lam[c] = start.lam[some.contact[c]], at.tau[c] = start.tau[some.contact[c]];
+        Sweeps(q).accelerated(at.lam, at.tau, at.u, STEP_BLOCKS, BLOCK, 0.5 * tolerance, answer.pairs);
+        errors = measure(q, near = at);
+    } else if (start.seed == 0) {
+        errors = together(*part, tolerance, at, near);
+    }
+    for_islands(q, errors, tolerance, [&](const Places& disk, const Places& contact) {
+        Part one(q, disk, contact);
         Search search(one, tolerance);
-        if (seed > 0) {
+        if (start.seed > 0) {
             std::vector<Numbers> there;
-            for (const Numbers& velocity : known) {
+            for (const Numbers& velocity : start.known) {
                 Numbers u(3 * disk.size());
-                for (std::size_t i = 0; i < one.disk.size(); ++i) std::copy_n(velocity.begin() + 3 * part.disk[one.disk[i]], 3, u.begin() + 3 * i);
+                for (std::size_t i = 0; i < one.disk.size(); ++i) std::copy_n(velocity.begin() + 3 * some.disk[one.disk[i]], 3, u.begin() + 3 * i);
                 there.push_back(std::move(u));
             }
-            search.run_from(seed, there);
+            search.run_from(start.seed, there);
         } else {
-            search.offer(taken(one, at), Method::NONE);
-            search.run(taken(one, near), effort);
+            search.offer(taken(one, at), answer.method);
+            search.run(taken(one, near), start.pivots);
         }
         put(one, search.best(), at);
         answer.pairs += search.pairs(), answer.pivots += search.pivots();
         answer.method = std::max(answer.method, search.method());
     });
-    put(part, at, answer.at);
+    put(some, at, answer.at);
     return answer;
 }
 
 // The answer with the k_n that push: found in rounds, the best met. `p` has these k_n only where this is the last round.
-FrictionAnswer one_sided(const Rubbing& p, double tolerance, int seed, const std::vector<Numbers>& known) {
+FrictionAnswer one_sided(const Rubbing& p, double tolerance, const Start& start) {
     Rubbing linear = p;
     FrictionAnswer best;
-    double least = INFINITE;
-    const bool several = std::any_of(p.along.begin(), p.along.end(), [](double k) { return k != 0.0; });
-    for (int round = 0; round < (several ? ROUNDS : 1); ++round) {
-        FrictionAnswer found = climb(linear, tolerance, POINT, seed, known);
-        Rubbing acting = p;
-        act(acting, p.along, found.at.u);
-        const Numbers errors = measure(acting, found.at);
-        const double error = errors.empty() ? 0.0 : *std::max_element(errors.begin(), errors.end());
-        const bool same = acting.along == linear.along;
-        if (round == 0 || error < least) best = std::move(found), least = error;
-        if (error <= tolerance || same) break;
-        linear = std::move(acting);
+    for (int round = 0; round < ROUNDS; ++round) {
+        FrictionAnswer found = climb(linear, tolerance, start);
+        const bool changed = act(linear, p.along, found.at.u);
+        found.error = worst(measure(linear, found.at));
+        if (round == 0 || found.error < best.error) best = std::move(found);
+        if (best.error <= tolerance || !changed) break;
     }
     return best;
 }
@@ -353,13 +361,18 @@ void gain_nothing(const Rubbing& p, double tolerance, Rubbed& at) {
 
 }  // namespace
 
-FrictionAnswer solve_friction(Rubbing& p, double tolerance, int starts, In radius) {
+FrictionAnswer solve_friction(Rubbing& p, const FrictionAsked& asked) {
     const Numbers along = p.along;
-    const double aim = 0.9 * tolerance;
-    FrictionAnswer best = one_sided(p, aim, 0, {});
+    const double tolerance = asked.tolerance, aim = 0.9 * tolerance;
+    FrictionAnswer best = one_sided(p, aim, {.pivots = asked.in_step ? 0 : POINT, .by_sweeps = asked.in_step, .lam = asked.lam, .tau = asked.tau});
+    if (asked.in_step && best.error > tolerance) {
+        FrictionAnswer other = one_sided(p, aim, {.pivots = STEP_POINT});
+        other.pairs += best.pairs, other.pivots += best.pivots;
+        if (other.error < best.error) best = std::move(other);
+    }
     std::vector<Numbers> velocities{best.at.u};
-    for (int seed = 1; seed < starts; ++seed) {
-        const FrictionAnswer other = one_sided(p, aim, seed, velocities);
+    for (int seed = 1; seed < asked.starts; ++seed) {
+        const FrictionAnswer other = one_sided(p, aim, {.seed = seed, .known = velocities});
         Rubbing acting = p;
         act(acting, along, other.at.u);
         const Numbers errors = measure(acting, other.at);
@@ -379,49 +392,15 @@ FrictionAnswer solve_friction(Rubbing& p, double tolerance, int starts, In radiu
         for (std::size_t i = 0; i < p.left.size(); ++i) {
             double least = INFINITE, most = -INFINITE;
             for (const Numbers& u : velocities) least = std::min(least, u[i]), most = std::max(most, u[i]);
-            best.spread = std::max(best.spread, (most - least) * (i % 3 == 2 ? radius[i / 3] : 1.0));
+            best.spread = std::max(best.spread, (most - least) * (i % 3 == 2 ? asked.radius[i / 3] : 1.0));
         }
     }
     act(p, along, best.at.u);
-    const Numbers errors = measure(p, best.at);
-    if (std::any_of(errors.begin(), errors.end(), [&](double error) { return !(error <= tolerance); })) {
+    if (!(best.error <= tolerance)) {
         best.method = Method::NONE;
-        gain_nothing(p, tolerance, best.at);
+        if (!asked.in_step) gain_nothing(p, tolerance, best.at);
     }
     return best;
-}
-
-FrictionAnswer step_friction(const Rubbing& p, In lam, In tau, double tolerance) {
-    FrictionAnswer answer{{Numbers(p.k, 0.0), Numbers(p.k, 0.0), p.left}};
-    const Pressed pushed = pressed(p, false);
-    if (pushed.contact.empty()) return answer;
-    const Rubbing some = chosen(p, pushed.contact, pushed.disk);
-    Rubbed at{Numbers(some.k, 0.0), Numbers(some.k, 0.0), some.left};
-    if (!lam.empty())
-        for (int c = 0; c < some.k; ++c) at.lam[c] = lam[pushed.contact[c]], at.tau[c] = tau[pushed.contact[c]];
-    answer.method = Method::SWEEPS;
-    Sweeps(some).accelerated(at.lam, at.tau, at.u, STEP_BLOCKS, BLOCK, 0.5 * tolerance, answer.pairs);
-    bool solved = true;
-    for_islands(some, measure(some, at), tolerance, [&](const Places& disk, const Places& contact) {
-        Part one(some, disk, contact);
-        Search search(one, tolerance);
-        Rubbed near = taken(one, at);
-        search.offer(near, Method::SWEEPS);
-        search.by_proximal(near);
-        put(one, search.best(), at);
-        answer.pairs += search.pairs(), answer.pivots += search.pivots();
-        answer.method = search.solved() && search.method() == Method::SWEEPS ? answer.method : std::max(answer.method == Method::SWEEPS ? Method::PROXIMAL : answer.method, search.method());
-        solved = solved && search.solved();
-    });
-    for (int c = 0; c < some.k; ++c) answer.at.lam[pushed.contact[c]] = at.lam[c], answer.at.tau[pushed.contact[c]] = at.tau[c];
-    for (int i = 0; i < some.n; ++i) std::copy_n(at.u.begin() + 3 * i, 3, answer.at.u.begin() + 3 * pushed.disk[i]);
-    if (solved) return answer;
-    FrictionAnswer other = climb(p, tolerance, STEP_POINT, 0, {});
-    const Numbers one = measure(p, answer.at), two = measure(p, other.at);
-    other.pairs += answer.pairs, other.pivots += answer.pivots;
-    if (*std::max_element(two.begin(), two.end()) < *std::max_element(one.begin(), one.end())) return other;
-    answer.pairs = other.pairs, answer.pivots = other.pivots;
-    return answer;
 }
 
 FrictionAnswer solve_friction_by(const Rubbing& p, FrictionMethod method, double tolerance, int effort) {

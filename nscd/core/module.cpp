@@ -268,7 +268,7 @@ ImpactSolution solve_with_friction(const System& s, const Vector& radius, const 
     Numbers inertia(s.wide() ? 0 : s.n);
     for (std::size_t i = 0; i < inertia.size(); ++i) inertia[i] = 0.5 * s.mass[2 * i] * radius(i) * radius(i);
     Rubbing p = rubbing_of(s, span(radius), span(spin), inertia, numbers(friction));
-    FrictionAnswer found = freely([&] { return solve_friction(p, tolerance, starts, s.wide() ? In(s.reach) : span(radius)); });
+    FrictionAnswer found = freely([&] { return solve_friction(p, {tolerance, starts, s.wide() ? In(s.reach) : span(radius)}); });
     FrictionCertificate of = freely([&] { return certified(p, found.at); });
     ImpactSolution solution = solution_of(std::move(found.at.lam), std::move(of.impulse), found.at.u, 3, disks, of.energy, of.change, of.work);
     solution.residual = of.natural_map, solution.momentum_error = of.momentum_error;
