@@ -27,10 +27,7 @@ constexpr double FIRMEST = 1e-8, SLOW = 0.5;
 constexpr int BLOCKS = 10, STEP_BLOCKS = 40, BLOCK = 8;
 // Rounds of proximal steps, and pivots allowed for a path from where they stand; the noise of these paths, and of those about
 // the percussions at the end of one.
-struct Effort {
-    int rounds, pivots;
-};
-constexpr Effort PROXIMAL[] = {{8, 100}, {16, 150}};
+constexpr int PROXIMAL = 16, PROXIMAL_PIVOTS = 150;
 constexpr double PROXIMAL_NOISE = 1e-2, BRINK = 1e-9;
 constexpr int LOCAL_PIVOTS = 300;
 // The cost of steps of the proximal point method, in pivots: at most (a share of it in each choice of the k_n that act), in a
@@ -111,11 +108,8 @@ public:
 
     // Proximal steps, and paths from where they stand; `at` is left there.
     bool by_proximal(Rubbed& at) {
-        for (const Effort& effort : PROXIMAL) {
-            newton_.run(p_, sweeps_, factor_, at, effort.rounds, 0.5 * tolerance_);
-            if (offer(at, Method::PROXIMAL) || locally(at, effort.pivots, effort.rounds)) return true;
-        }
-        return false;
+        newton_.run(p_, sweeps_, factor_, at, PROXIMAL, 0.5 * tolerance_);
+        return offer(at, Method::PROXIMAL) || locally(at);
     }
 
     // Steps of the proximal point method, at the cost of `effort` pivots.
@@ -139,13 +133,13 @@ private:
         return offer(at, method);
     }
 
-    bool locally(const Rubbed& near, int pivots, int seed) {
+    bool locally(const Rubbed& near) {
         path_.compliance = PATH_SOFT;
         Rubbed at = near;
         Path::clean(p_, at);
         for (double way : {-1.0, 1.0}) {
-            path_.begin(at, PROXIMAL_NOISE * p_.scale, seed);
-            const Path::End end = path_.follow(way, pivots);
+            path_.begin(at, PROXIMAL_NOISE * p_.scale, PROXIMAL);
+            const Path::End end = path_.follow(way, PROXIMAL_PIVOTS);
             if (end == Path::End::ARRIVED) return finish();
             if (end != Path::End::AWAY) break;
         }
