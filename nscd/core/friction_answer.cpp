@@ -41,6 +41,8 @@ constexpr int SOME = 4;
 // their scale are two answers.
 constexpr int STATES = 256;
 constexpr double APART = 1e-6;
+// Contacts of an island in which every set of states is tried where nothing else served.
+constexpr std::size_t FEW = 4;
 
 double worst(const Numbers& errors) { return errors.empty() ? 0.0 : *std::max_element(errors.begin(), errors.end()); }
 
@@ -287,6 +289,37 @@ FrictionAnswer climb(const Rubbing& p, double tolerance, const Start& start) {
     return answer;
 }
 
+// An answer of islands of few contacts that are not solved, k_n acting where it pushes: every set of states is tried.
+void try_every_state(const Rubbing& p, double tolerance, FrictionAnswer& answer) {
+    Rubbing acting = p;
+    act(acting, p.along, answer.at.u);
+    for_islands(p, measure(acting, answer.at), tolerance, [&](const Places& disk, const Places& contact) {
+        if (contact.size() > FEW) return;
+        Part one(p, disk, contact);
+        Rubbing& q = one.problem;
+        const Numbers along = q.along;
+        // a contact is free, or it is held in one of three ways: where closed, where k_n acts, or where both are
+        int count = 1;
+        for (double k : along) count *= k == 0.0 ? 4 : 10;
+        for (int code = 0; code < count; ++code) {
+            States states(q.k);
+            for (int c = 0, left = code; c < q.k; left /= along[c] == 0.0 ? 4 : 10, ++c) {
+                const int way = left % (along[c] == 0.0 ? 4 : 10);
+                states.hold[c] = way == 0 ? FREE : 1 + (way - 1) % 3;
+                states.closed[c] = way > 0 && way < 7;
+                q.along[c] = way > 3 ? along[c] : 0.0;
+            }
+            Rubbed now{Numbers(q.k, 0.0), Numbers(q.k, 0.0), q.left};
+            newton(q, one.factor, states, now, tolerance, 1, FRICTION_PENALTY);
+            act(q, along, now.u);
+            if (worst(measure(q, now)) > tolerance) continue;
+            put(one, now, answer.at);
+            if (answer.method == Method::NONE) answer.method = Method::SETS;
+            return;
+        }
+    });
+}
+
 // The answer with the k_n that push: found in rounds, the best met. `p` has these k_n only where this is the last round.
 FrictionAnswer one_sided(const Rubbing& p, double tolerance, const Start& start) {
     Rubbing linear = p;
@@ -297,6 +330,11 @@ FrictionAnswer one_sided(const Rubbing& p, double tolerance, const Start& start)
         found.error = worst(measure(linear, found.at));
         if (round == 0 || found.error < best.error) best = std::move(found);
         if (best.error <= tolerance || !changed) break;
+    }
+    if (best.error > tolerance) {
+        try_every_state(p, tolerance, best);
+        act(linear, p.along, best.at.u);
+        best.error = worst(measure(linear, best.at));
     }
     return best;
 }
