@@ -208,7 +208,7 @@ Found solve_by_path(Factor& factor, const Near& near, double tolerance, bool lea
     Followed path = follow(factor, first, compliance,
                            near.reaction.empty() ? cold_start(s) : away_from(s, near.reaction, near.velocity, first, near.away));
     spent += path.iterations;
-    press(s, path.reaction, path.velocity, {}, closed);
+    double off = press(s, path.reaction, path.velocity, {}, closed);
     if (exactly && std::isfinite(path.error)) {
         path.theta.clear();  // the factor is another one from here on
         if (std::count(closed.begin(), closed.end(), 1) <= 2 * s.n) {  // no more than unknowns: they tell the reactions
@@ -220,7 +220,15 @@ Found solve_by_path(Factor& factor, const Near& near, double tolerance, bool lea
         if (path.error > 0.5 * tolerance) {
             path = follow(factor, 0.5 * tolerance, compliance, std::move(path.last));
             spent += path.iterations;
+            off = press(s, path.reaction, path.velocity, {}, closed);
         }
+    }
+    if (off > tolerance) {  // velocities without squares have no path
+        Closed exact = close_set(factor, closed, true);
+        spent += exact.rounds;
+        if (accuracy(s, exact.reaction, exact.velocity) < accuracy(s, path.reaction, path.velocity))
+            return {std::move(exact.reaction), std::move(exact.velocity), spent, exact.settled && s.even(), std::move(exact.held)};
+        path.theta.clear();
     }
     return {std::move(path.reaction), std::move(path.velocity), spent, false, {std::move(path.theta), {}}};
 }
