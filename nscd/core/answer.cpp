@@ -24,8 +24,6 @@ constexpr double AFTER_ANOTHER = 1.0;
 constexpr double SHARE_OF_TOLERANCE = 1e-3;
 // First-order solvers stop a little before the tolerance, so that rounding does not carry them beyond.
 constexpr double BEFORE = 0.9;
-// Units in the last place that approach velocities are known to.
-constexpr double ROUNDING = 16.0 * EPSILON;
 // Rounds of the one-sided law: few are needed, 5 in a crowd of 1,000. Halvings of a step that would raise Φ.
 constexpr int ROUNDS = 60, HALVINGS = 40;
 
@@ -308,16 +306,6 @@ void free_velocity(System& s, const Asked& asked) {
     s.free = factor.disks_given(velocity_of(factor, factor.disks_ordered(momentum_given(s))));
 }
 
-// k_n where it pushes for velocities u, 0 where it would pull.
-Numbers acting(const System& law, const Numbers& along, In u) {
-    Numbers total(u.size()), v(law.k), now = along;
-    for (std::size_t i = 0; i < u.size(); ++i) total[i] = u[i] + law.left[i];
-    approach(law, total, v);
-    for (int c = 0; c < law.k; ++c)
-        if (!(v[c] >= -ROUNDING * law.scale)) now[c] = 0.0;
-    return now;
-}
-
 double potential(const System& law, const Numbers& along, In u) {
     Numbers total(u.size()), v(law.k);
     double energy = 0.0;
@@ -344,7 +332,7 @@ Closing closing_of(const System& law, const Answer& found) {
     const double speed = std::max(law.scale, largest(found.velocity));
     // n·(Â⁻¹ n) is at most w/(1 + wk), and the distance is known in the norm of Â
     for (int c = 0; c < law.k; ++c)
-        of.known[c] = std::sqrt(law.inverse_mass[c] / (1.0 + law.inverse_mass[c] * law.along[c])) * found.distance + ROUNDING * speed;
+        of.known[c] = std::sqrt(law.inverse_mass[c] / (1.0 + law.inverse_mass[c] * law.along[c])) * found.distance + APPROACH_ROUNDING * speed;
     return of;
 }
 

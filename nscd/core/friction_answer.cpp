@@ -74,7 +74,7 @@ public:
     const Rubbed& best() const { return best_; }
     Method method() const { return solved() ? method_ : Method::NONE; }
     bool solved() const { return error_ <= tolerance_; }
-    int pairs() const { return pairs_ + newton_.pairs; }
+    int pairs() const { return pairs_; }
     int pivots() const { return path_.pivots; }
 
     // Keep an answer if it is the best so far; whether one within the tolerance is known.
@@ -110,7 +110,7 @@ public:
 
     // Proximal steps, and paths from where they stand; `at` is left there.
     bool by_proximal(Rubbed& at) {
-        newton_.run(p_, sweeps_, factor_, at, PROXIMAL, 0.5 * tolerance_);
+        proximal_newton(p_, sweeps_, factor_, at, PROXIMAL, 0.5 * tolerance_, pairs_);
         return offer(at, Method::PROXIMAL) || locally(at);
     }
 
@@ -198,7 +198,6 @@ private:
     double tolerance_;
     Sweeps sweeps_;
     Path path_;
-    ProximalNewton newton_;
     Rubbed best_;
     double error_ = INFINITE;
     Method method_ = Method::NONE;
@@ -235,7 +234,7 @@ void for_islands(const Rubbing& p, const Numbers& errors, double tolerance, Act&
 // Answers of all islands by the convex programme and Newton's method, in `at`; their errors. `near`: the programme's.
 Numbers together(Part& part, double tolerance, Rubbed& at, Rubbed& near) {
     const Rubbing& p = part.problem;
-    at = near = Edges(p).follow(p, part.factor, PROGRAMME);
+    at = near = convex_programme(p, part.factor, PROGRAMME);
     return newton(p, part.factor, states_of(p, at), at, tolerance, PROGRAMME_ROUNDS, FRICTION_PENALTY);
 }
 

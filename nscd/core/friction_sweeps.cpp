@@ -15,9 +15,9 @@ constexpr int MEMORY = 10;
 constexpr double GROWTH = 2.0;
 // Pairs of sweeps between two looks at the natural map.
 constexpr int CHECK = 50;
-// Of proximal steps: bounds of the weight, steps with one factor, pairs of sweeps after a step, lengths that are tried, and
+// Of proximal steps: weight of contacts at first and its bounds, steps with one factor, pairs of sweeps after a step, lengths that are tried, and
 // growth of the natural map that is allowed.
-constexpr double SOFTEST = 1e1, FIRMEST = 1e8, SHORTER = 0.3, ALLOWED = 1.5;
+constexpr double SOFT = 1e3, SOFTEST = 1e1, FIRMEST = 1e8, SHORTER = 0.3, ALLOWED = 1.5;
 constexpr int PROXIMAL_STEPS = 2, PAIRS = 20, LENGTHS = 3;
 
 double product(const double* one, const double* two, std::size_t size) {
@@ -307,8 +307,9 @@ double Sweeps::accelerated(Numbers& pn, Numbers& pt, Numbers& u, int blocks, int
     return best;
 }
 
-double ProximalNewton::run(const Rubbing& p, const Sweeps& sweeps, FrictionFactor& factor, Rubbed& at, int rounds, double tolerance) {
+double proximal_newton(const Rubbing& p, const Sweeps& sweeps, FrictionFactor& factor, Rubbed& at, int rounds, double tolerance, int& pairs) {
     Numbers v(p.k), s(p.k);
+    double weight = SOFT;
     // λ and τ of whole percussions, and these again
     const auto whole = [&](Rubbed& some, double sign) {
         if (!p.dissipates) return;
