@@ -230,11 +230,11 @@ class Method(enum.Enum):
 
     SETS = 14
 
-    PROXIMAL = 15
+    PROXIMAL = 16
 
-    PROXIMAL_POINT = 16
+    PROXIMAL_POINT = 17
 
-    SWEEPS = 17
+    SWEEPS = 15
 
     PATH = 18
 

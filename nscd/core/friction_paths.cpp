@@ -8,18 +8,16 @@ namespace nscd {
 
 namespace {
 
-// Contacts that may change before the matrix is factorised again.
-constexpr int CHANGES = 24;
-// Farther than this from the start a path is given up.
-constexpr double FARTHEST = 20.0;
-// Of the proximal point method: compliance at first and its bounds; it falls by FIRMER after a step of at most FEW pivots and
-// grows by SOFTER where there is none.
-constexpr double FIRST = 1e-3, POINT_FIRMEST = 1e-10, POINT_SOFTEST = 1.0, FIRMER = 0.3, SOFTER = 10.0;
-constexpr int FEW = 15;
-// Pivots allowed for a step; what its factorisations cost, in pivots.
-constexpr int PIVOTS = 300, STEP = 15;
-// Noise on contacts that are on the brink of another state, of the scale of velocities.
-constexpr double BRINK = 1e-9;
+// "A to B": see friction_answer.cpp.
+constexpr int CHANGES = 24;              // contacts that may change before a new factorisation: its cost against that of columns
+constexpr double FARTHEST = 20.0;        // farther than this from the start a path is given up: a bound of the time
+// Of the proximal point method: compliance at first and its bounds, short safe steps against few.
+constexpr double FIRST = 1e-3;           // 1e-4 to 1e-2
+constexpr double POINT_FIRMEST = 1e-10, POINT_SOFTEST = 1.0;
+constexpr double FIRMER = 0.3, SOFTER = 10.0;  // after a step of at most FEW pivots, and where there is none; 0.1 to 0.5, 3 to 30
+constexpr int FEW = 15;                  // 8 to 30
+constexpr int PIVOTS = 300, STEP = 15;   // allowed for a step, 150 to 600; what its factorisations cost, in pivots
+constexpr double BRINK = 1e-9;           // noise on contacts on the brink of another state, loops against its length
 
 enum { V, S, LAM, TAU };
 
