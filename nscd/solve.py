@@ -29,9 +29,7 @@ CHOICES = {
     Method.GUESS: ("active_set", "corrects the guess"),
     Method.DESCENT: ("active_set", "{n} disks of even masses: descent found the closed contacts"),
     Method.FIRMER: ("active_set", "{n} bodies of even masses: contacts made firmer step by step"),
-    Method.MARGINAL: (
-        "interior_point", "{n} disks: descent does not find the closed contacts exactly",
-    ),
+    Method.MARGINAL: ("interior_point", "{n} disks: descent does not find the closed contacts exactly"),
     Method.UNEVEN: ("interior_point", "{n} disks, masses far apart"),
     Method.DISSIPATIVE: ("interior_point", "{n} disks, dissipative contacts"),
     Method.MAINTAINED: ("maintained", "every contact stays closed"),
@@ -39,16 +37,19 @@ CHOICES = {
     Method.GRADIENT: ("projected_gradient", "a loose tolerance: descent alone"),
     Method.LEFT_VELOCITY: ("closed_form", "nothing presses: u⁻ is an answer"),
     Method.SETS: ("sets", "Newton's method on the sets of open, stuck and sliding contacts"),
-    Method.PROXIMAL: (
-        "proximal", "proximal steps of Newton's method, smoothed by Gauss–Seidel sweeps",
-    ),
-    Method.PROXIMAL_POINT: (
-        "proximal_point", "proximal point method, each step a path of pivots",
-    ),
+    Method.PROXIMAL: ("proximal", "proximal steps of Newton's method, smoothed by Gauss–Seidel sweeps"),
+    Method.PROXIMAL_POINT: ("proximal_point", "proximal point method, each step a path of pivots"),
     Method.SWEEPS: ("sweeps", "Gauss–Seidel sweeps, some accelerated"),
     Method.PATH: ("path", "a path from the answer of Gauss–Seidel sweeps"),
     Method.NONE: ("none", "no method reached the tolerance"),
 }  # fmt: skip
+
+
+# Fields of a solution that have to be finite.
+NUMBERS = (
+    "reaction", "impulse", "right_velocity", "energy_change", "energy_error", "residual",
+    "velocity_error", "momentum_error",
+)  # fmt: skip
 
 
 class Search(TypedDict, total=False):
@@ -145,18 +146,11 @@ def solve(
     change, spin, friction = found.energy_change, found.right_spin, found.friction
     grew = change > 1e-9 * found.energy
     return Percussions(
-        reaction=found.reaction,
-        impulse=found.impulse,
-        right_velocity=found.right_velocity,
+        **{name: getattr(found, name) for name in NUMBERS},
         right_spin=snapshot.spin if spin is None else spin,
-        residual=found.residual,
-        velocity_error=found.velocity_error,
-        momentum_error=found.momentum_error,
-        energy_change=change,
-        energy_error=found.energy_error,
         canonical=found.canonical,
         iterations=found.iterations,
-        friction=friction and _friction_part(friction, asked["friction"], starts),
+        friction=_friction_part(friction, asked["friction"], starts) if friction else None,
         status=status,
         reason=reason,
         warnings=(f"energy grew by {change:.3g} J: {GAIN}",) if grew else (),
@@ -181,18 +175,10 @@ def _refuse(snapshot: Snapshot, contacts: Contacts, left: ArrayLike | None) -> N
 
 def _friction_part(of: _core.FrictionSolution, coefficient: Floats, starts: int) -> FrictionPart:
     begun = f"random states {of.seed}" if of.seed else "convex programme"
-    return FrictionPart(
-        coefficient=coefficient,
-        tangential=of.tangential,
-        state=of.state,
-        signorini=of.signorini,
-        cone=of.cone,
-        dissipation=of.dissipation,
-        natural_map=of.natural_map,
-        start="rest" if of.seed < 0 else begun,
-        starts=starts,
-        spread=of.spread,
-    )
+    names = "tangential", "state", "signorini", "cone", "dissipation", "natural_map", "spread"
+    given = {name: getattr(of, name) for name in names}
+    start = "rest" if of.seed < 0 else begun
+    return FrictionPart(coefficient=coefficient, start=start, starts=starts, **given)
 
 
 def _told(
@@ -253,19 +239,11 @@ def _check(
         raise ValueError(f"solver: {solver} is for contacts without friction")
 
 
-# What has to be finite in a solution.
-NUMBERS = (
-    "reaction", "impulse", "right_velocity", "right_spin", "energy_change", "energy_error", "residual",
-    "velocity_error", "momentum_error",
-)  # fmt: skip
-
-
 def _status_of(found: _core.ImpactSolution, tolerance: float) -> tuple[Status, str]:
     """The status of a solution, and the reason where it is not solved."""
     if not found.finite:
         for name in NUMBERS:
-            value = getattr(found, name)
-            if value is not None and not np.isfinite(value).all():
+            if not np.isfinite(getattr(found, name)).all():
                 return Status.FAILED, f"{name} is not finite"
     residual, momentum_error = found.residual, found.momentum_error
     if max(residual, momentum_error) <= tolerance:

@@ -281,13 +281,10 @@ class Motion:
             )
         self._see()
         works = found.gained, found.drive, found.weight, found.arms, found.impact, found.rubbing
+        names = "reaction", "friction", "residual", "iterations", "repeats"
         return StepReport(
             neighbours=Neighbours.of(found.neighbours),
-            reaction=found.reaction,
-            friction=found.friction,
-            residual=found.residual,
-            iterations=found.iterations,
-            repeats=found.repeats,
+            **{name: getattr(found, name) for name in names},
             solver=CHOICES[found.method][0],
             energy=StepEnergy(*works),
             arms=(Neighbours.of(found.reached), found.push) if self._law.reach else None,
