@@ -87,8 +87,9 @@ def plain(rough: Rough, limit: float) -> Result:
     along, across = np.zeros(k), np.zeros(k)
     started, pairs, error = time.process_time(), 0, np.inf
     while error > TARGET and time.process_time() - started < limit:
-        (along, across, _), error, made = core.sweep(along, across, BLOCK, TARGET)
-        pairs += made
+        found = core.sweep(along, across, BLOCK, TARGET)
+        along, across, error = found.reaction, found.tangential, found.error
+        pairs += found.cost
     seconds = time.process_time() - started
     return rough.result(seconds, f"{2 * pairs} sweeps", (along, across))
 

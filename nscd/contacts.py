@@ -218,30 +218,32 @@ def find_contacts(snapshot: Snapshot, walls: Walls | None = None, *, tolerance: 
     if number(tolerance, "tolerance", "A length ≥ 0 m") < 0:
         raise ValueError(f"tolerance: {tolerance} m. A length ≥ 0 is needed")
     tolerance += _rounding(snapshot, walls)
-    pairs, first, second, vector, distance, gap = _core.touching(
+    found = _core.touching(
         snapshot.position, snapshot.radius, connected(walls or NO_WALLS), tolerance,
         None if snapshot.bodies is None else snapshot.bodies.number,
     )  # fmt: skip
-    if pairs < 0:
+    if found.pairs < 0:
         reach = 2 * float(snapshot.radius.max()) + tolerance
         raise ValueError(
             f"tolerance: more than {MOST_PAIRS:g} pairs of disks are within {reach:g} m of each "
             "other, the largest diameter and the tolerance"
         )
-    if len(at := np.flatnonzero(distance == 0)):
+    first, second = found.first, found.second
+    if len(at := np.flatnonzero(found.distance == 0)):
         row = int(at[0])
-        other = f"disk {snapshot.ids[second[row]]}" if row < pairs else f"wall {second[row] + 1}"
+        pair = row < found.pairs
+        other = f"disk {snapshot.ids[second[row]]}" if pair else f"wall {second[row] + 1}"
         raise ValueError(
             f"position: disk {snapshot.ids[first[row]]} and {other} coincide. "
             "Their contact has no normal"
         )
-    normal = vector / distance[:, None]
+    normal = found.vector / found.distance[:, None]
     return Contacts(
         first=first,
         second=second,
-        is_wall=np.arange(len(first)) >= pairs,
+        is_wall=np.arange(len(first)) >= found.pairs,
         normal=normal,
-        gap=gap,
+        gap=found.gap,
         point=snapshot.position[first] + snapshot.radius[first, None] * normal,
     )
 

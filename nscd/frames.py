@@ -67,4 +67,5 @@ class Found(NamedTuple):
 def solve_frames(disks: Disks, walls: Walls | None, asked: Asked) -> Found:
     """Solve contacts without dissipation, each frame for itself, with their certificate. Other threads
     go on meanwhile."""
-    return Found(*_core.film(*disks, connected(walls or NO_WALLS), *asked))
+    found = _core.film(*disks, connected(walls or NO_WALLS), *asked)
+    return Found(**{name: getattr(found, name) for name in Found._fields})

@@ -2,7 +2,6 @@
 in the native core: `nscd/core/answer.cpp`, and with friction `nscd/core/friction_answer.cpp`, have the
 way from one method to the next."""
 
-import math
 import time
 from typing import Any, NoReturn, TypedDict, Unpack
 
@@ -10,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nscd import _core
+from nscd._core import Method
 from nscd.arrays import Floats, count, flag, instance, number, read_only, shown
 from nscd.bodies import Snapshot
 from nscd.contacts import Contacts, inverse_masses
@@ -17,31 +17,39 @@ from nscd.laws import ContactLaw
 from nscd.percussions import GAIN, FrictionPart, Percussions, Status
 
 INELASTIC = ContactLaw()
-# Solvers that can be asked for; the place of a name is its number in the core.
-SOLVERS = ("auto", "interior_point", "active_set", "projected_gradient", "gauss_seidel")
+# Solvers that can be asked for.
+SOLVERS = tuple(solver.name.lower() for solver in _core.Solver)
 FIRST_ORDER = ("projected_gradient", "gauss_seidel")
-# What gave an answer, by its number in the core: the solver, and why it was taken for n disks.
-CHOICES = (
-    ("none", "no contacts"),
-    ("closed_form", "nothing presses"),
-    ("closed_form", "each pressed contact is alone: closed form"),
-    ("tree", "the contacts of {n} disks form trees: linear time"),
-    ("active_set", "corrects the guess"),
-    ("active_set", "{n} disks of even masses: descent found the closed contacts"),
-    ("active_set", "{n} bodies of even masses: contacts made firmer step by step"),
-    ("interior_point", "{n} disks: descent does not find the closed contacts exactly"),
-    ("interior_point", "{n} disks, masses far apart"),
-    ("interior_point", "{n} disks, dissipative contacts"),
-    ("maintained", "every contact stays closed"),
-    ("", "asked for"),
-    ("closed_form", "nothing presses: u⁻ is an answer"),
-    ("sets", "Newton's method on the sets of open, stuck and sliding contacts"),
-    ("proximal", "proximal steps of Newton's method, smoothed by Gauss–Seidel sweeps"),
-    ("proximal_point", "proximal point method, each step a path of pivots"),
-    ("sweeps", "Gauss–Seidel sweeps, some accelerated"),
-    ("path", "a path from the answer of Gauss–Seidel sweeps"),
-    ("none", "no method reached the tolerance"),
-)
+# What gave an answer: the solver, and why it was taken for n disks.
+CHOICES = {
+    Method.NO_CONTACTS: ("none", "no contacts"),
+    Method.NOTHING_PRESSES: ("closed_form", "nothing presses"),
+    Method.ALONE: ("closed_form", "each pressed contact is alone: closed form"),
+    Method.TREE: ("tree", "the contacts of {n} disks form trees: linear time"),
+    Method.GUESS: ("active_set", "corrects the guess"),
+    Method.DESCENT: ("active_set", "{n} disks of even masses: descent found the closed contacts"),
+    Method.FIRMER: ("active_set", "{n} bodies of even masses: contacts made firmer step by step"),
+    Method.MARGINAL: ("interior_point", "{n} disks: descent does not find the closed contacts exactly"),
+    Method.UNEVEN: ("interior_point", "{n} disks, masses far apart"),
+    Method.DISSIPATIVE: ("interior_point", "{n} disks, dissipative contacts"),
+    Method.MAINTAINED: ("maintained", "every contact stays closed"),
+    Method.ASKED_FOR: ("", "asked for"),
+    Method.GRADIENT: ("projected_gradient", "a loose tolerance: descent alone"),
+    Method.LEFT_VELOCITY: ("closed_form", "nothing presses: u⁻ is an answer"),
+    Method.SETS: ("sets", "Newton's method on the sets of open, stuck and sliding contacts"),
+    Method.PROXIMAL: ("proximal", "proximal steps of Newton's method, smoothed by Gauss–Seidel sweeps"),
+    Method.PROXIMAL_POINT: ("proximal_point", "proximal point method, each step a path of pivots"),
+    Method.SWEEPS: ("sweeps", "Gauss–Seidel sweeps, some accelerated"),
+    Method.PATH: ("path", "a path from the answer of Gauss–Seidel sweeps"),
+    Method.NONE: ("none", "no method reached the tolerance"),
+}  # fmt: skip
+
+
+# Fields of a solution that have to be finite.
+NUMBERS = (
+    "reaction", "impulse", "right_velocity", "energy_change", "energy_error", "residual",
+    "velocity_error", "momentum_error",
+)  # fmt: skip
 
 
 class Search(TypedDict, total=False):
@@ -119,41 +127,34 @@ def solve(
     asked: dict[str, Any] = {}
     if guess is not None and len(instance(guess, Percussions, "guess").reaction) == len(contacts):
         asked["guess"] = guess.reaction
-    if not law.plain:
-        asked["starts"] = starts
     if (wide := snapshot.wide) is not None:
         if solver in FIRST_ORDER:
             raise ValueError(f"solver: {solver} is for disks, not for bodies of several")
         asked |= {"bodies": wide.told(wide.mass), "spin": snapshot.spin}
     if not law.plain:
-        asked |= _told(snapshot, contacts, _left(snapshot, left), law, solver)
-    said = _core.solve_impact(
+        asked |= _told(snapshot, contacts, _left(snapshot, left), law, solver) | {"starts": starts}
+    found = _core.solve_impact(
         contacts.first, contacts.second, contacts.is_wall, contacts.normal, snapshot.position,
         snapshot.radius, snapshot.mass, left, tolerance=tolerance, least=canonical,
-        threads=threads, method=SOLVERS.index(solver), **asked,
+        threads=threads, solver=_core.Solver[solver.upper()], **asked,
     )  # fmt: skip
-    if said is None:
+    if found is None:
         _refuse(snapshot, contacts, left_velocity)
-    found, finite, energy, rung, disks, _, shared, rough = said
-    status, reason = _status_of(found, finite, tolerance)
-    name, why = CHOICES[rung]
-    if "{" in why:
-        why = why.format(n=disks)
-    if shared > 1:
-        why += f", {shared} threads"
-    found.setdefault("right_spin", snapshot.spin)
-    change = found["energy_change"]
-    part = None
-    if rough:
-        start, mu = _start_of(disks), asked["friction"]
-        part = FrictionPart(coefficient=mu, start=start, starts=starts, **rough)
+    status, reason = _status_of(found, tolerance)
+    name, why = CHOICES[found.method]
+    shared = f", {found.threads} threads" if found.threads > 1 else ""
+    change, spin, friction = found.energy_change, found.right_spin, found.friction
+    grew = change > 1e-9 * found.energy
     return Percussions(
-        **found,
-        friction=part,
+        **{name: getattr(found, name) for name in NUMBERS},
+        right_spin=snapshot.spin if spin is None else spin,
+        canonical=found.canonical,
+        iterations=found.iterations,
+        friction=_friction_part(friction, asked["friction"], starts) if friction else None,
         status=status,
         reason=reason,
-        warnings=(f"energy grew by {change:.3g} J: {GAIN}",) if change > 1e-9 * energy else (),
-        choice=why,
+        warnings=(f"energy grew by {change:.3g} J: {GAIN}",) if grew else (),
+        choice=why.format(n=found.disks) + shared,
         solver=name or solver,
         seconds=time.perf_counter() - started,
         snapshot=snapshot,
@@ -172,11 +173,12 @@ def _refuse(snapshot: Snapshot, contacts: Contacts, left: ArrayLike | None) -> N
     raise AssertionError("contacts and velocities that the core refuses and Python does not")
 
 
-def _start_of(seed: int) -> str:
-    """Where a search with friction began, by its seed."""
-    if seed < 0:
-        return "rest"
-    return f"random states {seed}" if seed else "convex programme"
+def _friction_part(of: _core.FrictionSolution, coefficient: Floats, starts: int) -> FrictionPart:
+    begun = f"random states {of.seed}" if of.seed else "convex programme"
+    names = "tangential", "state", "signorini", "cone", "dissipation", "natural_map", "spread"
+    given = {name: getattr(of, name) for name in names}
+    start = "rest" if of.seed < 0 else begun
+    return FrictionPart(coefficient=coefficient, start=start, starts=starts, **given)
 
 
 def _told(
@@ -237,14 +239,13 @@ def _check(
         raise ValueError(f"solver: {solver} is for contacts without friction")
 
 
-def _status_of(said: dict[str, Any], finite: bool, tolerance: float) -> tuple[Status, str]:
-    """The status of an answer with these numbers, and the reason where it is not solved."""
-    if not finite:
-        for name, value in said.items():
-            sound = math.isfinite(value) if isinstance(value, float) else np.isfinite(value).all()
-            if not sound:
+def _status_of(found: _core.ImpactSolution, tolerance: float) -> tuple[Status, str]:
+    """The status of a solution, and the reason where it is not solved."""
+    if not found.finite:
+        for name in NUMBERS:
+            if not np.isfinite(getattr(found, name)).all():
                 return Status.FAILED, f"{name} is not finite"
-    residual, momentum_error = said["residual"], said["momentum_error"]
+    residual, momentum_error = found.residual, found.momentum_error
     if max(residual, momentum_error) <= tolerance:
         return Status.SOLVED, ""
     return Status.INACCURATE, (

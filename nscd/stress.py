@@ -109,8 +109,8 @@ def smear(
     kernel. Raises ValueError for wrong shapes and non-finite numbers."""
     points, where = read_only(at, (-1, 2), "at"), read_only(position, (-1, 2), "position")
     what = read_only(values, (len(where), -1), "values")
-    field, gradient = _core.smear(points, where, what, kernel.width, kernel.reach, kernel.compact)
-    return field, gradient.reshape(*field.shape, 2)
+    found = _core.smear(points, where, what, kernel.width, kernel.reach, kernel.compact)
+    return found.field, found.gradient.reshape(*found.field.shape, 2)
 
 
 def stress_field(
@@ -133,14 +133,14 @@ def stress_field(
     p = read_only(impulse, (len(contacts), 2), "impulse")
     contacts.check_disks(len(snapshot))
     start, branch = _centres(snapshot)[contacts.first], branches(snapshot, contacts)
-    stress, divergence, traction = _core.smear_stress(
+    found = _core.smear_stress(
         points, start, branch, p, contacts.is_wall, kernel.width, kernel.reach, kernel.compact
     )
     size = float((np.hypot(*p.T) * np.hypot(*branch.T)).sum())
     return StressField(
-        stress=stress.reshape(-1, 2, 2),
-        divergence=divergence,
-        traction=traction,
+        stress=found.stress.reshape(-1, 2, 2),
+        divergence=found.divergence,
+        traction=found.traction,
         truncation=kernel.neglected * size,
     )
 

@@ -149,10 +149,10 @@ class TextFrames(Frames):
         scan = self._scan
         while True:
             end = scan.run(self._kept, self._before, self._form, len(self.columns))
-            if end == _core.Scan.MORE and self._more():
+            if end == _core.Scan.End.MORE and self._more():
                 continue
             if scan.rows_left:
-                if end == _core.Scan.STRANGE:
+                if end == _core.Scan.End.STRANGE:
                     reading.next_line(self, self.path, scan.lines + 1)
                 raise DumpError(
                     f"{self.path}: truncated: the file ends inside step {scan.last}, "
@@ -160,8 +160,9 @@ class TextFrames(Frames):
                 )
             self._count += len(scan)
             timed = bytes((MARK, TIME)) in self._form
-            whole, values = (array.tolist() for array in scan.taken())
-            for (step, rows, *place), (time, x0, x1, y0, y1, *_) in zip(whole, values, strict=True):
+            heads = scan.taken()
+            both = zip(heads.places.tolist(), heads.values.tolist(), strict=True)
+            for (step, rows, *place), (time, x0, x1, y0, y1, *_) in both:
                 when = time if timed else None
                 yield Frame(step, when, (x0, y0), (x1, y1), rows, *place)
             if not self._read_head():

@@ -173,6 +173,6 @@ def _between(scene: Scene, one: _Frame, other: _Frame, h: float) -> tuple[float,
     parts = []
     for sign, frame in ((1.0, one), (-1.0, other)):
         damping, across = 0.5 * h * (frame.along - frame.spring), 0.5 * h * frame.across
-        impact, rubbed = _core.works(*frame.near, frame.now.radius, moving, damping, across)
-        parts.append((frame.keys, impact, rubbed + sign * frame.stored_across))
+        works = _core.works(*frame.near, frame.now.radius, moving, damping, across)
+        parts.append((frame.keys, works.impact, works.friction + sign * frame.stored_across))
     return drive, weight, Losses(*map(np.concatenate, zip(*parts, strict=True)))

@@ -117,7 +117,9 @@ class _Look:
         if number:
             self._add(disks, x, 0.5 if frame else 1.0)
         if frame:
-            write_frame(self.file, "ENTRIES", number, IMPULSE_COLUMNS, self.sums.close())
+            sums = self.sums.close()
+            columns = sums.first, sums.second, sums.is_wall, sums.x, sums.y
+            write_frame(self.file, "ENTRIES", number, IMPULSE_COLUMNS, columns)
             self._add(disks, x, 0.5)
 
     def _add(self, disks: Any, x: Any, share: float) -> None:

@@ -24,8 +24,6 @@ constexpr double AFTER_ANOTHER = 1.0;
 constexpr double SHARE_OF_TOLERANCE = 1e-3;
 // First-order solvers stop a little before the tolerance, so that rounding does not carry them beyond.
 constexpr double BEFORE = 0.9;
-// Units in the last place that approach velocities are known to.
-constexpr double ROUNDING = 16.0 * EPSILON;
 // Rounds of the one-sided law: few are needed, 5 in a crowd of 1,000. Halvings of a step that would raise Φ.
 constexpr int ROUNDS = 60, HALVINGS = 40;
 
@@ -94,51 +92,51 @@ class Climb {
 public:
     Climb(const System& given, const Asked& asked) : asked_(asked), team_(asked.threads), factor_(given, team_, asked.sizes), s_(factor_.system()) {}
 
-    Answer solve(Rung& rung) {
-        rung = find();
+    Answer solve(Method& method) {
+        method = find();
         double distance = asked_.bounded ? bound_by_factor(factor_, reaction_, velocity_, held_) : 0.0;
         if (s_.dissipative() && !s_.maintained) distance += balance();
         if (asked_.least && !least_ && accuracy(s_, reaction_, velocity_) <= asked_.tolerance)
             least_ = settle_energy(factor_, reaction_, velocity_, asked_.tolerance);
         const bool shared = s_.n >= asked_.sizes.shared && s_.n >= asked_.sizes.many;
-        return {factor_.contacts_given(reaction_), factor_.disks_given(velocity_), rung, s_.n, iterations_,
+        return {factor_.contacts_given(reaction_), factor_.disks_given(velocity_), method, s_.n, iterations_,
                 shared ? team_.threads() : 1, least_, 0, distance};
     }
 
 private:
     // The first rung whose answer serves; the last one's in any case.
-    Rung find() {
+    Method find() {
         if (s_.maintained) {
             take(close_all(factor_));
             least_ = true;
-            return Rung::MAINTAINED;
+            return Method::MAINTAINED;
         }
-        if (asked_.method != Method::AUTO) {
+        if (asked_.solver != Solver::AUTO) {
             find_by_name();
-            return Rung::ASKED_FOR;
+            return Method::ASKED_FOR;
         }
         const bool known = !asked_.reaction.empty(), even = s_.even();
         Near near;
         if (known && s_.wide()) near.reaction = factor_.contacts_ordered(asked_.reaction);
-        else if (known && correct_guess(near)) return Rung::GUESS;
+        else if (known && correct_guess(near)) return Method::GUESS;
         if (!s_.dissipative() && even && s_.wide()) {
-            if (firm_and_close(near)) return Rung::FIRMER;
-        } else if (!s_.dissipative() && even && !known && descend_and_close(near)) return Rung::DESCENT;
+            if (firm_and_close(near)) return Method::FIRMER;
+        } else if (!s_.dissipative() && even && !known && descend_and_close(near)) return Method::DESCENT;
         if (s_.dissipative() || !even) near = {};
         Found found = solve_by_path(factor_, near, asked_.tolerance / stiffest(), asked_.least);
         iterations_ += found.iterations;
         take(std::move(found));
-        return s_.dissipative() ? Rung::DISSIPATIVE : even ? Rung::MARGINAL : Rung::UNEVEN;
+        return s_.dissipative() ? Method::DISSIPATIVE : even ? Method::MARGINAL : Method::UNEVEN;
     }
 
     void find_by_name() {
-        if (asked_.method == Method::INTERIOR_POINT) {
+        if (asked_.solver == Solver::INTERIOR_POINT) {
             Found found = solve_by_path(factor_, {}, asked_.tolerance, asked_.least);
             iterations_ = found.iterations;
             take(std::move(found));
-        } else if (asked_.method == Method::GAUSS_SEIDEL) {
+        } else if (asked_.solver == Solver::GAUSS_SEIDEL) {
             take(nscd::gauss_seidel(s_, BEFORE * asked_.tolerance * s_.scale));
-        } else if (asked_.method == Method::PROJECTED_GRADIENT) {
+        } else if (asked_.solver == Solver::PROJECTED_GRADIENT) {
             take(descend(s_, factor_.parts(), team_, {BEFORE * asked_.tolerance, MOST_SWEEPS, -1, INFINITE}));
         } else if (s_.wide()) {
             Closed found = firm_up(factor_, reaction_, CLOSED, 0.0);
@@ -234,7 +232,7 @@ private:
     int steady() const { return STEADY + int(STEADY_SHARE * s_.k); }
     void take(Closed&& found) {
         reaction_ = std::move(found.reaction), velocity_ = std::move(found.velocity), held_ = std::move(found.held);
-        if (asked_.method == Method::ACTIVE_SET || s_.maintained) iterations_ += found.rounds;
+        if (asked_.solver == Solver::ACTIVE_SET || s_.maintained) iterations_ += found.rounds;
     }
     void take(Found&& found) {
         reaction_ = std::move(found.reaction), velocity_ = std::move(found.velocity), held_ = std::move(found.held);
@@ -262,9 +260,9 @@ Answer climb(const System& s, const Asked& asked) {
         answer.velocity = s.free;
         return answer;
     }
-    if (asked.method != Method::AUTO || s.maintained) return Climb(s, asked).solve(answer.rung);
+    if (asked.solver != Solver::AUTO || s.maintained) return Climb(s, asked).solve(answer.method);
     const Rest rest = close_single(s, answer.reaction, answer.velocity);
-    answer.rung = rest.single ? Rung::ALONE : Rung::NOTHING;
+    answer.method = rest.single ? Method::ALONE : Method::NOTHING_PRESSES;
     const bool all = int(rest.contact.size()) == s.k && int(rest.disk.size()) == s.n;
     if (asked.bounded && !all) answer.distance = bound_of_closed_form(s, answer.reaction, answer.velocity);
     if (rest.contact.empty()) return answer;
@@ -274,7 +272,7 @@ Answer climb(const System& s, const Asked& asked) {
     if (rest.forest && !s.dissipative() && !s.wide()) {
         const Branches branches = branches_of(part);
         found.iterations = solve_tree(part, branches, found.reaction, found.velocity);
-        found.rung = Rung::TREE, found.disks = part.n;
+        found.method = Method::TREE, found.disks = part.n;
         solved = accuracy(part, found.reaction, found.velocity) <= asked.tolerance;
         if (solved && asked.bounded) found.distance = bound_of_tree(part, branches, found.reaction, found.velocity);
     }
@@ -289,7 +287,7 @@ Answer climb(const System& s, const Asked& asked) {
             for (std::size_t i = 0; i < own.velocity.size(); ++i)
                 own.velocity[i] = asked.velocity[std::size_t(rest.disk[i / s.d]) * s.d + i % s.d];
         }
-        found = Climb(part, own).solve(found.rung);
+        found = Climb(part, own).solve(found.method);
     }
     for (int c = 0; c < part.k; ++c) answer.reaction[rest.contact[c]] = found.reaction[c];
     for (int i = 0; i < part.n; ++i)
@@ -306,16 +304,6 @@ void free_velocity(System& s, const Asked& asked) {
     Team alone(1);
     Factor factor(s, alone, asked.sizes);
     s.free = factor.disks_given(velocity_of(factor, factor.disks_ordered(momentum_given(s))));
-}
-
-// k_n where it pushes for velocities u, 0 where it would pull.
-Numbers acting(const System& law, const Numbers& along, In u) {
-    Numbers total(u.size()), v(law.k), now = along;
-    for (std::size_t i = 0; i < u.size(); ++i) total[i] = u[i] + law.left[i];
-    approach(law, total, v);
-    for (int c = 0; c < law.k; ++c)
-        if (!(v[c] >= -ROUNDING * law.scale)) now[c] = 0.0;
-    return now;
 }
 
 double potential(const System& law, const Numbers& along, In u) {
@@ -344,7 +332,7 @@ Closing closing_of(const System& law, const Answer& found) {
     const double speed = std::max(law.scale, largest(found.velocity));
     // n·(Â⁻¹ n) is at most w/(1 + wk), and the distance is known in the norm of Â
     for (int c = 0; c < law.k; ++c)
-        of.known[c] = std::sqrt(law.inverse_mass[c] / (1.0 + law.inverse_mass[c] * law.along[c])) * found.distance + ROUNDING * speed;
+        of.known[c] = std::sqrt(law.inverse_mass[c] / (1.0 + law.inverse_mass[c] * law.along[c])) * found.distance + APPROACH_ROUNDING * speed;
     return of;
 }
 

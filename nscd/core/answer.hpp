@@ -15,15 +15,18 @@ namespace nscd {
 // Sweeps of a first-order solver that is asked for, at most.
 inline constexpr int MOST_SWEEPS = 200'000;
 
-enum class Method { AUTO, INTERIOR_POINT, ACTIVE_SET, PROJECTED_GRADIENT, GAUSS_SEIDEL };
-// What gave an answer.
-enum class Rung { NO_CONTACTS, NOTHING, ALONE, TREE, GUESS, DESCENT, FIRMER, MARGINAL, UNEVEN, DISSIPATIVE, MAINTAINED, ASKED_FOR };
+enum class Solver { AUTO, INTERIOR_POINT, ACTIVE_SET, PROJECTED_GRADIENT, GAUSS_SEIDEL };
+// What gave an answer; with friction (from LEFT_VELOCITY on) in the order of cost: the last that an island needed.
+enum class Method {
+    NO_CONTACTS, NOTHING_PRESSES, ALONE, TREE, GUESS, DESCENT, FIRMER, MARGINAL, UNEVEN, DISSIPATIVE, MAINTAINED, ASKED_FOR, GRADIENT,
+    LEFT_VELOCITY, SETS, SWEEPS, PROXIMAL, PROXIMAL_POINT, PATH, NONE
+};
 
 struct Asked {
     double tolerance = 1e-8;  // dimensionless, of residual and momentum error
     bool least = true;        // whether λ is to be the one of least energy where it is not unique
     bool bounded = true;      // whether the error of the velocities is to be bounded
-    Method method = Method::AUTO;
+    Solver solver = Solver::AUTO;
     int threads = 1;
     Numbers reaction, velocity;  // (k), (n·d): of a problem that was nearly the same; empty where there is none
     Sizes sizes;
@@ -31,7 +34,7 @@ struct Asked {
 
 struct Answer {
     Numbers reaction, velocity;  // (k) N·s, (n·d) m/s, in the order of the problem
-    Rung rung = Rung::NO_CONTACTS;
+    Method method = Method::NO_CONTACTS;
     int disks = 0;               // how many were not answered in closed form
     int iterations = 0;          // sweeps, rounds, factorisations
     int threads = 1;             // how many worked on it

@@ -62,6 +62,17 @@ inline System system_of_pairs(const Pairs& pairs, In left, In spin) {
                      {second.data(), second.data() + second.size()}, span(normal));
 }
 
+// A result with named fields, each handed over without a copy.
+template <class R>
+struct Result : nb::class_<R> {
+    using nb::class_<R>::class_;
+    template <class F>
+    Result& field(const char* name, F R::*member) {
+        this->def_ro(name, member, nb::rv_policy::reference);
+        return *this;
+    }
+};
+
 // Marks of bytes as NumPy's booleans.
 template <int D = 1>
 auto give_marks(Flags&& values, std::size_t columns = 0) { return give<D, bool>(std::move(values), columns); }

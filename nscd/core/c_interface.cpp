@@ -87,7 +87,7 @@ double answered(nscd_crowd& crowd, double tolerance) {
     Numbers inertia(n);
     for (std::size_t i = 0; i < n; ++i) inertia[i] = 0.5 * crowd.mass[i] * crowd.radius[i] * crowd.radius[i];
     Rubbing p = rubbing_of(s, crowd.radius, spin, inertia, Numbers(k, crowd.friction));
-    const FrictionAnswer found = solve_friction(p, tolerance, 1, crowd.radius);
+    const FrictionAnswer found = solve_friction(p, {tolerance});
     FrictionCertificate of = certified(p, found.at);
     crowd.percussion = std::move(of.impulse);
     take(found.at.u, 3);

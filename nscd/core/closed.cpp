@@ -181,4 +181,13 @@ int solve_tree(const System& s, const Branches& branches, Numbers& reaction, Num
     return done;
 }
 
+Numbers acting(const System& law, const Numbers& along, In u) {
+    Numbers total(u.size()), v(law.k), now = along;
+    for (std::size_t i = 0; i < u.size(); ++i) total[i] = u[i] + law.left[i];
+    approach(law, total, v);
+    for (int c = 0; c < law.k; ++c)
+        if (!(v[c] >= -APPROACH_ROUNDING * law.scale)) now[c] = 0.0;
+    return now;
+}
+
 }  // namespace nscd

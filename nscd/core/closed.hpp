@@ -46,4 +46,10 @@ void close_tree(const System& s, const Branches& branches, Chosen closed, In fre
 // closed, until none is left. Returns the rounds.
 int solve_tree(const System& s, const Branches& branches, Numbers& reaction, Numbers& velocity);
 
+// Units in the last place that approach velocities are known to.
+inline constexpr double APPROACH_ROUNDING = 16.0 * EPSILON;
+
+// k_n (k) of `along` where it pushes for right velocities u, 0 where it would pull.
+Numbers acting(const System& law, const Numbers& along, In u);
+
 }  // namespace nscd

@@ -1,6 +1,7 @@
 #include "friction.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "closed.hpp"
 
@@ -188,15 +189,8 @@ FrictionCertificate certified(const Rubbing& p, const Rubbed& at) {
 }
 
 bool act(Rubbing& p, const Numbers& along, In u) {
-    Numbers v(p.k), s(p.k);
-    contact_velocities(p, u, v, s);
-    bool changed = false;
-    for (int c = 0; c < p.k; ++c) {
-        const double acting = v[c] + p.left_v[c] >= -FRICTION_ROUNDING * p.scale ? along[c] : 0.0;
-        changed = changed || acting != p.along[c];
-        p.along[c] = acting;
-    }
-    return changed;
+    const Numbers before = std::exchange(p.along, acting(p, along, u));
+    return p.along != before;
 }
 
 }  // namespace nscd

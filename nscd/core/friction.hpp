@@ -8,9 +8,6 @@
 
 namespace nscd {
 
-// Units in the last place that approach velocities are known to.
-inline constexpr double FRICTION_ROUNDING = 16.0 * EPSILON;
-
 struct Rubbing : System {      // three unknowns a disk; along and across always have k numbers; û = u⁻
     Numbers friction;          // (k) μ
     Numbers tangent_inverse;   // (k) 1/kg, w_t, what a unit percussion across does there; `inverse_mass` is w

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
 
 #include "rounding.hpp"
 
@@ -9,51 +10,33 @@ namespace nscd {
 
 namespace {
 
-// Accuracy of the convex programme and Newton's steps after it: a first look at the sets, which is enough where all contacts
-// hold, and an answer that paths begin from.
-struct Look {
-    double accuracy;
-    int rounds;
-};
-constexpr Look LOOKS[] = {{3e-2, 2}, {1e-9, 8}};
-// An approach of no more than this, of the scale of velocities, presses nothing: what underflows.
-constexpr double NOTHING = 1e-20;
-// Choices of the contacts at which k_n acts; most crowds need one to three.
-constexpr int ROUNDS = 12;
-// Factorisations of Newton's method on the sets, and with other weights where it ends a path.
-constexpr int NEWTON = 6;
-struct Finish {
-    double weight;
-    int rounds;
-};
-constexpr Finish FINISH[] = {{FRICTION_PENALTY, 2}, {1e6, 2}};
-// The end of a path is the reference of the next so often, with contacts that get firmer by a tenth, down to FIRMEST, where
-// the error falls to no less than SLOW of itself.
-constexpr int REPEATS = 4;
-constexpr double FIRMEST = 1e-8, SLOW = 0.5;
-// Blocks of sweeps between Anderson's combinations, the same in a step, and pairs of sweeps in each.
-constexpr int BLOCKS = 10, STEP_BLOCKS = 40, BLOCK = 8;
-// Rounds of proximal steps, and pivots allowed for a path from where they stand; the noise of these paths, and of those about
-// the percussions at the end of one.
-struct Effort {
-    int rounds, pivots;
-};
-constexpr Effort PROXIMAL[] = {{8, 100}, {16, 150}};
-constexpr double PROXIMAL_NOISE = 1e-2, BRINK = 1e-9;
-constexpr int LOCAL_PIVOTS = 300;
-// The cost of steps of the proximal point method, in pivots: at most (a share of it in each choice of the k_n that act), in a
-// step of a moving crowd, from random percussions; less of it beyond MEDIUM contacts, whose pivots take longer. They bound
-// the time that a search may take. Newton's method is tried where no contact changed, and after SOME steps nearer
-// than NEAR.
+// Constants say what they trade. "A to B": changed alone in this range, each of 640 problems (library, frames of LAMMPS at μ 0.1,
+// 0.3 and 0.8, lattices that rebound) but 0 to 2 is solved as with it, in 0.95 to 1.2 times the time.
+constexpr double PROGRAMME = 1e-9;         // accuracy of the convex programme, cost against sets to begin from; 1e-11 to 1e-7
+constexpr int PROGRAMME_ROUNDS = 8;        // of Newton's method on its sets, cost against a cheap end; 4 to 16
+constexpr double NOTHING = 1e-20;          // an approach of no more than this share of the scale presses nothing: what underflows
+constexpr int ROUNDS = 12;                 // choices of the contacts at which k_n acts, a bound of the time; most crowds need three
+constexpr int NEWTON = 6, FINISH = 2;      // factorisations of Newton's method on sets, and where it ends a path: cost against a cheap end
+constexpr int REPEATS = 4;                 // paths about the end of one, with firmer contacts: cost against digits; 2 to 8
+constexpr double FIRMEST = 1e-8, SLOW = 0.5;  // firmer by a tenth, down to this, where the error falls to no less than SLOW of itself
+constexpr int BLOCKS = 10, STEP_BLOCKS = 40, BLOCK = 8;  // of sweeps between Anderson's combinations, in a step, pairs in each: cost
+                                           // against islands that are left
+constexpr int PROXIMAL = 16;               // rounds of proximal steps, cost against islands that are left; 8 to 32
+constexpr int PROXIMAL_PIVOTS = 150;       // of a path from where they stand, the same; 75 to 300
+constexpr double PROXIMAL_NOISE = 1e-2;    // of this path, loops against its length; 1e-3 to 1e-1
+constexpr double BRINK = 1e-9;             // the same of paths about the end of one; 1e-10 to 1e-8
+constexpr int LOCAL_PIVOTS = 300;          // of these, a bound of the time
+// The cost of the proximal point method, in pivots: at most (a share of it in each choice of the k_n that act), in a step of a
+// moving crowd, from random percussions; less of it beyond MEDIUM contacts, whose pivots take longer. They bound the time.
 constexpr int POINT = 12'000, SEVERAL = 4, STEP_POINT = 1500, RANDOM = 1500;
-constexpr double NEAR_POINT = 1e-5, MEDIUM = 1100.0;
-constexpr int SOME = 4;
-// States of an island's contacts that are tried in one search from random ones. Velocities farther apart than this share of
-// their scale are two answers.
-constexpr int STATES = 256;
-constexpr double APART = 1e-6;
-// Contacts of an island in which every set of states is tried where nothing else served.
-constexpr std::size_t FEW = 4;
+constexpr double MEDIUM = 1100.0;
+constexpr double NEAR_POINT = 1e-5;        // Newton's method is tried nearer than this after SOME steps: cost; 1e-6 to 1e-4
+constexpr int SOME = 4;                    // 2 to 8
+constexpr int STATES = 256;                // of an island that are tried in one search from random ones, a bound of the time
+constexpr double APART = 1e-6;             // velocities farther apart than this share of their scale are two answers
+constexpr std::size_t FEW = 4;             // contacts of an island in which every set of states is tried where nothing else served
+
+double worst(const Numbers& errors) { return errors.empty() ? 0.0 : *std::max_element(errors.begin(), errors.end()); }
 
 Places every(int count) {
     Places all(count);
@@ -61,12 +44,12 @@ Places every(int count) {
     return all;
 }
 
-// The answer whose parts were solved in the order of a part, put into the whole.
-void put(const Part& part, const Rubbed& at, Rubbed& whole) {
+// The answer of a part, put into the whole.
+void put(const Selection& part, const Rubbed& at, Rubbed& whole) {
     for (std::size_t c = 0; c < part.contact.size(); ++c) whole.lam[part.contact[c]] = at.lam[c], whole.tau[part.contact[c]] = at.tau[c];
     for (std::size_t i = 0; i < part.disk.size(); ++i) std::copy_n(at.u.begin() + 3 * i, 3, whole.u.begin() + 3 * part.disk[i]);
 }
-Rubbed taken(const Part& part, const Rubbed& whole) {
+Rubbed taken(const Selection& part, const Rubbed& whole) {
     Rubbed at{Numbers(part.contact.size()), Numbers(part.contact.size()), Numbers(3 * part.disk.size())};
     for (std::size_t c = 0; c < part.contact.size(); ++c) at.lam[c] = whole.lam[part.contact[c]], at.tau[c] = whole.tau[part.contact[c]];
     for (std::size_t i = 0; i < part.disk.size(); ++i) std::copy_n(whole.u.begin() + 3 * part.disk[i], 3, at.u.begin() + 3 * i);
@@ -81,21 +64,21 @@ public:
           best_{Numbers(p_.k, 0.0), Numbers(p_.k, 0.0), p_.left} {}
 
     const Rubbed& best() const { return best_; }
-    Route route() const { return solved() ? route_ : Route::NONE; }
+    Method method() const { return solved() ? method_ : Method::NONE; }
     bool solved() const { return error_ <= tolerance_; }
-    int pairs() const { return pairs_ + newton_.pairs; }
+    int pairs() const { return pairs_; }
     int pivots() const { return path_.pivots; }
 
     // Keep an answer if it is the best so far; whether one within the tolerance is known.
-    bool offer(const Rubbed& at, Route route) {
+    bool offer(const Rubbed& at, Method method) {
         const double error = error_of(at);
-        if (error < error_) error_ = error, route_ = route, best_ = at;
+        if (error < error_) error_ = error, method_ = method, best_ = at;
         return solved();
     }
 
     // From an answer that is near.
-    void run(Rubbed at, int effort) {
-        if (!by_proximal(at)) by_point(at, int(effort * std::min(1.0, MEDIUM / p_.k * (MEDIUM / p_.k))) / (p_.dissipates ? SEVERAL : 1));
+    void run(Rubbed at, int pivots) {
+        if (!by_proximal(at)) by_point(at, int(pivots * std::min(1.0, MEDIUM / p_.k * (MEDIUM / p_.k))) / (p_.dissipates ? SEVERAL : 1));
     }
 
     // From random states and percussions, for an answer that is not among the known ones.
@@ -114,16 +97,13 @@ public:
             at.lam[c] -= p_.along[c] * (v[c] + p_.left_v[c]);
             at.tau[c] -= p_.across[c] * (s[c] + p_.left_s[c]);
         }
-        if (!offer(at, Route::SWEEPS)) by_point(at, RANDOM);
+        if (!offer(at, Method::SWEEPS)) by_point(at, RANDOM);
     }
 
     // Proximal steps, and paths from where they stand; `at` is left there.
     bool by_proximal(Rubbed& at) {
-        for (const Effort& effort : PROXIMAL) {
-            newton_.run(p_, sweeps_, factor_, at, effort.rounds, 0.5 * tolerance_);
-            if (offer(at, Route::PROXIMAL) || locally(at, effort.pivots, effort.rounds)) return true;
-        }
-        return false;
+        proximal_newton(p_, sweeps_, factor_, at, PROXIMAL, 0.5 * tolerance_, pairs_);
+        return offer(at, Method::PROXIMAL) || locally(at);
     }
 
     // Steps of the proximal point method, at the cost of `effort` pivots.
@@ -131,37 +111,29 @@ public:
         ProximalPoints points(p_, path_, from);
         for (int step = 0; effort > 0; effort -= points.cost) {
             if (!points.step()) continue;
-            if (offer(points.at(), Route::POINT)) return true;
+            if (offer(points.at(), Method::PROXIMAL_POINT)) return true;
             ++step;
             const bool settled = error_ < NEAR_POINT && step % SOME == 0;
-            if ((settled || points.pivots == 0) && finish_by_sets(points.at(), 1, Route::POINT)) return true;
+            if ((settled || points.pivots == 0) && by_newton(path_.states(), points.at(), 1, Method::PROXIMAL_POINT)) return true;
         }
         return false;
     }
 
 private:
-    double error_of(const Rubbed& at) const {
-        const Numbers error = measure(p_, at);
-        return *std::max_element(error.begin(), error.end());
+    double error_of(const Rubbed& at) const { return worst(measure(p_, at)); }
+
+    bool by_newton(const States& states, Rubbed at, int rounds, Method method) {
+        newton(p_, factor_, states, at, tolerance_, rounds, FRICTION_PENALTY);
+        return offer(at, method);
     }
 
-    bool by_newton(const States& states, Rubbed at, int rounds, double weight, Route route) {
-        newton(p_, factor_, states, at, tolerance_, rounds, weight);
-        return offer(at, route);
-    }
-    bool finish_by_sets(const Rubbed& at, int rounds, Route route) {
-        for (const Finish& finish : FINISH)
-            if (by_newton(path_.states(), at, std::min(rounds, finish.rounds), finish.weight, route)) return true;
-        return false;
-    }
-
-    bool locally(const Rubbed& near, int pivots, int seed) {
+    bool locally(const Rubbed& near) {
         path_.compliance = PATH_SOFT;
         Rubbed at = near;
         Path::clean(p_, at);
         for (double way : {-1.0, 1.0}) {
-            path_.begin(at, PROXIMAL_NOISE * p_.scale, seed);
-            const Path::End end = path_.follow(way, pivots);
+            path_.begin(at, PROXIMAL_NOISE * p_.scale, PROXIMAL);
+            const Path::End end = path_.follow(way, PROXIMAL_PIVOTS);
             if (end == Path::End::ARRIVED) return finish();
             if (end != Path::End::AWAY) break;
         }
@@ -175,7 +147,7 @@ private:
         for (int repeat = 0; repeat < REPEATS; ++repeat) {
             Rubbed at = path_.answer();
             const double error = error_of(at);
-            if (offer(at, Route::PATH) || finish_by_sets(at, NEWTON, Route::PATH)) return true;
+            if (offer(at, Method::PATH) || by_newton(path_.states(), at, FINISH, Method::PATH)) return true;
             // percussions that drift at a constant rate get to the next change of a state sooner
             if (error > SLOW * before && path_.compliance > FIRMEST) path_.compliance *= 0.1;
             before = error;
@@ -198,12 +170,12 @@ private:
             Flags hold(p_.k);
             for (int c = 0; c < p_.k; ++c) hold[c] = small ? code[a] >> 2 * c & 3 : random.word() >> 62;
             error_ = INFINITE;
-            if (!by_newton(States(std::move(hold)), start, small ? 1 : NEWTON, FRICTION_PENALTY, Route::SETS)) continue;
+            if (!by_newton(States(std::move(hold)), start, small ? 1 : NEWTON, Method::SETS)) continue;
             if (std::all_of(known.begin(), known.end(), [&](const Numbers& other) { return apart(best_.u, other); })) return true;
             again = best_;
         }
         error_ = INFINITE;
-        return !again.lam.empty() && offer(again, Route::SETS);
+        return !again.lam.empty() && offer(again, Method::SETS);
     }
     // Whether velocities are two answers: by the energy of their difference.
     bool apart(const Numbers& u, const Numbers& other) const {
@@ -218,22 +190,18 @@ private:
     double tolerance_;
     Sweeps sweeps_;
     Path path_;
-    ProximalNewton newton_;
     Rubbed best_;
     double error_ = INFINITE;
-    Route route_ = Route::NONE;
+    Method method_ = Method::NONE;
     int pairs_ = 0;
 };
 
 // Disks and contacts of the islands that something presses, some C u⁻ > b or dissipation, or of all that have contacts.
-struct Pressed {
-    Places disk, contact;
-};
-Pressed pressed(const Rubbing& p, bool everything) {
+Selection pressed(const Rubbing& p, bool everything) {
     Flags is(p.islands, 0);
     for (int c = 0; c < p.k; ++c)
         if (everything || p.left_v[c] > p.offset[c] + NOTHING * p.scale || p.along[c] > 0.0 || p.across[c] > 0.0) is[p.island[p.first[c]]] = 1;
-    Pressed some;
+    Selection some;
     for (int i = 0; i < p.n; ++i)
         if (is[p.island[i]]) some.disk.push_back(i);
     for (int c = 0; c < p.k; ++c)
@@ -258,53 +226,57 @@ void for_islands(const Rubbing& p, const Numbers& errors, double tolerance, Act&
 // Answers of all islands by the convex programme and Newton's method, in `at`; their errors. `near`: the programme's.
 Numbers together(Part& part, double tolerance, Rubbed& at, Rubbed& near) {
     const Rubbing& p = part.problem;
-    Edges edges(p);
-    Numbers errors(p.islands, INFINITE);
-    for (const Look& look : LOOKS) {
-        Rubbed now = near = edges.follow(p, part.factor, look.accuracy);
-        const Numbers found = newton(p, part.factor, states_of(p, now), now, tolerance, look.rounds, FRICTION_PENALTY);
-        for (int c = 0; c < p.k; ++c) {
-            const Index place = p.island[p.first[c]];
-            if (found[place] <= errors[place]) at.lam[c] = now.lam[c], at.tau[c] = now.tau[c];
-        }
-        for (int i = 0; i < p.n; ++i)
-            if (found[p.island[i]] <= errors[p.island[i]]) std::copy_n(now.u.begin() + 3 * i, 3, at.u.begin() + 3 * i);
-        errors = measure(p, at);
-        if (*std::max_element(errors.begin(), errors.end()) <= tolerance) break;
-    }
-    return errors;
+    at = near = convex_programme(p, part.factor, PROGRAMME);
+    return newton(p, part.factor, states_of(p, at), at, tolerance, PROGRAMME_ROUNDS, FRICTION_PENALTY);
 }
 
-// With a seed ≥ 1 every island is searched for an answer other than the known ones, also where nothing presses: u⁻ need not
-// be the only one there.
-FrictionAnswer climb(const Rubbing& p, double tolerance, int effort, int seed, const std::vector<Numbers>& known) {
+// Where a search begins: at the answer of the convex programme; by sweeps from percussions at hand (k, or none); or, with a
+// seed ≥ 1, at random, for an answer other than the known ones.
+struct Start {
+    int seed = 0, pivots = POINT;
+    bool by_sweeps = false;
+    In lam{}, tau{};
+    std::span<const Numbers> known{};
+};
+
+// With a seed every island is searched, also where nothing presses: u⁻ need not be the only answer there.
+FrictionAnswer climb(const Rubbing& p, double tolerance, const Start& start) {
     FrictionAnswer answer{{Numbers(p.k, 0.0), Numbers(p.k, 0.0), p.left}};
-    const Pressed some = pressed(p, seed > 0);
+    Selection some = pressed(p, start.seed > 0);
     if (some.contact.empty()) return answer;
-    Part part(p, some.disk, some.contact);
-    Rubbed at{Numbers(part.problem.k, 0.0), Numbers(part.problem.k, 0.0), part.problem.left}, near = at;
-    const Numbers errors = seed > 0 ? Numbers(part.problem.islands, INFINITE) : together(part, tolerance, at, near);
-    answer.route = Route::SETS, answer.seed = seed;
-    for_islands(part.problem, errors, tolerance, [&](const Places& disk, const Places& contact) {
-        Part one(part.problem, disk, contact);
+    std::optional<Part> part;  // sweeps need no factor
+    if (!start.by_sweeps) some = part.emplace(p, some.disk, some.contact);
+    const Rubbing q = part ? part->problem : chosen(p, some.contact, some.disk);
+    Rubbed at{Numbers(q.k, 0.0), Numbers(q.k, 0.0), q.left}, near = at;
+    Numbers errors(q.islands, INFINITE);
+    answer.method = start.by_sweeps ? Method::SWEEPS : Method::SETS, answer.seed = start.seed;
+    if (start.by_sweeps) {
+        for (int c = 0; c < q.k && !start.lam.empty(); ++c) at.lam[c] = start.lam[some.contact[c]], at.tau[c] = start.tau[some.contact[c]];
+        Sweeps(q).accelerated(at.lam, at.tau, at.u, STEP_BLOCKS, BLOCK, 0.5 * tolerance, answer.pairs);
+        errors = measure(q, near = at);
+    } else if (start.seed == 0) {
+        errors = together(*part, tolerance, at, near);
+    }
+    for_islands(q, errors, tolerance, [&](const Places& disk, const Places& contact) {
+        Part one(q, disk, contact);
         Search search(one, tolerance);
-        if (seed > 0) {
+        if (start.seed > 0) {
             std::vector<Numbers> there;
-            for (const Numbers& velocity : known) {
+            for (const Numbers& velocity : start.known) {
                 Numbers u(3 * disk.size());
-                for (std::size_t i = 0; i < one.disk.size(); ++i) std::copy_n(velocity.begin() + 3 * part.disk[one.disk[i]], 3, u.begin() + 3 * i);
+                for (std::size_t i = 0; i < one.disk.size(); ++i) std::copy_n(velocity.begin() + 3 * some.disk[one.disk[i]], 3, u.begin() + 3 * i);
                 there.push_back(std::move(u));
             }
-            search.run_from(seed, there);
+            search.run_from(start.seed, there);
         } else {
-            search.offer(taken(one, at), Route::NONE);
-            search.run(taken(one, near), effort);
+            search.offer(taken(one, at), answer.method);
+            search.run(taken(one, near), start.pivots);
         }
         put(one, search.best(), at);
         answer.pairs += search.pairs(), answer.pivots += search.pivots();
-        answer.route = std::max(answer.route, search.route());
+        answer.method = std::max(answer.method, search.method());
     });
-    put(part, at, answer.at);
+    put(some, at, answer.at);
     return answer;
 }
 
@@ -331,33 +303,30 @@ void try_every_state(const Rubbing& p, double tolerance, FrictionAnswer& answer)
             Rubbed now{Numbers(q.k, 0.0), Numbers(q.k, 0.0), q.left};
             newton(q, one.factor, states, now, tolerance, 1, FRICTION_PENALTY);
             act(q, along, now.u);
-            const Numbers errors = measure(q, now);
-            if (*std::max_element(errors.begin(), errors.end()) > tolerance) continue;
+            if (worst(measure(q, now)) > tolerance) continue;
             put(one, now, answer.at);
-            if (answer.route == Route::NONE) answer.route = Route::SETS;
+            if (answer.method == Method::NONE) answer.method = Method::SETS;
             return;
         }
     });
 }
 
 // The answer with the k_n that push: found in rounds, the best met. `p` has these k_n only where this is the last round.
-FrictionAnswer one_sided(const Rubbing& p, double tolerance, int seed, const std::vector<Numbers>& known) {
+FrictionAnswer one_sided(const Rubbing& p, double tolerance, const Start& start) {
     Rubbing linear = p;
     FrictionAnswer best;
-    double least = INFINITE;
-    const bool several = std::any_of(p.along.begin(), p.along.end(), [](double k) { return k != 0.0; });
-    for (int round = 0; round < (several ? ROUNDS : 1); ++round) {
-        FrictionAnswer found = climb(linear, tolerance, POINT, seed, known);
-        Rubbing acting = p;
-        act(acting, p.along, found.at.u);
-        const Numbers errors = measure(acting, found.at);
-        const double error = errors.empty() ? 0.0 : *std::max_element(errors.begin(), errors.end());
-        const bool same = acting.along == linear.along;
-        if (round == 0 || error < least) best = std::move(found), least = error;
-        if (error <= tolerance || same) break;
-        linear = std::move(acting);
+    for (int round = 0; round < ROUNDS; ++round) {
+        FrictionAnswer found = climb(linear, tolerance, start);
+        const bool changed = act(linear, p.along, found.at.u);
+        found.error = worst(measure(linear, found.at));
+        if (round == 0 || found.error < best.error) best = std::move(found);
+        if (best.error <= tolerance || !changed) break;
     }
-    if (least > tolerance) try_every_state(p, tolerance, best);
+    if (best.error > tolerance) {
+        try_every_state(p, tolerance, best);
+        act(linear, p.along, best.at.u);
+        best.error = worst(measure(linear, best.at));
+    }
     return best;
 }
 
@@ -415,13 +384,18 @@ void gain_nothing(const Rubbing& p, double tolerance, Rubbed& at) {
 
 }  // namespace
 
-FrictionAnswer solve_friction(Rubbing& p, double tolerance, int starts, In radius) {
+FrictionAnswer solve_friction(Rubbing& p, const FrictionAsked& asked) {
     const Numbers along = p.along;
-    const double aim = 0.9 * tolerance;
-    FrictionAnswer best = one_sided(p, aim, 0, {});
+    const double tolerance = asked.tolerance, aim = 0.9 * tolerance;
+    FrictionAnswer best = one_sided(p, aim, {.pivots = asked.in_step ? 0 : POINT, .by_sweeps = asked.in_step, .lam = asked.lam, .tau = asked.tau});
+    if (asked.in_step && best.error > tolerance) {
+        FrictionAnswer other = one_sided(p, aim, {.pivots = STEP_POINT});
+        other.pairs += best.pairs, other.pivots += best.pivots;
+        if (other.error < best.error) best = std::move(other);
+    }
     std::vector<Numbers> velocities{best.at.u};
-    for (int seed = 1; seed < starts; ++seed) {
-        const FrictionAnswer other = one_sided(p, aim, seed, velocities);
+    for (int seed = 1; seed < asked.starts; ++seed) {
+        const FrictionAnswer other = one_sided(p, aim, {.seed = seed, .known = velocities});
         Rubbing acting = p;
         act(acting, along, other.at.u);
         const Numbers errors = measure(acting, other.at);
@@ -441,50 +415,15 @@ FrictionAnswer solve_friction(Rubbing& p, double tolerance, int starts, In radiu
         for (std::size_t i = 0; i < p.left.size(); ++i) {
             double least = INFINITE, most = -INFINITE;
             for (const Numbers& u : velocities) least = std::min(least, u[i]), most = std::max(most, u[i]);
-            best.spread = std::max(best.spread, (most - least) * (i % 3 == 2 ? radius[i / 3] : 1.0));
+            best.spread = std::max(best.spread, (most - least) * (i % 3 == 2 ? asked.radius[i / 3] : 1.0));
         }
     }
     act(p, along, best.at.u);
-    const Numbers errors = measure(p, best.at);
-    if (std::any_of(errors.begin(), errors.end(), [&](double error) { return !(error <= tolerance); })) {
-        best.route = Route::NONE;
-        gain_nothing(p, tolerance, best.at);
+    if (!(best.error <= tolerance)) {
+        best.method = Method::NONE;
+        if (!asked.in_step) gain_nothing(p, tolerance, best.at);
     }
     return best;
-}
-
-FrictionAnswer step_friction(const Rubbing& p, In lam, In tau, double tolerance) {
-    FrictionAnswer answer{{Numbers(p.k, 0.0), Numbers(p.k, 0.0), p.left}};
-    const Pressed pushed = pressed(p, false);
-    if (pushed.contact.empty()) return answer;
-    const Rubbing some = chosen(p, pushed.contact, pushed.disk);
-    Rubbed at{Numbers(some.k, 0.0), Numbers(some.k, 0.0), some.left};
-    if (!lam.empty())
-        for (int c = 0; c < some.k; ++c) at.lam[c] = lam[pushed.contact[c]], at.tau[c] = tau[pushed.contact[c]];
-    answer.route = Route::SWEEPS;
-    Sweeps(some).accelerated(at.lam, at.tau, at.u, STEP_BLOCKS, BLOCK, 0.5 * tolerance, answer.pairs);
-    bool solved = true;
-    for_islands(some, measure(some, at), tolerance, [&](const Places& disk, const Places& contact) {
-        Part one(some, disk, contact);
-        Search search(one, tolerance);
-        Rubbed near = taken(one, at);
-        search.offer(near, Route::SWEEPS);
-        search.by_proximal(near);
-        put(one, search.best(), at);
-        answer.pairs += search.pairs(), answer.pivots += search.pivots();
-        answer.route = search.solved() && search.route() == Route::SWEEPS ? answer.route : std::max(answer.route == Route::SWEEPS ? Route::PROXIMAL : answer.route, search.route());
-        solved = solved && search.solved();
-    });
-    for (int c = 0; c < some.k; ++c) answer.at.lam[pushed.contact[c]] = at.lam[c], answer.at.tau[pushed.contact[c]] = at.tau[c];
-    for (int i = 0; i < some.n; ++i) std::copy_n(at.u.begin() + 3 * i, 3, answer.at.u.begin() + 3 * pushed.disk[i]);
-    if (solved) return answer;
-    FrictionAnswer other = climb(p, tolerance, STEP_POINT, 0, {});
-    try_every_state(p, tolerance, other);
-    const Numbers one = measure(p, answer.at), two = measure(p, other.at);
-    other.pairs += answer.pairs, other.pivots += answer.pivots;
-    if (*std::max_element(two.begin(), two.end()) < *std::max_element(one.begin(), one.end())) return other;
-    answer.pairs = other.pairs, answer.pivots = other.pivots;
-    return answer;
 }
 
 FrictionAnswer solve_friction_by(const Rubbing& p, FrictionMethod method, double tolerance, int effort) {
@@ -494,7 +433,7 @@ FrictionAnswer solve_friction_by(const Rubbing& p, FrictionMethod method, double
     if (method == FrictionMethod::PROXIMAL) search.by_proximal(at);
     else if (method == FrictionMethod::POINT) search.by_point(at, effort);
     else search.run_from(3, {});
-    FrictionAnswer answer{{Numbers(p.k, 0.0), Numbers(p.k, 0.0), p.left}, search.route(), 0, search.pairs(), search.pivots()};
+    FrictionAnswer answer{{Numbers(p.k, 0.0), Numbers(p.k, 0.0), p.left}, search.method(), 0, search.pairs(), search.pivots()};
     put(part, search.best(), answer.at);
     return answer;
 }

@@ -1,33 +1,36 @@
-// The ladder with friction: from what is free to what is hard; one way for a snapshot and for a step.
+// The ladder with friction: from what is free to what is hard; one driver for a snapshot and for a step.
 //
-// 1. Islands that nothing presses keep u⁻.     2. The convex programme of the cones' edges, and Newton's method on the sets.
-// 3. Each island that is left: proximal steps of Newton's method, and a path of pivots from where they stand.
-// 4. The proximal point method, each step a path of pivots.
+// 1. Islands that nothing presses keep u⁻.     2. A start: the convex programme of the cones' edges and Newton's method on its
+// sets, or in a step accelerated sweeps from the percussions before.     3. Each island that is left: proximal steps of Newton's
+// method, and a path of pivots from where they stand.     4. The proximal point method, each step a path of pivots.
 #pragma once
 
+#include "answer.hpp"
 #include "friction_paths.hpp"
 
 namespace nscd {
 
-// What gave an answer, in the order of cost: the last that an island needed.
-enum class Route { NONE_NEEDED, SETS, PROXIMAL, POINT, SWEEPS, PATH, NONE };
-
 struct FrictionAnswer {
     Rubbed at;
-    Route route = Route::NONE_NEEDED;
+    Method method = Method::LEFT_VELOCITY;
     int seed = -1;       // of the random states where the search began; 0: the convex programme; −1: u⁻
     int pairs = 0;       // of sweeps
     int pivots = 0;
+    double error = 0.0;  // as `measure` has it, of the worst island
     double spread = NAN; // m/s, how far apart the u⁺ of all searches are, spins times radius included; NaN for one alone
 };
 
-// Solve a problem whose k_n act where they push, p_n = k_n max(C(u + u⁻), 0) + λ, in as many searches as `starts` says, all
-// but the first for other answers; `p` is left with the k_n that act. The residual decides; the best answer met is given.
-FrictionAnswer solve_friction(Rubbing& p, double tolerance, int starts, In radius);
+struct FrictionAsked {
+    double tolerance;
+    int starts = 1;         // how many searches, all but the first for other answers
+    In radius{};            // (n) m, which makes spins speeds in the spread of their answers
+    bool in_step = false;   // begin by sweeps from λ and τ (k, or none), which is cheap and may give another answer
+    In lam{}, tau{};
+};
 
-// The percussions of a step, without dissipation, from a guess of λ and τ (none: empty): accelerated sweeps of all islands
-// together, then 3 and 4 for each that is left, at last the ladder.
-FrictionAnswer step_friction(const Rubbing& p, In lam, In tau, double tolerance);
+// Solve a problem whose k_n act where they push, p_n = k_n max(C(u + u⁻), 0) + λ; `p` is left with the k_n that act. The
+// residual decides; the best answer met is given.
+FrictionAnswer solve_friction(Rubbing& p, const FrictionAsked& asked);
 
 // One method alone, from no percussions: for tests.
 enum class FrictionMethod { PROXIMAL, POINT, RANDOM };

@@ -33,9 +33,13 @@ private:
     std::vector<std::uint8_t> order_;          // (n·3) rows of the diagonal blocks in the order of their pivots
 };
 
-// Some disks and contacts of a problem (their numbers there, in elimination order), and storage for their factors.
-struct Part {
+// Some disks and contacts of a problem, by their numbers there.
+struct Selection {
     Places disk, contact;
+};
+
+// The same in elimination order, as a problem, and storage for its factors.
+struct Part : Selection {
     Rubbing problem;
     FrictionFactor factor;
     Part(const Rubbing& whole, std::span<const Index> disks, std::span<const Index> contacts);

@@ -6,10 +6,19 @@ namespace nscd {
 
 namespace {
 
-// λ, τ (k) N·s and u (n, 3).
-auto give_rubbed(Rubbed&& at) {
-    return std::make_tuple(give(std::move(at.lam)), give(std::move(at.tau)), give<2>(std::move(at.u), 3));
+// λ, τ (k) N·s and u (n, 3), their error, and what they cost: pairs of sweeps, or pivots.
+struct FrictionIterate {
+    Made<double, 1> reaction, tangential;
+    Made<double, 2> velocity;
+    double error;
+    int cost;
+};
+FrictionIterate give_iterate(Rubbed&& at, double error, int cost) {
+    return {give(std::move(at.lam)), give(std::move(at.tau)), give<2>(std::move(at.u), 3), error, cost};
 }
+struct TwoSolutions {
+    Made<double, 2> x, y, alone;
+};
 
 double worst_of(const Numbers& errors) { return errors.empty() ? 0.0 : *std::max_element(errors.begin(), errors.end()); }
 
@@ -27,24 +36,24 @@ public:
         p_ = rubbing_of(s, span(std::get<4>(pairs)), span(spin), inertia, numbers(friction));
     }
 
-    // λ, τ, u of plain sweeps from percussions; natural map, pairs.
-    auto sweep(const Vector& along, const Vector& across, int pairs, double tolerance) const {
+    // Plain sweeps from percussions.
+    FrictionIterate sweep(const Vector& along, const Vector& across, int pairs, double tolerance) const {
         need(int(along.size()) == p_.k && int(across.size()) == p_.k, "sweep: (k,) is needed");
         Rubbed at{Numbers(along.data(), along.data() + p_.k), Numbers(across.data(), across.data() + p_.k), p_.left};
         int made = 0;
         const double error = Sweeps(p_).plain(at.lam, at.tau, at.u, pairs, tolerance, made);
-        return std::make_tuple(give_rubbed(std::move(at)), error, made);
+        return give_iterate(std::move(at), error, made);
     }
 
-    // λ, τ, u; error, pivots: one method alone.
-    auto by(int method, double tolerance, int effort) const {
-        FrictionAnswer found = solve_friction_by(p_, FrictionMethod(method), tolerance, effort);
+    // One method alone.
+    FrictionIterate by(FrictionMethod method, double tolerance, int effort) const {
+        FrictionAnswer found = solve_friction_by(p_, method, tolerance, effort);
         const double error = worst_of(measure(p_, found.at));
-        return std::make_tuple(give_rubbed(std::move(found.at)), error, found.pivots);
+        return give_iterate(std::move(found.at), error, found.pivots);
     }
 
     // x, y of A x = b and A y = c, (n, 3), for weights (4, k) of the contacts; x again, alone.
-    auto solve_matrix(const Matrix& weights, const Matrix& b, const Matrix& c) const {
+    TwoSolutions solve_matrix(const Matrix& weights, const Matrix& b, const Matrix& c) const {
         need(weights.shape(0) == 4 && int(weights.shape(1)) == p_.k && b.size() == p_.mass.size() && c.size() == b.size(), "matrix: shapes differ");
         Places disks(p_.n), contacts(p_.k);
         for (int i = 0; i < p_.n; ++i) disks[i] = i;
@@ -68,7 +77,7 @@ public:
             for (std::size_t i = 0; i < some.size(); ++i) all[3 * part.disk[i / 3] + i % 3] = some[i];
             return give<2>(std::move(all), 3);
         };
-        return std::make_tuple(put(one), put(two), put(alone));
+        return {put(one), put(two), put(alone)};
     }
 
 private:
@@ -87,6 +96,11 @@ void planar(const Given<Index, 1>& start, const Given<Index, 1>& column, const V
 }  // namespace
 
 void bind_friction(nb::module_& m) {
+    nb::enum_<FrictionMethod>(m, "FrictionMethod").value("PROXIMAL", FrictionMethod::PROXIMAL).value("POINT", FrictionMethod::POINT).value("RANDOM", FrictionMethod::RANDOM);
+    using Iterate = FrictionIterate;
+    Result<Iterate>(m, "FrictionIterate").field("reaction", &Iterate::reaction).field("tangential", &Iterate::tangential)
+        .field("velocity", &Iterate::velocity).field("error", &Iterate::error).field("cost", &Iterate::cost);
+    Result<TwoSolutions>(m, "TwoSolutions").field("x", &TwoSolutions::x).field("y", &TwoSolutions::y).field("alone", &TwoSolutions::alone);
     nb::class_<Problem>(m, "FrictionProblem")
         .def(nb::init<const Pairs&, const Matrix&, const Vector&, const Vector&, const Vector&, const Vector&>(), "pairs"_a, "left"_n, "spin"_n,
              "friction"_n, "along"_n, "across"_n)

@@ -8,20 +8,16 @@ namespace nscd {
 
 namespace {
 
-// Contacts that may change before the matrix is factorised again.
-constexpr int CHANGES = 24;
-// Farther than this from the start a path is given up.
-constexpr double FARTHEST = 20.0;
-// Of the proximal point method: compliance at first and its bounds; it falls by FIRMER after a step of at most FEW pivots and
-// grows by SOFTER where there is none.
-constexpr double FIRST = 1e-3, POINT_FIRMEST = 1e-10, POINT_SOFTEST = 1.0, FIRMER = 0.3, SOFTER = 10.0;
-constexpr int FEW = 15;
-// Where a path does not arrive but comes at least so near, the step ends there, and contacts get softer by LITTLE_SOFTER.
-constexpr double NEAR_ENOUGH = 0.5, LITTLE_SOFTER = 5.0, NEARER = 0.9;
-// Pivots allowed for a step; what its factorisations cost, in pivots.
-constexpr int PIVOTS = 300, STEP = 15;
-// Noise on contacts that are on the brink of another state, of the scale of velocities.
-constexpr double BRINK = 1e-9;
+// "A to B": see friction_answer.cpp.
+constexpr int CHANGES = 24;              // contacts that may change before a new factorisation: its cost against that of columns
+constexpr double FARTHEST = 20.0;        // farther than this from the start a path is given up: a bound of the time
+// Of the proximal point method: compliance at first and its bounds, short safe steps against few.
+constexpr double FIRST = 1e-3;           // 1e-4 to 1e-2
+constexpr double POINT_FIRMEST = 1e-10, POINT_SOFTEST = 1.0;
+constexpr double FIRMER = 0.3, SOFTER = 10.0;  // after a step of at most FEW pivots, and where there is none; 0.1 to 0.5, 3 to 30
+constexpr int FEW = 15;                  // 8 to 30
+constexpr int PIVOTS = 300, STEP = 15;   // allowed for a step, 150 to 600; what its factorisations cost, in pivots
+constexpr double BRINK = 1e-9;           // noise on contacts on the brink of another state, loops against its length
 
 enum { V, S, LAM, TAU };
 
@@ -368,7 +364,6 @@ Path::End Path::follow(double way, int most) {
     std::uint64_t key = 0;
     int last = -1, grows = 0;
     seen_.clear();
-    nearest = 1.0;
     if (!restart(t)) return End::BROKEN;
     for (int pivot = 0; pivot < most; ++pivot, ++pivots) {
         find_rate();
@@ -386,7 +381,6 @@ Path::End Path::follow(double way, int most) {
         if (event.contact < 0 || t + way * event.step > FARTHEST) return End::AWAY;
         move(way * event.step);
         t += way * event.step;
-        if (t < NEARER * nearest) nearest = t, nearest_ = {x_[LAM], x_[TAU], u_};
         last = event.contact;
         key ^= word_of(now_, last);
         grows = change(event, t);
@@ -402,14 +396,12 @@ Path::End Path::follow(double way, int most) {
     return End::LONG;
 }
 
-static Rubbed sum(Rubbed at, const std::array<Numbers, 2>& held, const Numbers& origin) {
-    for (std::size_t c = 0; c < at.lam.size(); ++c) at.lam[c] += held[0][c], at.tau[c] += held[1][c];
-    for (std::size_t i = 0; i < at.u.size(); ++i) at.u[i] += origin[i];
+Rubbed Path::answer() const {
+    Rubbed at{x_[LAM], x_[TAU], u_};
+    for (int c = 0; c < p_.k; ++c) at.lam[c] += held_[0][c], at.tau[c] += held_[1][c];
+    for (std::size_t i = 0; i < at.u.size(); ++i) at.u[i] += origin_[i];
     return at;
 }
-
-Rubbed Path::answer() const { return sum({x_[LAM], x_[TAU], u_}, held_, origin_); }
-Rubbed Path::nearest_answer() const { return sum(nearest_, held_, origin_); }
 
 void into_cones(const Rubbing& p, Rubbed& at) {
     Numbers v(p.k), s(p.k);
@@ -432,17 +424,14 @@ bool ProximalPoints::step() {
     const int before = path_.pivots;
     const Path::End end = path_.follow(-1.0, most_);
     pivots = path_.pivots - before, cost = STEP + pivots;
-    if (end == Path::End::ARRIVED) {
-        at_ = path_.answer();
-        if (pivots <= FEW) compliance_ = std::max(FIRMER * compliance_, POINT_FIRMEST);
-    } else {
+    if (end != Path::End::ARRIVED) {
         ++tries_;
-        const bool near = path_.nearest < NEAR_ENOUGH;
-        if (!near && compliance_ >= POINT_SOFTEST) most_ *= 2;
-        compliance_ = std::min((near ? LITTLE_SOFTER : SOFTER) * compliance_, POINT_SOFTEST);
-        if (!near) return false;
-        at_ = path_.nearest_answer();
+        if (compliance_ >= POINT_SOFTEST) most_ *= 2;
+        compliance_ = std::min(SOFTER * compliance_, POINT_SOFTEST);
+        return false;
     }
+    at_ = path_.answer();
+    if (pivots <= FEW) compliance_ = std::max(FIRMER * compliance_, POINT_FIRMEST);
     into_cones(p_, at_);
     return true;
 }

@@ -35,7 +35,6 @@ public:
 
     double compliance = PATH_SOFT;
     int pivots = 0;                       // made in all paths
-    double nearest = 1.0;                 // the least t of the last one
 
     // Put λ and τ of a nearly converged answer on the corners of their law: 0 where the contact opens by more than it
     // presses, ±μλ where it slides by more than it may still hold.
@@ -46,7 +45,6 @@ public:
     End follow(double way, int most);
     const States& states() const { return now_; }  // at the end
     Rubbed answer() const;                        // where it arrived
-    Rubbed nearest_answer() const;                // where it was nearest
 
 private:
     // What must stay ≥ 0, and its derivative by t: of a closed contact λ, of an open one its gap; where it sticks what is left
@@ -76,7 +74,6 @@ private:
     std::array<Numbers, 2> start_, held_, push_;  // (k) C u − b and T u, λ and τ there; a and d
     std::array<Numbers, 2> firm_;            // (k) 1/(εw) and 1/(εw_t)
     Numbers held_push_;                      // (k) N·s, p_n where the path begins
-    Rubbed nearest_;                         // changes at the least t
     Numbers u_, rate_, base_rate_;           // (n·3) by how much velocities have changed since, so that what firm contacts make of
                                              // a change is not lost in the digits of the whole; derivatives by t, with the
                                              // states now and with those of the factor
@@ -97,7 +94,7 @@ void into_cones(const Rubbing& p, Rubbed& at);
 // A step asks for percussions that obey the law while closed contacts yield by εw a newton-second away from the percussions
 // before. It passes the folds at which Newton's method on the same equations stops. Contacts get firmer where few of them
 // change their state, and softer where the path closes on itself: with soft contacts the step is short, and its answer is the
-// only one; where a path does not arrive, the step ends where it came nearest. Where percussions have no bound or no single value they drift, and firm steps are what takes the drift to the next
+// only one. Where percussions have no bound or no single value they drift, and firm steps are what takes the drift to the next
 // change of a state. Rockafellar, SIAM J. Control Optim. 14 (1976) 877.
 class ProximalPoints {
 public:

@@ -134,26 +134,19 @@ Numbers newton(const Rubbing& p, FrictionFactor& factor, States states, Rubbed& 
     return best;
 }
 
-Edges::Edges(const Rubbing& p) : slack_(2 * p.k), multiplier_(2 * p.k), u_(p.left), best_{Numbers(p.k, 0.0), Numbers(p.k, 0.0), p.left} {
-    Numbers weight(p.k);
-    for (int c = 0; c < p.k; ++c) weight[c] = p.inverse_mass[c] + p.friction[c] * p.friction[c] * p.tangent_inverse[c];
-    const double least = *std::min_element(weight.begin(), weight.end());
-    for (int e = 0; e < 2 * p.k; ++e) {
-        slack_[e] = p.scale * std::sqrt(weight[e / 2] / least);
-        multiplier_[e] = p.scale / std::sqrt(weight[e / 2] * least);
-    }
-}
-
-const Rubbed& Edges::follow(const Rubbing& p, FrictionFactor& factor, double accuracy) {
+Rubbed convex_programme(const Rubbing& p, FrictionFactor& factor, double accuracy) {
     const int k = p.k;
     const std::size_t size = p.mass.size();
     Weights weights(k);
     Numbers v(k), s(k), along(k), across(k), theta(2 * k), wanted(2 * k), primal(2 * k), moved(2 * k), product(2 * k), slack_step(2 * k),
-        edge_step(2 * k), weight(k), dual(size), step(size);
-    Numbers &slack = slack_, &edge = multiplier_;
+        edge_step(2 * k), weight(k), dual(size), step(size), slack(2 * k), edge(2 * k), u = p.left;
+    Rubbed best{Numbers(k, 0.0), Numbers(k, 0.0), p.left};
+    double best_error = INFINITE;
     for (int c = 0; c < k; ++c) weight[c] = p.inverse_mass[c] + p.friction[c] * p.friction[c] * p.tangent_inverse[c];
-    const auto edge_velocities = [&](In u) {
-        contact_velocities(p, u, v, s);
+    const double least = *std::min_element(weight.begin(), weight.end());
+    for (int e = 0; e < 2 * k; ++e) slack[e] = p.scale * std::sqrt(weight[e / 2] / least), edge[e] = p.scale / std::sqrt(weight[e / 2] * least);
+    const auto edge_velocities = [&](In at) {
+        contact_velocities(p, at, v, s);
         for (int c = 0; c < k; ++c) moved[2 * c] = v[c] + p.friction[c] * s[c], moved[2 * c + 1] = v[c] - p.friction[c] * s[c];
     };
     const auto percussions = [&](In edges) {
@@ -164,9 +157,9 @@ const Rubbed& Edges::follow(const Rubbing& p, FrictionFactor& factor, double acc
     };
     int iteration = 0, stalled = 0;
     while (true) {
-        edge_velocities(u_);
+        edge_velocities(u);
         percussions(edge);
-        imbalance(p, u_, v, s, along, across, dual);
+        imbalance(p, u, v, s, along, across, dual);
         double mean = 0.0, error = 0.0;
         for (int e = 0; e < 2 * k; ++e) {
             const double gap = p.offset[e / 2] - moved[e];
@@ -177,13 +170,10 @@ const Rubbed& Edges::follow(const Rubbing& p, FrictionFactor& factor, double acc
         for (int i = 0; i < p.n; ++i)
             for (int a = 0; a < 2; ++a) error = larger(error, std::abs(dual[3 * i + a]) / p.mass[3 * i + a]);
         error /= p.scale;
-        stalled = error < 0.9 * error_ ? 0 : stalled + 1;
-        if (error < error_) {
-            error_ = error;
-            best_ = {along, across, u_};
-        }
+        stalled = error < 0.9 * best_error ? 0 : stalled + 1;
+        if (error < best_error) best_error = error, best = {along, across, u};
         if (error <= accuracy || !(error < INFINITE) || iteration == ITERATIONS) break;
-        if (stalled > (error_ < NEAR_ANSWER ? PATIENCE : 10 * PATIENCE)) break;
+        if (stalled > (best_error < NEAR_ANSWER ? PATIENCE : 10 * PATIENCE)) break;
         ++iteration;
         for (int c = 0; c < k; ++c) {
             const double one = theta[2 * c] = 1.0 / (slack[2 * c] / edge[2 * c] + EDGE_RIGID * weight[c]);
@@ -221,13 +211,13 @@ const Rubbed& Edges::follow(const Rubbing& p, FrictionFactor& factor, double acc
             for (int e = 0; e < 2 * k; ++e) product[e] += slack_step[e] * edge_step[e] - centring * mean;
         }
         length *= std::min(std::max(0.995, 1.0 - 10.0 * error), 0.99999);
-        for (std::size_t i = 0; i < size; ++i) u_[i] += length * step[i];
+        for (std::size_t i = 0; i < size; ++i) u[i] += length * step[i];
         for (int e = 0; e < 2 * k; ++e) {
             slack[e] = std::max(slack[e] + length * slack_step[e], LEAST_EDGE);
             edge[e] = std::max(edge[e] + length * edge_step[e], LEAST_EDGE);
         }
     }
-    return best_;
+    return best;
 }
 
 }  // namespace nscd

@@ -38,16 +38,7 @@ Numbers newton(const Rubbing& p, FrictionFactor& factor, States states, Rubbed& 
 // The convex programme min ½ (u−u⁻)·M(u−u⁻) + dissipation, subject to C u ± μ T u ≤ b: one inequality for each edge n ± μt
 // of the cone, its multipliers λ₊ + λ₋ = λ, μ(λ₊ − λ₋) = τ. A contact that slides opens at μ|T u|. Its central path:
 // Mehrotra, SIAM J. Optim. 2 (1992) 575.
-class Edges {
-public:
-    explicit Edges(const Rubbing& p);     // s = √w, λ = 1/√w, which makes unequal masses harmless
-    // Follow the path to the accuracy, from where it was left; the best point met.
-    const Rubbed& follow(const Rubbing& p, FrictionFactor& factor, double accuracy);
-
-private:
-    Numbers slack_, multiplier_, u_;      // (2k) m/s, (2k) N·s, (n·3)
-    Rubbed best_;
-    double error_ = INFINITE;
-};
+// Followed to the accuracy from s = √w, λ = 1/√w, which makes unequal masses harmless; the best point met.
+Rubbed convex_programme(const Rubbing& p, FrictionFactor& factor, double accuracy);
 
 }  // namespace nscd

@@ -51,12 +51,9 @@ private:
 // natural map does not grow by more than a half; else a shorter one is tried. Soft contacts get firmer by 2 where the whole
 // step is taken and softer by 2 where not. As truncated non-smooth Newton multigrid does for convex problems: Gräser &
 // Kornhuber, J. Comput. Math. 27 (2009) 1.
-struct ProximalNewton {
-    double weight = 1e3;  // of soft contacts, kept from call to call
-    int pairs = 0;        // of sweeps made
-    // Up to `rounds` rounds from `at`; the largest entry of the natural map.
-    double run(const Rubbing& p, const Sweeps& sweeps, FrictionFactor& factor, Rubbed& at, int rounds, double tolerance);
-};
+//
+// Up to `rounds` rounds from `at`; the largest entry of the natural map. pairs: of sweeps, counted on.
+double proximal_newton(const Rubbing& p, const Sweeps& sweeps, FrictionFactor& factor, Rubbed& at, int rounds, double tolerance, int& pairs);
 
 // x ← A⁻¹ x for a dense matrix by rows, which is overwritten; false where it is singular.
 bool solve_dense(Numbers& a, Numbers& x);

@@ -1,6 +1,4 @@
 // The door to Python: arrays in, arrays out. What is no contiguous array of the right kind is refused.
-#include <nanobind/stl/array.h>
-
 #include "answer.hpp"
 #include "binding.hpp"
 #include "contacts.hpp"
@@ -32,19 +30,28 @@ void need_bodies(const Matrix& position, const Vector& radius) {
 
 using Body = Given<Index, 1>;
 
-// How many are of two disks (−1: more pairs are within reach than memory should hold), first, second, vector, distance, gap.
-auto touching_of(const Matrix& position, const Vector& radius, const Segments& walls, double most, const std::optional<Body>& body) {
+struct TouchingDisks {
+    std::int64_t pairs;  // how many are of two disks; −1: more are within reach than memory should hold
+    Made<std::int64_t, 1> first, second;
+    Made<double, 2> vector;
+    Made<double, 1> distance, gap;
+};
+TouchingDisks touching_of(const Matrix& position, const Vector& radius, const Segments& walls, double most, const std::optional<Body>& body) {
     need_bodies(position, radius);
     need(!body || body->size() == radius.size(), "bodies: shapes differ");
     Touching found = freely([&] { return touching(span(position), span(radius), walls, most, body ? span(*body) : std::span<const Index>()); });
-    return std::make_tuple(found.pairs, give(std::move(found.first)), give(std::move(found.second)), give<2>(std::move(found.vector), 2),
-                           give(std::move(found.distance)), give(std::move(found.gap)));
+    return {found.pairs, give(std::move(found.first)), give(std::move(found.second)), give<2>(std::move(found.vector), 2),
+            give(std::move(found.distance)), give(std::move(found.gap))};
 }
 
-// first, second, wall, normal, gap of `Neighbours`.
-auto give_neighbours(Neighbours&& near) {
-    return std::make_tuple(give(std::move(near.first)), give(std::move(near.second)), give(std::move(near.wall)),
-                           give<2>(std::move(near.normal), 2), give(std::move(near.gap)));
+// `Neighbours` of Python.
+struct Candidates {
+    Made<Index, 1> first, second, wall;
+    Made<double, 2> normal;
+    Made<double, 1> gap;
+};
+Candidates give_neighbours(Neighbours&& near) {
+    return {give(std::move(near.first)), give(std::move(near.second)), give(std::move(near.wall)), give<2>(std::move(near.normal), 2), give(std::move(near.gap))};
 }
 
 auto neighbours(const Matrix& position, const Vector& radius, const Segments& walls, double margin, const std::optional<Body>& body) {
@@ -63,12 +70,11 @@ Members members_of(const Wide& given, std::size_t n) {
     return {span(body), span(centre), span(mass), span(inertia)};
 }
 
-// law: the numbers of `Law`. A body force of no drive acts on all.
-Motion motion_of(const Vector& radius, const Vector& mass, const Segments& walls, const std::array<double, 9>& law, double time,
+// A body force of no drive acts on all.
+Motion motion_of(const Vector& radius, const Vector& mass, const Segments& walls, const Law& law, double time,
                  std::optional<Wide> wide, std::optional<Matrix> moving) {
-    const auto& [step, relaxation, x, y, restitution, friction, tolerance, reach, force] = law;
     Motion motion;
-    motion.law = {step, relaxation, x, y, restitution, friction, tolerance, reach, force};
+    motion.law = law;
     motion.walls = walls, motion.radius = numbers(radius), motion.mass = numbers(mass), motion.now.time = time;
     need(mass.size() == radius.size(), "motion: shapes differ");
     if (wide) {
@@ -87,29 +93,25 @@ void take(Motion& motion, const Matrix& position, const Matrix& velocity, const 
     motion.now.position = numbers(position), motion.now.velocity = numbers(velocity), motion.now.spin = numbers(spin);
 }
 
-auto state_of(const Motion& motion) {
-    const auto& now = motion.now;
-    return std::make_tuple(give<2>(Numbers(now.position), 2), give<2>(Numbers(now.velocity), 2), give(Numbers(now.spin)));
-}
+// Keys of the contacts of the step before, and their percussions.
+struct Percussed {
+    std::vector<std::int64_t> keys;
+    Numbers reaction, tangential;
+};
 
-// Keys of the contacts of the step before, and their percussions along the normal and across (2, m) N·s.
-using Known = std::tuple<Whole, Matrix>;
-auto known_of(const Motion& motion) {
-    Numbers values = motion.now.reaction;
-    values.insert(values.end(), motion.now.tangential.begin(), motion.now.tangential.end());
-    return std::make_tuple(give(std::vector(motion.now.keys)), give<2>(std::move(values), std::max<std::size_t>(motion.now.keys.size(), 1)));
-}
-void know(Motion& motion, const Known& known) {
-    const auto& [keys, values] = known;
-    need(values.size() == 2 * keys.size(), "known: shapes differ");
-    const In both = span(values), one = both.first(keys.size()), other = both.last(keys.size());
-    motion.now.keys.assign(keys.data(), keys.data() + keys.size());
-    motion.now.reaction.assign(one.begin(), one.end()), motion.now.tangential.assign(other.begin(), other.end());
-}
-
-// Whether it is solved, when, residual; neighbours, reaction, friction; iterations, repeats, rung; the energies of StepEnergy; who
-// reaches whom, push.
-auto advance(Motion& motion, const nb::object& desired) {
+struct Step {
+    bool solved;
+    double time, residual;
+    Candidates neighbours;
+    Made<double, 1> reaction, friction;
+    int iterations, repeats;
+    Method method;
+    double gained, drive, weight, arms;  // J, as in StepEnergy
+    Made<double, 1> impact, rubbing;
+    Candidates reached;                  // who reaches whom, with the push
+    Made<double, 1> push;
+};
+Step advance(Motion& motion, const nb::object& desired) {
     Motion::Desired wanted;
     if (!desired.is_none()) wanted = [&](In place) {
         const nb::gil_scoped_acquire held;
@@ -119,14 +121,16 @@ auto advance(Motion& motion, const nb::object& desired) {
     };
     Report done;
     const bool solved = freely([&] { return motion.advance(wanted, done); });
-    return std::make_tuple(solved, done.time, done.residual, give_neighbours(std::move(done.near)), give(std::move(done.reaction)),
-                           give(std::move(done.friction)), done.iterations, done.repeats, done.rung,
-                           std::make_tuple(done.gained, done.drive, done.weight, done.arms, give(std::move(done.impact)), give(std::move(done.rubbing))),
-                           give_neighbours(std::move(done.reached)), give(std::move(done.push)));
+    return {solved, done.time, done.residual, give_neighbours(std::move(done.near)), give(std::move(done.reaction)), give(std::move(done.friction)),
+            done.iterations, done.repeats, done.method, done.gained, done.drive, done.weight, done.arms, give(std::move(done.impact)),
+            give(std::move(done.rubbing)), give_neighbours(std::move(done.reached)), give(std::move(done.push))};
 }
 
-// (k), (k) J of contacts and impulses, with the motion (n, 3) of disks: see `works`.
-auto works_of(const Given<Index, 1>& first, const Given<Index, 1>& second, const Given<Index, 1>& wall, const Matrix& normal, const Vector& gap,
+// (k) J of contacts and impulses, with the motion (n, 3) of disks: see `works`.
+struct Works {
+    Made<double, 1> impact, friction;
+};
+Works works_of(const Given<Index, 1>& first, const Given<Index, 1>& second, const Given<Index, 1>& wall, const Matrix& normal, const Vector& gap,
               const Vector& radius, const Matrix& moving, const Vector& along, const Vector& across) {
     const std::size_t k = along.size(), n = radius.size();
     need_disks(n, first, second);
@@ -134,7 +138,7 @@ auto works_of(const Given<Index, 1>& first, const Given<Index, 1>& second, const
     const Neighbours near{places(first), places(second), places(wall), numbers(normal), numbers(gap)};
     Numbers impact(k), friction(k);
     works(near, span(radius), span(moving), span(along), span(across), impact, friction);
-    return std::make_tuple(give(std::move(impact)), give(std::move(friction)));
+    return {give(std::move(impact)), give(std::move(friction))};
 }
 
 auto headed_of(const Matrix& position, const Vector& start, const Vector& end, const Vector& outward, const Vector& place, double speed) {
@@ -163,8 +167,18 @@ auto desired_of(const Drive& drive, const Matrix& x, const Vector& radius, doubl
     return give<2>(freely([&] { return drive.desired(span(x), span(radius), time); }), 2);
 }
 
-// start, answered, first, second, is_wall, normal, gap, reaction, impulse, residual, velocity_error of `FilmAnswer`.
-auto film(const Whole& start, const Whole& ids, const Matrix& position, const Matrix& left, const Vector& radius, const Vector& mass,
+// `FilmAnswer` of Python.
+struct FilmContacts {
+    Made<std::int64_t, 1> start;
+    Made<bool, 1> answered;
+    Made<std::int64_t, 1> first, second;
+    Made<bool, 1> is_wall;
+    Made<double, 2> normal;
+    Made<double, 1> gap, reaction;
+    Made<double, 2> impulse;
+    Made<double, 1> residual, velocity_error;
+};
+FilmContacts film(const Whole& start, const Whole& ids, const Matrix& position, const Matrix& left, const Vector& radius, const Vector& mass,
           const Segments& walls, double gap, double deepest, double tolerance, bool least) {
     need_bodies(position, radius);
     const auto n = std::int64_t(radius.size());
@@ -173,10 +187,9 @@ auto film(const Whole& start, const Whole& ids, const Matrix& position, const Ma
     need(rising && ids.size() == radius.size() && left.size() == position.size() && mass.size() == radius.size(), "film: shapes differ");
     const Film asked{span(start), span(ids), span(position), span(left), span(radius), span(mass), walls};
     FilmAnswer found = freely([&] { return solve_film(asked, {gap, deepest, tolerance, least}); });
-    return std::make_tuple(give(std::move(found.start)), give_marks(std::move(found.answered)), give(std::move(found.first)),
-                           give(std::move(found.second)), give_marks(std::move(found.is_wall)), give<2>(std::move(found.normal), 2),
-                           give(std::move(found.gap)), give(std::move(found.reaction)), give<2>(std::move(found.impulse), 2),
-                           give(std::move(found.residual)), give(std::move(found.velocity_error)));
+    return {give(std::move(found.start)), give_marks(std::move(found.answered)), give(std::move(found.first)), give(std::move(found.second)),
+            give_marks(std::move(found.is_wall)), give<2>(std::move(found.normal), 2), give(std::move(found.gap)), give(std::move(found.reaction)),
+            give<2>(std::move(found.impulse), 2), give(std::move(found.residual)), give(std::move(found.velocity_error))};
 }
 
 using Changed = nb::ndarray<double, nb::numpy, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
@@ -209,17 +222,33 @@ auto components_of(int n, const Given<Index, 1>& first, const Given<Index, 1>& s
     return give(std::move(label));
 }
 
-using Fields = nb::typed<nb::dict, nb::str, nb::any>;
-// Fields of `nscd.Percussions` by name; whether every number is finite, energy before (J), rung, disks (with friction the seed
-// of the search), rounds, threads; fields of `nscd.percussions.FrictionPart`, empty without.
-using Said = std::tuple<Fields, bool, double, int, int, int, int, Fields>;
+// As in nscd.percussions.FrictionPart.
+struct FrictionSolution {
+    Made<double, 1> tangential;
+    Made<std::int8_t, 1> state;
+    double signorini, cone, natural_map, dissipation, spread;
+    int seed;  // of the states where the search began; 0: the convex programme; −1: u⁻
+};
+// As in nscd.Percussions.
+struct ImpactSolution {
+    Made<double, 1> reaction;
+    Made<double, 2> impulse, right_velocity;
+    std::optional<Made<double, 1>> right_spin;  // where disks turn
+    double energy, energy_change, energy_error;  // energy: before, J
+    double residual = 0.0, velocity_error = INFINITE, momentum_error = 0.0;
+    int iterations = 0;
+    bool canonical = false, finite = true;      // finite: every number is
+    Method method = Method::NONE;
+    int disks = 0, rounds = 0, threads = 1;     // see `Answer`
+    std::optional<FrictionSolution> friction;
+};
 
-// What `solve_impact` says of an answer (u: n·d) whether or not there is friction; velocities of disks where bodies have some.
+// A solution (u: n·d) whether or not there is friction; velocities of disks where bodies have some.
 struct Seen {
     Members of;
     In position;
 };
-Fields said_of(Numbers&& reaction, Numbers&& impulse, const Numbers& u, int d, const Seen& disks, double energy, double change, double work) {
+ImpactSolution solution_of(Numbers&& reaction, Numbers&& impulse, const Numbers& u, int d, const Seen& disks, double energy, double change, double work) {
     const bool joint = !disks.of.body.empty();
     const std::size_t n = joint ? disks.of.body.size() : u.size() / d;
     Numbers turning(d == 3 ? n : 0), moving = joint ? of_members(disks.of, disks.position, u) : Numbers(2 * n);
@@ -228,38 +257,31 @@ Fields said_of(Numbers&& reaction, Numbers&& impulse, const Numbers& u, int d, c
         for (int a = 0; a < 2 && !joint; ++a) moving[2 * i + a] = u[from + a];
         if (d == 3) turning[i] = u[from + 2];
     }
-    Fields said;
-    said["reaction"] = give(std::move(reaction));
-    said["impulse"] = give<2>(std::move(impulse), 2);
-    said["right_velocity"] = give<2>(std::move(moving), 2);
-    if (d == 3) said["right_spin"] = give(std::move(turning));
-    said["energy_change"] = change;
-    said["energy_error"] = std::abs(change + 0.5 * work) / (energy != 0.0 ? energy : 1.0);
-    return said;
+    ImpactSolution found{give(std::move(reaction)), give<2>(std::move(impulse), 2), give<2>(std::move(moving), 2), {}, energy, change,
+                         std::abs(change + 0.5 * work) / (energy != 0.0 ? energy : 1.0), 0.0, INFINITE, 0.0, 0, false, true, Method::NONE, 0, 0, 1, {}};
+    if (d == 3) found.right_spin = give(std::move(turning));
+    return found;
 }
 
 // Percussions with Coulomb's law of a problem without spins, or of wide bodies.
-Said solve_with_friction(const System& s, const Vector& radius, const Vector& spin, const Vector& friction, double tolerance, int starts, const Seen& disks) {
+ImpactSolution solve_with_friction(const System& s, const Vector& radius, const Vector& spin, const Vector& friction, double tolerance, int starts, const Seen& disks) {
     Numbers inertia(s.wide() ? 0 : s.n);
     for (std::size_t i = 0; i < inertia.size(); ++i) inertia[i] = 0.5 * s.mass[2 * i] * radius(i) * radius(i);
     Rubbing p = rubbing_of(s, span(radius), span(spin), inertia, numbers(friction));
-    FrictionAnswer found = freely([&] { return solve_friction(p, tolerance, starts, s.wide() ? In(s.reach) : span(radius)); });
+    FrictionAnswer found = freely([&] { return solve_friction(p, {tolerance, starts, s.wide() ? In(s.reach) : span(radius)}); });
     FrictionCertificate of = freely([&] { return certified(p, found.at); });
-    Fields said = said_of(std::move(found.at.lam), std::move(of.impulse), found.at.u, 3, disks, of.energy, of.change, of.work), part;
-    said["residual"] = of.natural_map, said["momentum_error"] = of.momentum_error;
-    said["iterations"] = found.pairs + found.pivots, said["canonical"] = false;
-    said["velocity_error"] = INFINITE;
-    part["tangential"] = give(std::move(found.at.tau)), part["state"] = give(std::move(of.state));
-    part["signorini"] = of.signorini, part["cone"] = of.cone, part["natural_map"] = of.natural_map;
-    part["dissipation"] = of.dissipation, part["spread"] = found.spread;
-    const bool finite = std::isfinite(of.momentum_error + of.natural_map);
-    return {std::move(said), finite, of.energy, choice_of(found.route), found.seed, 0, 1, std::move(part)};
+    ImpactSolution solution = solution_of(std::move(found.at.lam), std::move(of.impulse), found.at.u, 3, disks, of.energy, of.change, of.work);
+    solution.residual = of.natural_map, solution.momentum_error = of.momentum_error;
+    solution.iterations = found.pairs + found.pivots, solution.method = found.method;
+    solution.finite = std::isfinite(of.momentum_error + of.natural_map);
+    solution.friction = {give(std::move(found.at.tau)), give(std::move(of.state)), of.signorini, of.cone, of.natural_map, of.dissipation, found.spread, found.seed};
+    return solution;
 }
 
-std::optional<Said> solve_impact(const Whole& first, const Whole& second, const Marks& is_wall, const Matrix& normal, const Matrix& position,
+std::optional<ImpactSolution> solve_impact(const Whole& first, const Whole& second, const Marks& is_wall, const Matrix& normal, const Matrix& position,
                   const Vector& radius, const Vector& mass, const Matrix& left, std::optional<Vector> spin, std::optional<Vector> along,
                   std::optional<Vector> across, bool maintained, std::optional<Vector> offset, std::optional<Matrix> free,
-                  double least_scale, double tolerance, bool least, bool bounded, int method, int threads,
+                  double least_scale, double tolerance, bool least, bool bounded, Solver solver, int threads,
                   std::optional<Vector> guess, int shared, std::optional<Vector> friction, int starts, std::optional<Wide> bodies) {
     const std::size_t n = mass.size(), k = first.size();
     need(second.size() == k && is_wall.size() == k && normal.size() == 2 * k && left.size() == 2 * n && position.size() == 2 * n && radius.size() == n && (!friction || (spin && friction->size() == k && starts > 0)), "solve: shapes differ");
@@ -289,19 +311,18 @@ std::optional<Said> solve_impact(const Whole& first, const Whole& second, const 
         s.measure();
     }
     if (friction) return solve_with_friction(s, radius, *spin, *friction, tolerance, starts, disks);
-    Asked asked{tolerance, least, bounded, Method(method), threads, {}, {}, {.shared = shared}};
+    Asked asked{tolerance, least, bounded, solver, threads, {}, {}, {.shared = shared}};
     if (guess) asked.reaction = numbers(*guess);
     Answer found = freely([&] { return solve_one_sided(s, asked); });
     Certificate of = freely([&] { return certified(s, found.reaction, found.velocity); });
     double mass_of_all = 0.0;
     for (int i = 0; i < s.n; ++i) mass_of_all += s.mass[s.d * i];
-    Fields said = said_of(std::move(found.reaction), std::move(of.impulse), found.velocity, s.d, disks, of.energy, of.change, of.work);
-    said["residual"] = of.residual;
-    said["velocity_error"] = found.distance / std::sqrt(mass_of_all > 0.0 ? mass_of_all : 1.0);
-    said["momentum_error"] = of.momentum_error;
-    said["iterations"] = found.iterations;
-    said["canonical"] = found.least;
-    return Said{std::move(said), of.finite && std::isfinite(found.distance), of.energy, int(found.rung), found.disks, found.rounds, found.threads, Fields()};
+    ImpactSolution solution = solution_of(std::move(found.reaction), std::move(of.impulse), found.velocity, s.d, disks, of.energy, of.change, of.work);
+    solution.residual = of.residual, solution.momentum_error = of.momentum_error;
+    solution.velocity_error = found.distance / std::sqrt(mass_of_all > 0.0 ? mass_of_all : 1.0);
+    solution.iterations = found.iterations, solution.canonical = found.least, solution.finite = of.finite && std::isfinite(found.distance);
+    solution.method = found.method, solution.disks = found.disks, solution.rounds = found.rounds, solution.threads = found.threads;
+    return solution;
 }
 
 // Parts of the solver, for tests and measurements.
@@ -328,10 +349,12 @@ public:
         factor_.solve(x);
         return give<2>(factor_.disks_given(x), factor_.system().d);
     }
-    // order (n), and first, end, parent (m) of the nodes of `Ordering`
-    auto ordering() const {
+    struct Order {
+        Made<Index, 1> order, node_first, node_end, node_parent;  // of `Ordering`
+    };
+    Order ordering() const {
         Ordering of = factor_.ordering();
-        return std::make_tuple(give(std::move(of.order)), give(std::move(of.node_first)), give(std::move(of.node_end)), give(std::move(of.node_parent)));
+        return {give(std::move(of.order)), give(std::move(of.node_first)), give(std::move(of.node_end)), give(std::move(of.node_parent))};
     }
 
 private:
@@ -354,6 +377,42 @@ NB_MODULE(_core, m) {
     nscd::bind_friction(m);
     nscd::bind_others(m);
     nb::set_leak_warnings(false);  // what a cache of Python holds to the end is no leak
+#define NAMED(E, name) .value(#name, E::name)
+    nb::enum_<Solver>(m, "Solver") NAMED(Solver, AUTO) NAMED(Solver, INTERIOR_POINT) NAMED(Solver, ACTIVE_SET) NAMED(Solver, PROJECTED_GRADIENT) NAMED(Solver, GAUSS_SEIDEL);
+    nb::enum_<Method>(m, "Method") NAMED(Method, NO_CONTACTS) NAMED(Method, NOTHING_PRESSES) NAMED(Method, ALONE) NAMED(Method, TREE) NAMED(Method, GUESS)
+        NAMED(Method, DESCENT) NAMED(Method, FIRMER) NAMED(Method, MARGINAL) NAMED(Method, UNEVEN) NAMED(Method, DISSIPATIVE) NAMED(Method, MAINTAINED)
+        NAMED(Method, ASKED_FOR) NAMED(Method, GRADIENT) NAMED(Method, LEFT_VELOCITY) NAMED(Method, SETS) NAMED(Method, PROXIMAL)
+        NAMED(Method, PROXIMAL_POINT) NAMED(Method, SWEEPS) NAMED(Method, PATH) NAMED(Method, NONE);
+#define FIELD(R, name) .field(#name, &R::name)
+    Result<TouchingDisks>(m, "Touching") FIELD(TouchingDisks, pairs) FIELD(TouchingDisks, first) FIELD(TouchingDisks, second)
+        FIELD(TouchingDisks, vector) FIELD(TouchingDisks, distance) FIELD(TouchingDisks, gap);
+    Result<Candidates>(m, "Neighbours") FIELD(Candidates, first) FIELD(Candidates, second) FIELD(Candidates, wall) FIELD(Candidates, normal) FIELD(Candidates, gap);
+    Result<Step>(m, "Step") FIELD(Step, solved) FIELD(Step, time) FIELD(Step, residual) FIELD(Step, neighbours) FIELD(Step, reaction)
+        FIELD(Step, friction) FIELD(Step, iterations) FIELD(Step, repeats) FIELD(Step, method) FIELD(Step, gained) FIELD(Step, drive)
+        FIELD(Step, weight) FIELD(Step, arms) FIELD(Step, impact) FIELD(Step, rubbing) FIELD(Step, reached) FIELD(Step, push);
+    Result<Works>(m, "Works") FIELD(Works, impact) FIELD(Works, friction);
+    Result<FilmContacts>(m, "FilmContacts") FIELD(FilmContacts, start) FIELD(FilmContacts, answered) FIELD(FilmContacts, first)
+        FIELD(FilmContacts, second) FIELD(FilmContacts, is_wall) FIELD(FilmContacts, normal) FIELD(FilmContacts, gap) FIELD(FilmContacts, reaction)
+        FIELD(FilmContacts, impulse) FIELD(FilmContacts, residual) FIELD(FilmContacts, velocity_error);
+    Result<FrictionSolution>(m, "FrictionSolution") FIELD(FrictionSolution, tangential) FIELD(FrictionSolution, state) FIELD(FrictionSolution, signorini)
+        FIELD(FrictionSolution, cone) FIELD(FrictionSolution, natural_map) FIELD(FrictionSolution, dissipation) FIELD(FrictionSolution, spread)
+        FIELD(FrictionSolution, seed);
+    Result<ImpactSolution>(m, "ImpactSolution") FIELD(ImpactSolution, reaction) FIELD(ImpactSolution, impulse) FIELD(ImpactSolution, right_velocity)
+        FIELD(ImpactSolution, right_spin) FIELD(ImpactSolution, energy) FIELD(ImpactSolution, energy_change) FIELD(ImpactSolution, energy_error)
+        FIELD(ImpactSolution, residual) FIELD(ImpactSolution, velocity_error) FIELD(ImpactSolution, momentum_error) FIELD(ImpactSolution, iterations)
+        FIELD(ImpactSolution, canonical) FIELD(ImpactSolution, finite) FIELD(ImpactSolution, method) FIELD(ImpactSolution, disks)
+        FIELD(ImpactSolution, rounds) FIELD(ImpactSolution, threads) FIELD(ImpactSolution, friction);
+    nb::class_<Law>(m, "Law").def(nb::init<double, double, double, double, double, double, double, double, double>(), "step"_a, "relaxation"_a,
+                                  "x"_a, "y"_a, "restitution"_a, "friction"_a, "tolerance"_a, "reach"_a = 0.0, "force"_a = 0.0)
+        .def_ro("tolerance", &Law::tolerance).def_ro("reach", &Law::reach);
+    nb::class_<Percussed>(m, "Percussed")  // what a step begins from
+        .def("__init__", [](Percussed* at, const Whole& keys, const Vector& reaction, const Vector& tangential) {
+            need(reaction.size() == keys.size() && tangential.size() == keys.size(), "known: shapes differ");
+            new (at) Percussed{{keys.data(), keys.data() + keys.size()}, numbers(reaction), numbers(tangential)};
+        }, "keys"_n, "reaction"_n, "tangential"_n)
+        .def_prop_ro("keys", [](const Percussed& of) { return give(std::vector(of.keys)); }, nb::rv_policy::move)
+        .def_prop_ro("reaction", [](const Percussed& of) { return give(Numbers(of.reaction)); }, nb::rv_policy::move)
+        .def_prop_ro("tangential", [](const Percussed& of) { return give(Numbers(of.tangential)); }, nb::rv_policy::move);
     nb::class_<Segments>(m, "Walls")
         .def(nb::new_(&walls_of), "ends"_n, "low"_a = 0.0, "period"_a = 0.0)
         .def_prop_ro("along", [](const Segments& walls) { return give<2>(Numbers(walls.along), 2); }, nb::rv_policy::move)
@@ -365,11 +424,15 @@ NB_MODULE(_core, m) {
     nb::class_<Motion>(m, "Motion")
         .def(nb::new_(&motion_of), "radius"_n, "mass"_n, "walls"_a, "law"_a, "time"_a, "bodies"_a = nb::none(), "moving"_a = nb::none())
         .def("take", &take, "position"_n, "velocity"_n, "spin"_n)
-        .def("state", &state_of)
+        .def_prop_ro("position", [](const Motion& motion) { return give<2>(Numbers(motion.now.position), 2); }, nb::rv_policy::move)
+        .def_prop_ro("velocity", [](const Motion& motion) { return give<2>(Numbers(motion.now.velocity), 2); }, nb::rv_policy::move)
+        .def_prop_ro("spin", [](const Motion& motion) { return give(Numbers(motion.now.spin)); }, nb::rv_policy::move)
         .def("advance", &advance, "desired"_a.none())
         .def("separate", &Motion::separate)
         .def("forget", &Motion::forget)
-        .def_prop_rw("known", &known_of, &know, nb::rv_policy::move)
+        .def_prop_rw("known", [](const Motion& of) { return Percussed{of.now.keys, of.now.reaction, of.now.tangential}; },
+                     [](Motion& of, const Percussed& known) { of.now.keys = known.keys, of.now.reaction = known.reaction, of.now.tangential = known.tangential; },
+                     nb::rv_policy::move)
         .def_prop_ro("time", [](const Motion& motion) { return motion.now.time; })
         .def_prop_ro("centre", [](const Motion& motion) { return give<2>(Numbers(motion.now.centre), 2); }, nb::rv_policy::move)
         .def_rw("stalled", &Motion::stalled);
@@ -385,6 +448,8 @@ NB_MODULE(_core, m) {
     m.def("soft_drive", &soft_drive, "acceleration"_n, "x"_n, "v"_n, "speed"_a, "tau"_a, "start"_n, "end"_n, "door"_n, "outward"_n);
     m.def("crosses", &crosses_of, "before"_n, "after"_n, "start"_n, "end"_n);
     m.def("eliminate", &eliminate_of, "front"_n, "pivots"_a, "rest"_a);
+    using Order = Factored::Order;
+    Result<Order>(m, "Ordering") FIELD(Order, order) FIELD(Order, node_first) FIELD(Order, node_end) FIELD(Order, node_parent);
     nb::class_<Factored>(m, "Factor")
         .def(nb::init<const Pairs&, const Vector&, const Vector&, bool, bool, int, int, int>(), "pairs"_a, "along"_n, "across"_n, "turn"_a,
              "fronts"_a, "threads"_a = 1, "shared"_a = SHARED, "leaf"_a = Sizes().leaf)
@@ -395,9 +460,8 @@ NB_MODULE(_core, m) {
     m.attr("MOST_SWEEPS") = MOST_SWEEPS;
     m.attr("SHARED") = SHARED;
     m.attr("MOST_PAIRS") = MOST_PAIRS;
-    m.attr("GRADIENT") = GRADIENT;
     m.def("solve_impact", &solve_impact, "first"_n, "second"_n, "is_wall"_n, "normal"_n, "position"_n, "radius"_n, "mass"_n, "left"_n, "spin"_a =
          nb::none(), "along"_a = nb::none(), "across"_a = nb::none(), "maintained"_a = false, "offset"_a = nb::none(), "free"_a = nb::none(),
-         "least_scale"_a = TINY, "tolerance"_a = 1e-8, "least"_a = true, "bounded"_a = true, "method"_a = 0, "threads"_a = 1, "guess"_a = nb::none(),
+         "least_scale"_a = TINY, "tolerance"_a = 1e-8, "least"_a = true, "bounded"_a = true, "solver"_a = Solver::AUTO, "threads"_a = 1, "guess"_a = nb::none(),
          "shared"_a = SHARED, "friction"_a = nb::none(), "starts"_a = 1, "bodies"_a = nb::none());
 }

@@ -34,7 +34,7 @@ Report both(Report one, const Report& other) {
     append(one.impact, other.impact), append(one.rubbing, other.rubbing);
     one.gained += other.gained, one.drive += other.drive, one.weight += other.weight, one.arms += other.arms;
     one.residual = std::max(one.residual, other.residual);
-    one.iterations += other.iterations, one.repeats += other.repeats, one.rung = other.rung;
+    one.iterations += other.iterations, one.repeats += other.repeats, one.method = other.method;
     return one;
 }
 
@@ -137,7 +137,7 @@ bool Motion::step_once(double h, const Desired& desired, Report& report) {
     if ((!slim_ && most > UNBOUNDED * pressing) || !(found.error <= stalled * law.tolerance)) return false;
 
     report.near = std::move(found.neighbours), report.reaction = std::move(found.reaction), report.friction = std::move(found.tangential);
-    report.iterations = found.iterations, report.rung = found.rung, report.repeats = found.repeats;
+    report.iterations = found.iterations, report.method = found.method, report.repeats = found.repeats;
     account(share, gain, bool(desired), wide ? unheld : free, wide ? found.velocity : turning(found.velocity, found.spin), report);
     now.keys = std::move(found.keys), now.reaction = report.reaction, now.tangential = report.friction;
     now.reaction.resize(now.keys.size()), now.tangential.resize(now.keys.size());

@@ -28,7 +28,8 @@ struct Report {
     Numbers impact, rubbing;           // J, lost in each contact along the normal and across
     double gained = 0.0, drive = 0.0, weight = 0.0, arms = 0.0;  // J, see StepEnergy in nscd.stepping
     double time = 0.0, residual = 0.0;
-    int iterations = 0, repeats = 0, rung = 0;
+    int iterations = 0, repeats = 0;
+    Method method = Method::NO_CONTACTS;
 };
 
 class Motion {

@@ -69,15 +69,19 @@ nb::bytes table(const nb::typed<nb::list, nb::any>& columns, bool csv) {
     return nb::bytes(out.data(), out.size());
 }
 
-// whole (m, 5): step, rows, line, offset, length; values (m, 7): time, lowest and highest x, y, z. They are taken away.
-auto taken_of(Scan& scan) {
+// places (m, 5): step, rows, line, offset, length; values (m, 7): time, lowest and highest x, y, z. They are taken away.
+struct FrameHeads {
+    Made<std::int64_t, 2> places;
+    Made<double, 2> values;
+};
+FrameHeads taken_of(Scan& scan) {
     std::vector<std::int64_t> whole;
     Numbers values;
     for (const Scan::Frame& f : std::exchange(scan.frames, {})) {
         whole.insert(whole.end(), {f.step, f.rows, f.line, f.offset, f.length});
         values.insert(values.end(), std::begin(f.values), std::end(f.values));
     }
-    return std::make_tuple(give<2>(std::move(whole), 5), give<2>(std::move(values), 7));
+    return {give<2>(std::move(whole), 5), give<2>(std::move(values), 7)};
 }
 
 // Go on behind a head that was read elsewhere: of a frame whose table begins at `offset`, with time and box (7).
@@ -101,24 +105,28 @@ bool press_of(Changed position, const Vector& radius, const Vector& push, double
     return press(span_of(position), span(radius), span(push), {half_door, stiffness, step, longest, skin, cell, rest, most});
 }
 
-// field (m, d), gradient (m, 2d)
-auto smear_of(const Matrix& points, const Matrix& where, const Matrix& values, double width, double reach, bool compact) {
+struct Smeared {
+    Made<double, 2> field, gradient;  // (m, d), (m, 2d)
+};
+Smeared smear_of(const Matrix& points, const Matrix& where, const Matrix& values, double width, double reach, bool compact) {
     need(points.shape(1) == 2 && where.shape(1) == 2 && where.shape(0) == values.shape(0), "smear: shapes differ");
     const std::size_t m = points.shape(0), d = values.shape(1);
     Numbers field(m * d, 0.0), gradient(2 * m * d, 0.0);
     if (m && where.size()) freely([&] { smear(span(points), span(where), span(values), {width, reach, compact}, field, gradient); });
-    return std::make_tuple(give<2>(std::move(field), std::max<std::size_t>(d, 1)), give<2>(std::move(gradient), std::max<std::size_t>(2 * d, 1)));
+    return {give<2>(std::move(field), std::max<std::size_t>(d, 1)), give<2>(std::move(gradient), std::max<std::size_t>(2 * d, 1))};
 }
 
-// stress (m, 4), divergence (m, 2), traction (m, 2)
-auto smear_stress_of(const Matrix& points, const Matrix& start, const Matrix& branch, const Matrix& impulse, const Marks& is_wall, double width,
+struct SmearedStress {
+    Made<double, 2> stress, divergence, traction;  // (m, 4), (m, 2), (m, 2)
+};
+SmearedStress smear_stress_of(const Matrix& points, const Matrix& start, const Matrix& branch, const Matrix& impulse, const Marks& is_wall, double width,
                      double reach, bool compact) {
     const std::size_t m = points.shape(0), k = is_wall.size();
     need(points.shape(1) == 2 && start.size() == 2 * k && branch.size() == 2 * k && impulse.size() == 2 * k, "stress: shapes differ");
     Numbers stress(4 * m, 0.0), divergence(2 * m, 0.0), traction(2 * m, 0.0);
     const Loads loads{span(start), span(branch), span(impulse), span(is_wall)};
     if (m && k) freely([&] { smear_stress(span(points), loads, {width, reach, compact}, stress, divergence, traction); });
-    return std::make_tuple(give<2>(std::move(stress), 4), give<2>(std::move(divergence), 2), give<2>(std::move(traction), 2));
+    return {give<2>(std::move(stress), 4), give<2>(std::move(divergence), 2), give<2>(std::move(traction), 2)};
 }
 
 void social_of(Changed position, Changed velocity, const Matrix& desired, const Vector& radius, const Vector& mass, const Matrix& start,
@@ -137,8 +145,14 @@ void add_to_window(WindowSums& sums, const Given<Index, 1>& first, const Given<I
     sums.add(span(first), span(second), span(wall), span(normal), span(gap), span(reaction), friction ? span(*friction) : In{});
 }
 
-// first, second (n + wall for a wall), normal, gap, impulse, steps.
-auto close_window(WindowSums& sums) {
+struct WindowImpulses {
+    Made<std::int64_t, 1> first, second;  // second: n + wall for a wall
+    Made<double, 2> normal;
+    Made<double, 1> gap;
+    Made<double, 2> impulse;
+    Made<std::int64_t, 1> steps;
+};
+WindowImpulses close_window(WindowSums& sums) {
     const auto closed = sums.close();
     const std::size_t m = closed.size();
     std::vector<std::int64_t> first(m), second(m), steps(m);
@@ -149,8 +163,7 @@ auto close_window(WindowSums& sums) {
         normal[2 * c] = sum.x, normal[2 * c + 1] = sum.y, gap[c] = sum.gap;
         impulse[2 * c] = sum.px, impulse[2 * c + 1] = sum.py;
     }
-    return std::make_tuple(give(std::move(first)), give(std::move(second)), give<2>(std::move(normal), 2), give(std::move(gap)),
-                           give<2>(std::move(impulse), 2), give(std::move(steps)));
+    return {give(std::move(first)), give(std::move(second)), give<2>(std::move(normal), 2), give(std::move(gap)), give<2>(std::move(impulse), 2), give(std::move(steps))};
 }
 
 void add_engine_pairs(EngineSums& sums, const Matrix& ids, const Matrix& forces, double times) {
@@ -163,8 +176,11 @@ void add_engine_wall(EngineSums& sums, std::int64_t wall, const Given<Index, 1>&
     sums.add_wall(wall, span(ids), span(rows), rows.shape(1), times);
 }
 
-// first, second, is_wall, x, y.
-auto close_engine(EngineSums& sums) {
+struct EngineImpulses {
+    Made<std::int64_t, 1> first, second, is_wall;
+    Made<double, 1> x, y;
+};
+EngineImpulses close_engine(EngineSums& sums) {
     const auto closed = sums.close();
     std::vector<std::int64_t> first, second, is_wall;
     Numbers x, y;
@@ -172,10 +188,13 @@ auto close_engine(EngineSums& sums) {
         first.push_back(key >> ID_BITS & ID_MASK), second.push_back(key & ID_MASK), is_wall.push_back(key >= EngineSums::WALL);
         x.push_back(sum.x), y.push_back(sum.y);
     }
-    return std::make_tuple(give(std::move(first)), give(std::move(second)), give(std::move(is_wall)), give(std::move(x)), give(std::move(y)));
+    return {give(std::move(first)), give(std::move(second)), give(std::move(is_wall)), give(std::move(x)), give(std::move(y))};
 }
 
-using Drawn = std::tuple<Made<double, 2>, Made<double, 1>>;  // draws (d, u), and x (u) at the end
+struct Drawn {
+    Made<double, 2> draws;  // (d, u)
+    Made<double, 1> last;   // (u) x at the end
+};
 
 auto gibbs_of(const Whole& start, const Given<Index, 1>& column, const Vector& value, double slope, const Vector& x, const Vector& net,
               std::uint64_t seed, std::int64_t sweeps, std::int64_t thin) {
@@ -200,20 +219,31 @@ auto flights_of(const Matrix& projector, const Vector& gravity, double time, con
 }  // namespace
 
 void bind_others(nb::module_& m) {
+    Result<Drawn>(m, "Drawn").field("draws", &Drawn::draws).field("last", &Drawn::last);
+    Result<FrameHeads>(m, "FrameHeads").field("places", &FrameHeads::places).field("values", &FrameHeads::values);
+    Result<Smeared>(m, "Smeared").field("field", &Smeared::field).field("gradient", &Smeared::gradient);
+    Result<SmearedStress>(m, "SmearedStress").field("stress", &SmearedStress::stress).field("divergence", &SmearedStress::divergence)
+        .field("traction", &SmearedStress::traction);
+    using Window = WindowImpulses;
+    Result<Window>(m, "WindowImpulses").field("first", &Window::first).field("second", &Window::second).field("normal", &Window::normal)
+        .field("gap", &Window::gap).field("impulse", &Window::impulse).field("steps", &Window::steps);
+    using Engine = EngineImpulses;
+    Result<Engine>(m, "EngineImpulses").field("first", &Engine::first).field("second", &Engine::second).field("is_wall", &Engine::is_wall)
+        .field("x", &Engine::x).field("y", &Engine::y);
     m.def("gibbs", &gibbs_of, "start"_n, "column"_n, "value"_n, "slope"_a, "x"_n, "net"_n, "seed"_a, "sweeps"_a, "thin"_a);
     m.def("flights", &flights_of, "projector"_n, "gravity"_n, "time"_a, "x"_n, "seed"_a, "count"_a, "thin"_a);
     m.def("rows", &rows_of, "content"_a, "tables"_n, "width"_a, "binary"_a = false);
     m.def("table", &table, "columns"_a, "csv"_a);
     nb::class_<Scan> scan(m, "Scan");
+    nb::enum_<Scan::End>(scan, "End").value("MORE", Scan::MORE).value("STRANGE", Scan::STRANGE).value("SHORT", Scan::SHORT);
     scan.def(nb::init<>())
         .def("run", [](Scan& of, const nb::bytes& block, std::int64_t before, const nb::bytes& form, std::int64_t width) {
-            return int(of.run(view(block), before, view(form), width));
+            return of.run(view(block), before, view(form), width);
         }, "block"_a, "before"_a, "form"_a, "width"_a)
         .def("begin", &begin_frame, "step"_a, "rows"_a, "line"_a, "offset"_a, "values"_n)
         .def("taken", &taken_of)
         .def("__len__", [](const Scan& of) { return of.frames.size(); })
         .def_rw("at", &Scan::at).def_rw("lines", &Scan::lines).def_ro("rows_left", &Scan::rows_left).def_ro("last", &Scan::last);
-    scan.attr("MORE") = int(Scan::MORE), scan.attr("STRANGE") = int(Scan::STRANGE);
     m.def("grow", &grow_of, "position"_n, "radius"_n, "placed"_a, "half_door"_a, "cell"_a, "reach"_a, "typical"_a,
           "near"_a, "beside"_a, "least"_a, "hollow"_a, "shut"_a);
     m.def("press", &press_of, "position"_n, "radius"_n, "push"_n, "half_door"_a, "stiffness"_a, "step"_a,

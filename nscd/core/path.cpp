@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "canonical.hpp"
 #include "levels.hpp"
 #include "rounding.hpp"
 
@@ -22,10 +21,6 @@ constexpr int STALLED = 4, LOST = 60;
 // Compliance of the contacts, relative to the Delassus diagonal: a proximal term of the iteration only; 1e-10 would stall
 // jammed ones.
 constexpr double RIGID = 1e-14;
-// Where nearly all contacts press, and they are more than unknowns, a crowd is jammed: contacts this soft then have no soft
-// modes, and lead to the closed ones of the reactions of least energy.
-// The compliance has to be small beside the softest mode, hence its fall with the size beyond MEDIUM disks.
-constexpr double JAMMED = 0.98, SOFT = 1e-6, FIRMEST = 1e-8, MEDIUM = 5000.0;
 // To this residual the path is followed before its closed contacts are tried, in so many rounds.
 constexpr double NEARLY = 1e-7;
 constexpr int TRIES = 4;
@@ -45,7 +40,7 @@ struct Missed {
     double error, mean;
     bool sound;
 };
-Missed missed(const System& s, In compliance, bool yields, const Point& at, Work& work) {
+Missed missed(const System& s, const Point& at, Work& work) {
     const int d = s.d;
     const Numbers& u = at.velocity;
     if (s.dissipative()) {
@@ -67,7 +62,7 @@ Missed missed(const System& s, In compliance, bool yields, const Point& at, Work
             x -= u[d * j], y -= u[d * j + 1];
             work.dual[d * j] -= px, work.dual[d * j + 1] -= py, work.size[j] += push;
         }
-        work.wanted[c] = s.nx[c] * x + s.ny[c] * y - s.offset[c] - (yields ? compliance[c] * push : 0.0);
+        work.wanted[c] = s.nx[c] * x + s.ny[c] * y - s.offset[c];
         if (wide) {
             work.dual[3 * i + 2] += s.turn_first[c] * push, work.wanted[c] += s.turn_first[c] * u[3 * i + 2];
             if (j >= 0) work.dual[3 * j + 2] += s.turn_second[c] * push, work.wanted[c] += s.turn_second[c] * u[3 * j + 2];
@@ -135,7 +130,7 @@ void aim(const Point& at, const Point& step, double length, double mean, Numbers
 
 }  // namespace
 
-Followed follow(Factor& factor, double tolerance, In compliance, bool yields, Point at) {
+Followed follow(Factor& factor, double tolerance, In compliance, Point at) {
     const System& s = factor.system();
     Followed best{at.reaction, at.velocity, INFINITE, 0, {}, {}};
     if (s.scale < NOTHING) return {Numbers(s.k, 0.0), s.free, INFINITE, 0, {}, {}};
@@ -145,7 +140,7 @@ Followed follow(Factor& factor, double tolerance, In compliance, bool yields, Po
     int stalled = 0, iteration = 0;
     bool made = false;
     while (true) {
-        const Missed now = missed(s, compliance, yields, at, work);
+        const Missed now = missed(s, at, work);
         if (!now.sound) break;
         stalled = now.error < 0.9 * best.error ? 0 : stalled + 1;
         if (now.error < best.error) {
@@ -209,47 +204,26 @@ Found solve_by_path(Factor& factor, const Near& near, double tolerance, bool lea
     const bool exactly = least && s.even();
     int spent = 0;
     Flags closed;
-    if (exactly && !near.reaction.empty() && s.k > 2 * s.n) {
-        press(s, near.reaction, near.velocity, {}, closed);
-        if (double(std::count(closed.begin(), closed.end(), 1)) > JAMMED * s.k) {
-            Numbers soft = s.stiffness();
-            const double share = std::max(SOFT * std::min(1.0, cube(MEDIUM / s.n)), FIRMEST);
-            for (double& c : soft) c = share / c;
-            const Followed path = follow(factor, NEARLY, soft, true, away_from(s, near.reaction, near.velocity, NEARLY, near.away));
-            press(s, path.reaction, path.velocity, soft, closed);
-            Closed exact = close_set(factor, closed, true, CLOSED, TRIES);
-            spent += path.iterations + exact.rounds;
-            if (exact.settled && exact.error <= tolerance)
-                return {std::move(exact.reaction), std::move(exact.velocity), spent, true, std::move(exact.held)};
-        }
-    }
     const double first = exactly ? std::max(NEARLY, 0.5 * tolerance) : 0.5 * tolerance;
-    Followed path = follow(factor, first, compliance, false,
+    Followed path = follow(factor, first, compliance,
                            near.reaction.empty() ? cold_start(s) : away_from(s, near.reaction, near.velocity, first, near.away));
     spent += path.iterations;
     double off = press(s, path.reaction, path.velocity, {}, closed);
     if (exactly && std::isfinite(path.error)) {
-        // no more closed contacts than unknowns: they tell the reactions; else, or where they do not, those of least energy
-        const bool few = std::count(closed.begin(), closed.end(), 1) <= 2 * s.n;
         path.theta.clear();  // the factor is another one from here on
-        for (bool energy : {false, true}) {
-            if (!energy && !few) continue;
-            if (energy) {
-                const Numbers least_of = least_energy(factor, path.reaction, path.velocity, std::max(path.error, tolerance));
-                for (int c = 0; c < s.k; ++c) closed[c] = least_of[c] > 0.0;
-            }
+        if (std::count(closed.begin(), closed.end(), 1) <= 2 * s.n) {  // no more than unknowns: they tell the reactions
             Closed exact = close_set(factor, closed, true, CLOSED, TRIES);
             spent += exact.rounds;
             if (exact.settled && exact.error <= tolerance)
                 return {std::move(exact.reaction), std::move(exact.velocity), spent, true, std::move(exact.held)};
         }
         if (path.error > 0.5 * tolerance) {
-            path = follow(factor, 0.5 * tolerance, compliance, false, std::move(path.last));
+            path = follow(factor, 0.5 * tolerance, compliance, std::move(path.last));
             spent += path.iterations;
             off = press(s, path.reaction, path.velocity, {}, closed);
         }
     }
-    if (off > tolerance) {
+    if (off > tolerance) {  // velocities without squares have no path
         Closed exact = close_set(factor, closed, true);
         spent += exact.rounds;
         if (accuracy(s, exact.reaction, exact.velocity) < accuracy(s, path.reaction, path.velocity))

@@ -21,9 +21,8 @@ struct Followed {
 
 // Follow the path of min ½(u−û)·Â(u−û) + ½ Σ cλ², C u + s = b + cλ, s ≥ 0, to the tolerance or where rounding stops it.
 // One factorisation of Â + CᵀΘC an iteration, Θ = 1/(s/λ + c), and two solutions.
-// compliance: (k) s/kg, c; yields: whether it belongs to the problem, else it is a proximal term of the matrix only,
-// which does not change the answer
-Followed follow(Factor& factor, double tolerance, In compliance, bool yields, Point start);
+// compliance: (k) s/kg, c: a proximal term of the matrix only, which does not change the answer
+Followed follow(Factor& factor, double tolerance, In compliance, Point start);
 
 // The start s = √w, λ = 1/√w (times one constant), which makes unequal masses harmless.
 Point cold_start(const System& s);
@@ -43,7 +42,7 @@ struct Found {
 };
 
 // Solve any problem: along the path of rigid contacts. Where the reactions of least energy are wanted and one stiffness
-// serves, the path is left as soon as the contacts that it closes, or those of least energy, close exactly.
+// serves, the path is left as soon as the contacts that it closes close exactly.
 Found solve_by_path(Factor& factor, const Near& near, double tolerance, bool least);
 
 }  // namespace nscd

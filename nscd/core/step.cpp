@@ -31,42 +31,45 @@ Places likely(const System& s, In before) {
     return some;
 }
 
-// First without the contacts that disks as fast as before could not close; with all where that is not the answer of all.
+// Solve without the contacts that disks as fast as before could not close; with all where that is not the solution of all, as
+// `solve` says of the contacts that it is given.
+template <class Solve>
+void solve_likely(const System& s, In before, Solve&& solve) {
+    Places some = likely(s, before);
+    if (solve(some) || int(some.size()) == s.k) return;
+    some.resize(s.k);
+    std::iota(some.begin(), some.end(), 0);
+    solve(some);
+}
+
 // guess: (k) N·s or none
 void solve_step(const System& s, In before, In guess, double tolerance, Stepped& found) {
-    Places every(s.n), all(s.k);
+    Places every(s.n);
     std::iota(every.begin(), every.end(), 0);
-    std::iota(all.begin(), all.end(), 0);
-    found.reaction.assign(s.k, 0.0);
-    found.velocity = s.free;
-    found.rung = int(Rung::NOTHING);
-    for (bool whole : {false, true}) {
-        const Places some = whole ? all : likely(s, before);
-        if (some.empty()) continue;
-        System part = chosen(s, some, every, every);
+    solve_likely(s, before, [&](const Places& some) {
+        const System part = chosen(s, some, every, every);
         Answer by;
-        if (tolerance >= LOOSE && !s.wide()) {
+        if (tolerance >= LOOSE && !s.wide() && part.k > 0) {
             Parts one{{0, part.n}, {0, part.k}};
             Team alone(1);
             Descended end = descend(part, one, alone, {BEFORE * tolerance, MOST_SWEEPS, -1, INFINITE});
             by.reaction = std::move(end.reaction), by.velocity = std::move(end.velocity), by.iterations = end.sweeps;
-            found.rung = GRADIENT;
+            by.method = Method::GRADIENT;
         } else {
             Asked asked;
             asked.tolerance = tolerance, asked.least = asked.bounded = false;
             if (largest(guess) > 0.0)
                 for (int c : some) asked.reaction.push_back(guess[c]);
             by = climb(part, asked);
-            found.rung = int(by.rung);
         }
-        found.iterations += by.iterations;
-        std::fill(found.reaction.begin(), found.reaction.end(), 0.0);
+        found.method = by.method == Method::NO_CONTACTS ? Method::NOTHING_PRESSES : by.method, found.iterations += by.iterations;
+        found.reaction.assign(s.k, 0.0);
         for (std::size_t c = 0; c < some.size(); ++c) found.reaction[some[c]] = by.reaction[c];
         found.velocity = std::move(by.velocity);
         const Certificate of = certified(s, found.reaction, found.velocity);
         found.error = of.finite ? larger(of.residual, of.momentum_error) : INFINITE;
-        if (found.error <= tolerance) return;
-    }
+        return found.error <= tolerance;
+    });
 }
 
 }  // namespace
@@ -144,20 +147,20 @@ static Flags gaining(const System& s, In reaction, In mass, In u, In free, doubl
 // The same with Coulomb's law.
 static Flags solve_rough(const System& s, In before, In radius, const Rough& rough, double tolerance, Stepped& found) {
     const Rubbing p = rubbing_of(s, radius, rough.spin, rough.inertia, Numbers(s.k, rough.friction));
-    Places every(s.n), some = likely(s, before);
+    Places every(s.n);
     std::iota(every.begin(), every.end(), 0);
     FrictionAnswer by{{carried_over(rough.keys, rough.reaction, found.keys).values, carried_over(rough.keys, rough.tangential, found.keys).values, p.left}};
     Numbers errors;
-    for (bool whole : {false, true}) {
+    solve_likely(s, before, [&](const Places& some) {
         Numbers lam, tau;
         for (int c : some) lam.push_back(by.at.lam[c]), tau.push_back(by.at.tau[c]);
-        FrictionAnswer part = step_friction(chosen(p, some, every), lam, tau, tolerance);
-        by.at = {Numbers(s.k, 0.0), Numbers(s.k, 0.0), std::move(part.at.u)}, by.route = part.route, by.pairs += part.pairs;
-        for (std::size_t c = 0; c < some.size(); ++c) by.at.lam[some[c]] = part.at.lam[c], by.at.tau[some[c]] = part.at.tau[c];
+        Rubbing part = chosen(p, some, every);
+        FrictionAnswer found_here = solve_friction(part, {.tolerance = tolerance, .in_step = true, .lam = lam, .tau = tau});
+        by.at = {Numbers(s.k, 0.0), Numbers(s.k, 0.0), std::move(found_here.at.u)}, by.method = found_here.method, by.pairs += found_here.pairs;
+        for (std::size_t c = 0; c < some.size(); ++c) by.at.lam[some[c]] = found_here.at.lam[c], by.at.tau[some[c]] = found_here.at.tau[c];
         errors = measure(p, by.at);
-        if (whole || int(some.size()) == s.k || *std::max_element(errors.begin(), errors.end()) <= tolerance) break;
-        some.resize(s.k), std::iota(some.begin(), some.end(), 0);
-    }
+        return *std::max_element(errors.begin(), errors.end()) <= tolerance;
+    });
     found.error = *std::max_element(errors.begin(), errors.end());
     found.velocity.resize(2 * std::size_t(s.n));
     if (s.wide()) found.velocity = by.at.u;
@@ -166,7 +169,7 @@ static Flags solve_rough(const System& s, In before, In radius, const Rough& rou
         found.spin[i] = by.at.u[3 * i + 2];
     }
     found.reaction = std::move(by.at.lam), found.tangential = std::move(by.at.tau);
-    found.iterations = by.pairs, found.rung = choice_of(by.route);
+    found.iterations = by.pairs, found.method = by.method;
     Flags refused = gaining(s, found.reaction, p.mass, by.at.u, p.left, tolerance);
     for (int i = 0; i < s.n; ++i) refused[i] = refused[i] || errors[p.island[i]] > tolerance;
     return refused;
@@ -183,7 +186,6 @@ Stepped make_step(const Bodies& bodies, const Rough& rough, double step, double 
         if (at.size() == 0) {
             const In free = bodies.wide.body.empty() ? bodies.free : bodies.unheld;
             found.velocity.assign(free.begin(), free.end());
-            found.rung = int(Rung::NO_CONTACTS);
             return found;
         }
         System s = system_of({bodies.position, bodies.free, bodies.radius, bodies.mass, {}}, near.first, near.second, near.normal);

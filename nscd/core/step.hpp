@@ -24,9 +24,6 @@ struct Rough {
     In reaction, tangential;              // (m) N·s
 };
 
-// What gave an answer, by its number in nscd.solve.CHOICES: rungs, then the ways with friction.
-inline int choice_of(Route route) { return int(Rung::ASKED_FOR) + 1 + int(route); }
-
 struct Stepped {
     Neighbours neighbours;
     Numbers reaction, velocity;  // (k) N·s, (n·2) m/s; (b·3) of bodies
@@ -34,10 +31,9 @@ struct Stepped {
     std::vector<std::int64_t> keys;  // (k) with friction: a number of each contact, the same in every step
     double error = 0.0;          // the residual or the imbalance of momentum, recomputed
     int iterations = 0;
-    int rung = 0;                // of `Rung` or `choice_of`; GRADIENT where accelerated gradient served
+    Method method = Method::NO_CONTACTS;
     int repeats = 0;             // how often contacts were missed
 };
-inline constexpr int GRADIENT = -1;
 
 // Make a step of `step` s; with restitution e a contact that closes within it with v⁻ > 0 has
 // C u⁺ ≤ −e v⁻ (Moreau's law), unless v⁻ is at most twice `gained` m/s, what the drive gives in a step: that contact rests.

@@ -198,12 +198,14 @@ class _Chain:
         if self.projector is not None:
             pull = -self.slope * self.projector.sum(1) if pull is None else pull
             time = FLIGHT * max(1.0, float(self.middle.mean()))
-            return _core.flights(self.projector, pull, time, x, seed, moves, thin)
+            drawn = _core.flights(self.projector, pull, time, x, seed, moves, thin)
+            return drawn.draws, drawn.last
         assert self.matrix is not None
         assert self.load is not None
         m, net = self.matrix, self.load - self.matrix.T @ x
         rows = m.indptr.astype(np.int64), m.indices.astype(np.int32), m.data
-        return _core.gibbs(*rows, self.slope, x, net, seed, moves, thin)
+        drawn = _core.gibbs(*rows, self.slope, x, net, seed, moves, thin)
+        return drawn.draws, drawn.last
 
 
 def _chain_of(held: Equilibrium, spread: Floats, scale: float) -> _Chain:

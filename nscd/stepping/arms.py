@@ -26,6 +26,11 @@ class Neighbours(NamedTuple):
     normal: Floats
     gap: Floats
 
+    @classmethod
+    def of(cls, found: _core.Neighbours) -> Neighbours:
+        """Take over what the core has found."""
+        return cls(found.first, found.second, found.wall, found.normal, found.gap)
+
 
 def neighbours(
     position: Floats,
@@ -39,7 +44,7 @@ def neighbours(
     position (n,2) m, radius (n,) m, body (n,), none where each is alone. A disk has one contact for
     each nearest point of connected walls: one at a corner that points at it, two in a corner that it
     sits in."""
-    return Neighbours(*_core.neighbours(position, radius, segments, margin, body))
+    return Neighbours.of(_core.neighbours(position, radius, segments, margin, body))
 
 
 class Arms(NamedTuple):

@@ -140,11 +140,12 @@ class WindowSums:
     def close(self, end: float) -> WindowImpulses:
         """Give the impulses since the last window was closed (or the start); the next window
         begins."""
-        first, second, normal, gap, impulse, steps = self._sums.close()
-        is_wall = second >= self._n
-        other = np.where(is_wall, second - self._n, second)
+        sums = self._sums.close()
+        is_wall = sums.second >= self._n
+        other = np.where(is_wall, sums.second - self._n, sums.second)
         since, self._start = end - self._start, end
-        return WindowImpulses(first, other, is_wall, normal, gap, impulse, steps, since, end)
+        of = sums.normal, sums.gap, sums.impulse, sums.steps
+        return WindowImpulses(sums.first, other, is_wall, *of, since, end)
 
 
 class Motion:
@@ -203,9 +204,9 @@ class Motion:
         for name, asked in (("arms", push.arms), ("period_x", (walls or NO_WALLS).period_x)):
             if asked and self._wide is not None:
                 raise ValueError(f"{name}: bodies of several disks have none")
-        self._law = (
+        self._law = _core.Law(
             step, push.relaxation_time, *push.acceleration, restitution, friction, tolerance,
-            *(push.arms or (0.0, 0.0)),
+            *(push.arms or ()),
         )  # fmt: skip
         self._begin(snapshot, snapshot.time)
         self.position = (walls or NO_WALLS).within(self.position)
@@ -249,8 +250,13 @@ class Motion:
         self._core.take(self.position, self.velocity, self.spin)
         if (most := self._core.separate()) < 0:
             raise StepError("the disks cannot be pushed apart: they do not fit between the walls")
-        self.position, self.velocity, self.spin = self._core.state()
+        self._see()
         return most
+
+    def _see(self) -> None:
+        """Take over the state of the core."""
+        of = self._core
+        self.position, self.velocity, self.spin = of.position, of.velocity, of.spin
 
     def snapshot(self) -> Snapshot:
         """Give the state as a snapshot, with ids from 1 on."""
@@ -268,15 +274,18 @@ class Motion:
         tolerance; the state then stays."""
         self._core.take(self.position, self.velocity, self.spin)
         found = self._core.advance(self._desired)
-        solved, time, residual, near, reaction, friction, iterations, repeats, rung = found[:9]
-        if not solved:
+        if not found.solved:
             raise StepError(
-                f"t = {time:.6g} s: the contacts are not solved: residual {residual:.1e} "
-                f"where {self._law[6]:.1e} was asked"
+                f"t = {found.time:.6g} s: the contacts are not solved: residual "
+                f"{found.residual:.1e} where {self._law.tolerance:.1e} was asked"
             )
-        self.position, self.velocity, self.spin = self._core.state()
-        energy, reached, push = found[9:]
-        solver = "projected_gradient" if rung == _core.GRADIENT else CHOICES[rung][0]
-        arms, told = (Neighbours(*reached), push) if self._law[7] else None, StepEnergy(*energy)
-        sums = residual, iterations, repeats, solver, told, arms
-        return StepReport(Neighbours(*near), reaction, friction, *sums)
+        self._see()
+        works = found.gained, found.drive, found.weight, found.arms, found.impact, found.rubbing
+        names = "reaction", "friction", "residual", "iterations", "repeats"
+        return StepReport(
+            neighbours=Neighbours.of(found.neighbours),
+            **{name: getattr(found, name) for name in names},
+            solver=CHOICES[found.method][0],
+            energy=StepEnergy(*works),
+            arms=(Neighbours.of(found.reached), found.push) if self._law.reach else None,
+        )

@@ -107,10 +107,10 @@ int main() {
                 for (double dissipation : {0.0, 10.0}) {
                     if (size > 60 || decades > 0.0) continue;
                     Rubbing p = rubbing(s, c, dissipation);
-                    const FrictionAnswer answer = solve_friction(p, 1e-8, size < 8 ? 3 : 1, c.radius);
+                    const FrictionAnswer answer = solve_friction(p, {1e-8, size < 8 ? 3 : 1, c.radius});
                     const FrictionCertificate of = certified(p, answer.at);
                     sound = told("friction", size, std::max(of.natural_map, of.momentum_error) <= 1e-8) && sound;
-                    if (dissipation == 0.0) step_friction(p, answer.at.lam, answer.at.tau, 1e-6), step_friction(p, {}, {}, 1e-6);
+                    if (dissipation == 0.0) solve_friction(p, {.tolerance = 1e-6, .in_step = true, .lam = answer.at.lam, .tau = answer.at.tau}), solve_friction(p, {.tolerance = 1e-6, .in_step = true});
                 }
                 const std::vector<std::int64_t> frames{0, size};
                 std::vector<std::int64_t> ids(size);

@@ -2,6 +2,7 @@
 
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -145,7 +146,8 @@ def dissected(case, position, leaf):
     pairs = first, second, np.array(contacts.normal), position, crowd.radius, crowd.mass
     none = np.zeros(len(first))
     factor = _core.Factor(pairs, none, none, False, True, leaf=leaf)
-    return first, second, factor.ordering()
+    of = factor.ordering()
+    return first, second, (of.order, of.node_first, of.node_end, of.node_parent)
 
 
 def test_separators_are_a_tree_that_holds_every_border():
@@ -235,3 +237,10 @@ def test_readers_of_dumps_and_random_bytes_have_no_errors_of_memory(tmp_path):
     subprocess.run([*words, *sources, "-o", program], check=True, capture_output=True)
     ended = subprocess.run([program], capture_output=True, text=True, check=False)
     assert ended.returncode == 0, ended.stdout + ended.stderr
+
+
+def test_the_stub_is_that_of_the_core(tmp_path):
+    stub = tmp_path / "_core.pyi"
+    command = [sys.executable, "-m", "nanobind.stubgen", "-q", "-m", "nscd._core", "-o", str(stub)]
+    subprocess.run(command, check=True)
+    assert stub.read_text() == Path(_core.__file__).with_name("_core.pyi").read_text()

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from nscd import ContactLaw, Contacts, ContactState, Walls, find_contacts, solve
+from nscd._core import Percussed
 from nscd.stepping import Motion
 from tests.crowds import disks_at
 from tests.friction.coulomb import Dense, all_answers, velocities, violation
@@ -289,10 +290,11 @@ def test_a_pile_that_slides_is_solved_where_sweeps_do_not_reach(mu):
 def test_an_island_that_nothing_presses_keeps_its_velocities_whatever_the_guess():
     apart = pile(2).position * (1 + 1e-12)  # a gap below 0 by rounding would have to open
     still = disks_at(apart, [0.1, 0.0], 1.0, spin=np.zeros(3))
-    _, _, (keys, none) = step_of(still, 0.3)
-    velocity, step, _ = step_of(still, 0.3, known=(keys, none + 1.0))
+    _, _, known = step_of(still, 0.3)
+    ones = np.ones(len(known.keys))
+    velocity, step, _ = step_of(still, 0.3, known=Percussed(known.keys, ones, ones))
     np.testing.assert_array_equal(velocity, [[0.1, 0.0, 0.0]] * 3)
-    assert len(keys) == len(step.reaction) == 5
+    assert len(known.keys) == len(step.reaction) == 5
     assert not step.reaction.any()
     assert not step.friction.any()
 
@@ -308,10 +310,11 @@ def test_contacts_too_far_to_close_in_the_step_stay_open(gap, velocity):
 
 
 def test_percussions_of_contacts_that_are_gone_are_not_carried_over():
-    _, first, (keys, known) = step_of(pile(), 0.2)
+    _, first, known = step_of(pile(), 0.2)
     keep = np.flatnonzero(first.reaction > 0)[::2]
-    some = keys[keep], np.ascontiguousarray(known[:, keep])
-    more = np.append(keys[keep], 2**62 + 2**61), np.column_stack([some[1], [1e3, 1e3]])
-    (one, cost, _), (other, same, _) = (step_of(pile(), 0.2, known=these) for these in (some, more))
+    some = known.keys[keep], known.reaction[keep], known.tangential[keep]
+    more = [np.append(*both) for both in zip(some, (2**62 + 2**61, 1e3, 1e3), strict=True)]
+    both = (step_of(pile(), 0.2, known=Percussed(*these)) for these in (some, more))
+    (one, cost, _), (other, same, _) = both
     np.testing.assert_array_equal(one, other)
     assert cost.iterations == same.iterations > 10

@@ -10,6 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from nscd import ContactLaw, solve
+from nscd._core import FrictionMethod
 from nscd.friction import friction_problem
 from tests.crowds import disks_at
 from tests.friction.coulomb import Dense, all_answers, velocities, violation
@@ -74,18 +75,15 @@ def in_core(snapshot, contacts, mu):
     return problem.in_core(snapshot)
 
 
-# As the core numbers them.
-METHODS = {"proximal": 0, "proximal_point": 1, "random": 2}
-
-
 @pytest.mark.parametrize("mu", [0.05, 0.15])
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", FrictionMethod)
 def test_each_method_alone_finds_an_answer_that_obeys_the_law(method, mu):
     snapshot = pile(rows=8)
     contacts = touching(snapshot)
     problem = in_core(snapshot, contacts, mu)
-    (lam, tau, u), error, _ = problem.by(METHODS[method], 1e-11, 5000)
-    assert error <= 1e-11
+    found = problem.by(method, 1e-11, 5000)
+    assert found.error <= 1e-11
+    lam, tau, u = found.reaction, found.tangential, found.velocity
     dense = Dense(snapshot, contacts, snapshot.velocity)
     assert violation(dense, lam, tau, np.full(len(contacts), mu), u.ravel()) < 1e-6
     sliding = (lam > 0) & (np.abs(dense.T @ u.ravel()) > 1e-6)
@@ -138,11 +136,10 @@ def test_the_effort_of_the_proximal_point_method_is_bounded():
     snapshot, mu = pile(rows=12), 0.15
     contacts = touching(snapshot)
     problem = in_core(snapshot, contacts, mu)
-    _, error, once = problem.by(METHODS["proximal_point"], 1e-30, 600)
-    _, less, twice = problem.by(METHODS["proximal_point"], 1e-30, 1200)
-    assert once <= 600
-    assert once < twice <= 1200
-    assert less < error
+    once, twice = (problem.by(FrictionMethod.POINT, 1e-30, most) for most in (600, 1200))
+    assert once.cost <= 600
+    assert once.cost < twice.cost <= 1200
+    assert twice.error < once.error
 
 
 def test_the_matrix_of_contacts_that_stick_and_slide_is_solved_for_one_and_for_two_right_hand_sides():
@@ -162,5 +159,6 @@ def test_the_matrix_of_contacts_that_stick_and_slide_is_solved_for_one_and_for_t
     given[1, rng.permutation(n)[3:]] = 0.0  # of one contact most is zero
     expected = [np.linalg.solve(matrix, one.ravel()).reshape(n, 3) for one in given]
     found = problem.solve_matrix(weight, *given)
-    for one, right in zip(found, (*expected, expected[0]), strict=True):
+    solutions = zip((found.x, found.y, found.alone), (*expected, expected[0]), strict=True)
+    for one, right in solutions:
         np.testing.assert_allclose(one, right, rtol=0, atol=1e-9 * abs(right).max())

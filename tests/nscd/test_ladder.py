@@ -148,10 +148,11 @@ def test_the_path_ends_at_once_at_what_is_no_number():
     free = np.array(snapshot.velocity)
     parts = contacts.first, contacts.second, contacts.is_wall, contacts.normal
     crowd = snapshot.position, snapshot.radius, snapshot.mass, snapshot.velocity
-    sound, finite, *_ = _core.solve_impact(*parts, *crowd, free=free, method=1)
-    assert finite
-    assert sound["iterations"] > 0
+    path = {"free": free, "solver": _core.Solver.INTERIOR_POINT}
+    sound = _core.solve_impact(*parts, *crowd, **path)
+    assert sound.finite
+    assert sound.iterations > 0
     free[7, 1] = np.nan
-    broken, finite, *_ = _core.solve_impact(*parts, *crowd, free=free, method=1)
-    assert not finite
-    assert broken["iterations"] <= 2
+    broken = _core.solve_impact(*parts, *crowd, **path)
+    assert not broken.finite
+    assert broken.iterations <= 2

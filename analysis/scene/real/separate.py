@@ -94,15 +94,14 @@ def _projected(
 ) -> tuple[Floats, float]:
     """Compute x (n,2) m of min ½ Σ |x − free|² subject to C x ≤ gap − SPARE_M, and its recomputed
     error, a share of the scale (m) or more."""
-    said = _core.solve_impact(
+    found = _core.solve_impact(
         contacts.first, contacts.second, contacts.is_wall, contacts.normal, snapshot.position,
         snapshot.radius, snapshot.mass, free, offset=contacts.gap - SPARE_M, least_scale=scale,
         tolerance=SOLVER_TOLERANCE, least=False, bounded=False,
     )  # fmt: skip
-    assert said is not None, "contacts of disks that there are, and finite numbers"
-    found, finite = said[:2]
-    error = max(found["residual"], found["momentum_error"])
-    return found["right_velocity"], error if finite else np.inf
+    assert found is not None, "contacts of disks that there are, and finite numbers"
+    error = max(found.residual, found.momentum_error)
+    return found.right_velocity, error if found.finite else np.inf
 
 
 def _rest(steps: list[Floats]) -> Floats | None:

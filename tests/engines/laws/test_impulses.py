@@ -4,6 +4,7 @@ of an engine's contact forces balances what its disks gain."""
 
 import dataclasses
 import importlib.util
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -107,7 +108,16 @@ class Plain:
     def close(self):
         rows = [(*key[1:], key[0], *sums) for key, sums in sorted(self.sums.items())]
         self.sums = {}
-        return np.array(rows).T
+        return SimpleNamespace(**dict(zip(NAMES, np.array(rows).T, strict=True)))
+
+
+NAMES = ("first", "second", "is_wall", "x", "y")
+
+
+def columns(sums):
+    """The impulses that some sums are closed with, (rows, 5)."""
+    found = sums.close()
+    return np.column_stack([getattr(found, name) for name in NAMES])
 
 
 def summed(sums):
@@ -120,7 +130,7 @@ def summed(sums):
         rows = np.column_stack([draw.random(39) < 0.3, draw.normal(size=(39, 2))])
         sums.add_wall(2, np.arange(1, 40, dtype=np.int32), rows, 1e-3)
         if step in (4, 9, 11):
-            frames.append(np.column_stack(sums.close()))
+            frames.append(columns(sums))
     return frames
 
 
@@ -136,7 +146,7 @@ def test_a_pair_and_a_wall_by_hand():
     sums = _core.EngineSums()
     sums.add_pairs(np.array([[5.0, 2.0]]), np.array([[1.0, 2.0, 3.0, 4.0]]), 0.5)
     sums.add_wall(1, np.array([7], np.int32), np.array([[1.0, 8.0, -2.0]]), 0.25)
-    assert np.column_stack(sums.close()).tolist() == [[2, 5, 0, -2, -3], [7, 1, 1, 2, -0.5]]
+    assert columns(sums).tolist() == [[2, 5, 0, -2, -3], [7, 1, 1, 2, -0.5]]
 
 
 KERNEL = Kernel(width=0.4, cutoff=9.0)
