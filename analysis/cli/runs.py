@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -145,7 +144,7 @@ def solve(
     --out contacts.csv"""
     from analysis.exchange.problem import is_hdf5
     from analysis.percussions.setting import room_beside
-    from analysis.percussions.solving import DumpToSolve, executor_for, solve_dump, solve_in_chunks
+    from analysis.percussions.solving import DumpToSolve, solve_dump, solve_in_chunks
     from analysis.percussions.table import is_parquet
 
     file = one_dump(dump)
@@ -176,16 +175,13 @@ def solve(
         job = _listed(job, room, contacts, contacts_columns, contacts_factor)
     if part_frames and not is_parquet(out):
         raise ValueError(f"--part-frames: {out}: parts are Parquet. End --out in .parquet")
-    with contextlib.ExitStack() as stack:
-        executor = stack.enter_context(executor_for(job, workers, scheduler))
-        bars = stack.enter_context(app.progress())
+    with app.progress() as bars:
+        how: dict[str, Any] = {"workers": workers, "scheduler": scheduler, "progress": bars}
         if part_frames:
-            found = solve_in_chunks(job, out, part_frames, executor=executor, progress=bars)
+            found = solve_in_chunks(job, out, part_frames, **how)
         else:
             expected = functools.partial(app.say_expected, what=f"percussions of {file}")
-            found = solve_dump(
-                job, out, executor=executor, workers=workers, progress=bars, expected=expected
-            )
+            found = solve_dump(job, out, expected=expected, **how)
     rows = _rows(found, bool(taken.fixed_type), bool(contacts))
     _say(file, out, rows, found.unsolved)
 
@@ -195,9 +191,8 @@ def _listed(
 ) -> DumpToSolve:
     """The job with the contacts that came with its dump."""
     from analysis.film.files import own_contacts
-    from analysis.percussions.solving import trajectory_of
 
-    setting = job.setting.of_dump(trajectory := trajectory_of(job))
+    setting = job.setting.of_dump(trajectory := job.trajectory)
     return replace(job, setting=setting, own=own_contacts(trajectory, contacts, room, setting, columns, factor))
 
 

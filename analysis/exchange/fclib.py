@@ -26,7 +26,7 @@ from analysis.exchange.problem import (
 )
 from analysis.percussions import Setting, SnapshotPercussions
 from analysis.percussions.snapshot import openness_of, states_of
-from analysis.percussions.table import Column, Openness, csv_lines, table_file
+from analysis.percussions.table import Column, Openness, rows_of, table_file
 from analysis.support.columns import Columns
 from nscd import Contacts, Snapshot, Walls, solve
 from nscd.arrays import Floats, Indices
@@ -508,5 +508,5 @@ def solve_file(path: Path, out: Path, tolerance: float, openness: Openness) -> S
             )
         difference = float(np.abs(velocity - known).max())
     with table_file(out) as add:
-        add(cells, csv_lines(cells.values()))
+        add(cells, rows_of(cells))
     return SolvedFile(contacts=len(velocity), residual=residual, difference=difference, why=why)

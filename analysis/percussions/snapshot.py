@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 import numpy as np
 
 from analysis.percussions.setting import FORCE, IMPULSE, Setting
-from analysis.percussions.table import Column, Openness, known, table_columns
+from analysis.percussions.table import OWN, Column, Openness, known, table_columns
 from analysis.scene.scene import Scene
 from nscd import ContactLaw, Contacts, Percussions, Snapshot, solve
 from nscd.arrays import Floats, Indices
@@ -79,16 +79,19 @@ class SnapshotPercussions:
         return float(np.hypot(*self.pressing[on].T).sum())
 
     def columns(
-        self, openness: Openness = "none", *, time: float | None = None, step: int | None = None
-    ) -> dict[str, Column]:
+        self, openness: Openness = "none", *, time: float | None = None, step: int | None = None,
+        own: Floats | None = None,
+    ) -> dict[str, Column]:  # fmt: skip
         """Name the columns of k rows, those of contacts.csv that have something to say: arrays, or
-        lists of words or of what may be None."""
+        lists of words or of what may be None. own: (k,2) N, forces that came with the dump."""
         contacts, answer = self.contacts, self.answer
         cells: dict[str, Column] = {
             **arrays(self.snapshot.ids, contacts, answer.reaction, answer.impulse, self.window)
         }
         if answer.friction is not None:
             cells |= answer.friction.columns()
+        if own is not None:
+            cells |= {name: known(force) for name, force in zip(OWN, own.T, strict=True)}
         if openness != "none":
             found = openness_of(self, openness == "ranges")
             cells["determined"] = known(found.determined, found.determined >= 0)

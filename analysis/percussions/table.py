@@ -22,25 +22,6 @@ from nscd.frames import Found
 Column = Sequence[Any] | NDArray[Any]
 
 
-def csv_lines(columns: Iterable[Column]) -> bytes:
-    """Return columns of equal length, each of numbers or of texts, as lines of CSV in UTF-8.
-
-    Numbers are as short as they can be and still the same when read; None, NaN and infinities are
-    empty. Raises ValueError for columns of different lengths, and a text with a null character."""
-    given = [_plain(column) for column in columns]
-    lengths = {len(column) for column in given}
-    if len(lengths) > 1:
-        raise ValueError(f"columns of {sorted(lengths)} rows. One length is needed")
-    return _core.table(given, csv=True)
-
-
-def _plain(column: Column) -> Any:
-    """An array of float64 or int64, or a list."""
-    if not isinstance(column, np.ndarray):
-        return list(column)
-    return np.ascontiguousarray(column, np.float64 if column.dtype.kind == "f" else np.int64)
-
-
 # Own forces of contacts that came with a dump.
 OWN = ("own_x_N", "own_y_N")
 # What is said of reactions that the mechanics may leave open.
@@ -104,11 +85,6 @@ def table_columns(
         names = ("", *setting.wall_names)
         number = np.where(contacts.is_wall, contacts.second + 1, 0)
         found["wall"] = [names[n] for n in number.tolist()]
-    return in_order(found)
-
-
-def in_order(found: Mapping[str, Column]) -> dict[str, Column]:
-    """Give columns in the order of COLUMNS."""
     return {name: found[name] for name in COLUMNS if name in found}
 
 
@@ -136,11 +112,22 @@ def is_parquet(out: Path) -> bool:
     return out.suffix.lower() == ".parquet"
 
 
-def rows_of(cells: Mapping[str, Column], parquet: bool) -> Rows:
-    """Return the columns of a frame as what `table_file` writes."""
-    if not parquet:
-        return csv_lines(cells.values())
-    return load("pyarrow").RecordBatch.from_pydict(dict(cells), schema=schema_of(cells))
+def rows_of(cells: Mapping[str, Column], parquet: bool = False) -> Rows:
+    """Return columns of equal length, each of numbers or of texts, as what `table_file` writes: a batch of
+    Arrow, or lines of CSV in UTF-8.
+
+    Numbers in CSV are as short as they can be and still the same when read; None, NaN and infinities are
+    empty. Raises ValueError for columns of different lengths, and a text with a null character."""
+    if parquet:
+        return load("pyarrow").RecordBatch.from_pydict(dict(cells), schema=schema_of(cells))
+    given: list[Any] = []
+    for cell in cells.values():
+        kind = getattr(cell, "dtype", None)
+        own = np.float64 if kind is not None and kind.kind == "f" else np.int64
+        given.append(list(cell) if kind is None else np.ascontiguousarray(cell, own))
+    if len(lengths := {len(one) for one in given}) > 1:
+        raise ValueError(f"columns of {sorted(lengths)} rows. One length is needed")
+    return _core.table(given, csv=True)
 
 
 @contextlib.contextmanager
