@@ -15,8 +15,8 @@ from typing import Self
 import numpy as np
 from pydantic import TypeAdapter
 
-from analysis.engines import engine as engine_named
 from analysis.engines.penalty import damping_ratio_for
+from analysis.engines.price import Price
 from analysis.scene.scene import Scene
 from analysis.work_precision.point import Point, PointStatus
 from analysis.work_precision.window import Window
@@ -333,18 +333,6 @@ def _between(
     return Errors(numerical=read(numerical), model=read(model))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Price:
-    """CPU seconds of an engine's run: start_s + disk_step_s · disks · steps."""
-
-    start_s: float
-    disk_step_s: float
-
-    def of(self, disk_steps: float) -> float:
-        """Give CPU seconds of so many disks times steps."""
-        return self.start_s + self.disk_step_s * disk_steps
-
-
 def price_of(method: str, law: str, entries: Sequence[Entry]) -> Price | None:
     """Fit the price to all runs of an engine and law that ended, by non-negative least squares of
     the relative error; None where there is none."""
@@ -365,32 +353,3 @@ def price_of(method: str, law: str, entries: Sequence[Entry]) -> Price | None:
     terms = np.column_stack([1.0 / seconds, work / seconds])
     (start, disk_step), _ = nnls(terms, np.ones(len(seconds)))
     return Price(start_s=float(start), disk_step_s=float(disk_step))
-
-
-# Not in the library, whose entries are penalty runs: fitted to `arch`, `jam` and 5,000 people, exact
-# (benchmarks/rigid.py).
-RIGID_PRICE = Price(start_s=2.1, disk_step_s=2.5e-6)
-# What summing impulses costs besides: runs of `arch` of 1 s with and without (benchmarks/converge.py).
-IMPULSES = {
-    "lammps": Price(start_s=1.9, disk_step_s=4e-7),
-    "yade": Price(start_s=0.0, disk_step_s=3.9e-6),
-}
-
-
-@functools.cache
-def _stored_price(engine: str, law: str) -> Price:
-    if engine == "rigid":
-        return RIGID_PRICE
-    # of an engine that nobody has measured nothing is said
-    return price_of(engine, law, stored_library().entries) or Price(start_s=0.0, disk_step_s=0.0)
-
-
-def expected_seconds(scene: Scene, engine: str) -> float:
-    """Return about how long the engine takes to run the scene (CPU s on the machine of the stored
-    library)."""
-    entries = stored_library().entries
-    known = {(point.method, point.law) for entry in entries for point in entry.points}
-    law = scene.contact.law if (engine, scene.contact.law) in known else "hooke"
-    work = len(scene.snapshot) * engine_named(engine).timing(scene).steps
-    impulses = IMPULSES[engine].of(work) if scene.run.impulses and engine in IMPULSES else 0.0
-    return _stored_price(engine, law).of(work) + impulses

@@ -8,9 +8,10 @@ from importlib.resources import files
 from math import sqrt
 from pathlib import Path
 
-from analysis.advice.library import expected_seconds, likeness_of
+from analysis.advice.library import likeness_of
 from analysis.engines import engine
 from analysis.engines import softness as how_soft
+from analysis.engines.price import expected_seconds
 from analysis.pages.bodies import ladder
 from analysis.pages.numbers import interval, percent, seconds, signed
 from analysis.scene.law import AS_HERTZ

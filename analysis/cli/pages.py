@@ -221,8 +221,8 @@ def chart(
 def _say_chart(
     scene: Scene, runs: Path, quick: bool, jobs: int | None, whole: Sequence[Planned]
 ) -> None:
-    from analysis.advice.library import expected_seconds
     from analysis.engines import PENALTY
+    from analysis.engines.price import expected_seconds
     from analysis.work_precision import soft
     from analysis.work_precision.window import driven_window, impact_window
 
@@ -405,19 +405,12 @@ def paper(
 
 
 def _say_paper(names: list[str], runs: Path, figures: list[str] | None) -> None:
-    from analysis.advice.library import expected_seconds
     from analysis.paper.page import PAGES, folder_of, kept
 
-    seconds = 0.0
-    for part in (part for name in names for part in PAGES[name].parts):
-        if figures and part.number not in figures:
-            continue
-        if part.engine_runs or not kept(folder_of(runs, part)):
-            seconds += part.seconds
-        for run in part.engine_runs(runs) if part.engine_runs else []:
-            if not run.is_finished():
-                seconds += expected_seconds(run.scene, run.engine)
-    say_expected(seconds, "what is not there yet", None)
+    parts = [part for name in names for part in PAGES[name].parts if not figures or part.number in figures]
+    seconds = sum(part.seconds for part in parts if part.engine_runs or not kept(folder_of(runs, part)))
+    needed = [run for part in parts if part.engine_runs for run in part.engine_runs(runs)]
+    say_runs(needed, "what is not there yet", seconds, None)
 
 
 def push(

@@ -65,7 +65,7 @@ def run(
     Example: percussions run arch --engine yade --stiffness 1e7"""
     from analysis.engines.rigid import NAME as RIGID
     from analysis.engines.rigid import TOLERANCE
-    from analysis.engines.run import EngineRun, check_before
+    from analysis.engines.run import EngineRun
     from analysis.scene.scene import read_scene
     from analysis.scene.unused import note_unused_keys
 
@@ -95,11 +95,9 @@ def run(
         print(f"advised: {choice}")
     wanted = replace(EngineRun.of(chosen, engine or "lammps", out), ranks=ranks)
     note_unused_keys(scene, wanted.engine)
-    if not wanted.is_finished():
-        check_before(wanted.scene, wanted.engine, wanted.folder)
-        app.say_runs([wanted], f"{chosen.name} with {wanted.engine}")
+    expected = functools.partial(app.say_expected, what=f"{chosen.name} with {wanted.engine}")
     with app.progress() as report:
-        record = wanted.record(report)
+        record = wanted.record(report, expected)
     got, asked = record.restitution_most, wanted.scene.contact.restitution
     as_asked = "as asked" if f"{got:.3g}" == f"{asked:.3g}" else f"{asked:.3g} was asked"
     print(
