@@ -410,15 +410,7 @@ def folder_of(folder: Path) -> Path:
 
 
 # Of a driven crowd those in newtons are written, of an impact those in newton-seconds.
-CONTACTS = Columns("""
-first, second, is_wall | | the two bodies
-nx, ny, gap_m | –, –, m | unit normal from the first body to the second; distance of the surfaces
-penalty_x_N, penalty_y_N | N | what the engine's contact gives from the first to the second
-rigid_x_N, rigid_y_N | N | what the percussions give, p/τ
-penalty_x_Ns, penalty_y_Ns, rigid_x_Ns, rigid_y_Ns | N·s | the same of an impact
-in_penalty, in_rigid | | 1 where that model has the contact
-determined | | 1 where only one value is admissible
-""")
+CONTACTS = Columns("compare")
 
 
 def write_contacts(path: Path, comparison: Comparison) -> None:

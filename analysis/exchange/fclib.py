@@ -449,13 +449,7 @@ def _check_same(group: Group, problem: GlobalProblem, crowd: CrowdProblem) -> No
 
 
 # Of a problem whose bodies are not known, in the units of its file.
-BARE = Columns("""
-contact | | its number in the file, from 1
-mu | | coefficient of friction
-r_n, r_t | | reaction along the normal and across
-u_n, u_t | | velocity along the normal, positive where it opens, and across
-status, residual | | as above
-""")
+BARE = Columns("fclib")
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

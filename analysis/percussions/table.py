@@ -27,38 +27,7 @@ OWN = ("own_x_N", "own_y_N")
 # What is said of reactions that the mechanics may leave open.
 Openness = Literal["none", "determined", "ranges", "ensemble"]
 # Every column that a row can have, in order.
-COLUMNS = Columns("""
-time_s | s | time of the frame
-step | | its step, in place of `time_s` where no time step is known
-first, second, is_wall | | the two bodies
-nx, ny | | unit normal, from the first body to the second
-gap_m | m | distance of the surfaces, negative where they overlap
-reaction_Ns | N·s | λ, the part that keeps the bodies apart; 0 where a dissipative contact opens
-friction_Ns | N·s | τ along (−n_y, n_x), what the first body gives to the second; only with
- friction, as are the next and the two `friction_…` below
-state | | `open`, `stick`, or the way in which the first body slides along (−n_y, n_x): `forward`,
- `backward`
-impulse_x_Ns, impulse_y_Ns | N·s | the whole percussion p that the first body gives to the second
-force_x_N, force_y_N | N | p over the time in which it is given (τ, or Δt of `free`): a contact
- force; not of an impact
-force_N | N | its magnitude
-own_x_N, own_y_N | N | what the first body gives to the second by `--contacts`
-wall | | name of the wall, where the second body is one; `disk_ID` of a fixed disk
-determined | | 1 where every admissible percussion has the same reaction (and friction); empty where
- that is not known
-lower_Ns, upper_Ns | N·s | least and largest reaction of all admissible percussions (`--openness
- ranges`); empty: no end
-friction_lower_Ns, friction_upper_Ns | N·s | the same of τ
-mean_Ns, sd_Ns, q05_Ns, q95_Ns | N·s | mean, standard deviation and 5 % and 95 % quantiles of the reaction
- over all admissible percussions (`--openness ensemble`), in a law of most entropy whose scale is the mean
- least-energy reaction
-friction_mean_Ns, friction_sd_Ns | N·s | the same of τ
-least_energy_Ns, friction_least_energy_Ns | N·s | λ and τ of least elastic energy within the friction cones
-r_hat, sampling | –, – | of these draws: how much their chains differ (1: not), and `converged`, `not
- converged`, or `determined`
-status, residual | –, – | of the frame: `solved`, `inaccurate` or `failed`, and how far from exact
-velocity_error_m_per_s | m/s | of the frame: a proven bound of the error of u⁺
-""")
+COLUMNS = Columns("solve")
 
 
 def table_columns(

@@ -256,19 +256,7 @@ def _people(words: Words, found: Hindcast) -> Table:
     return words.table("table_people", rows)
 
 
-CASES = Columns("""
-model | | `rigid`, the stiffness of the penalty contact in N/m, or a baseline: `nobody`, `copy`,
- `geometry`
-batch | | number of the batch of draws
-arms, wall_arms | – | share of the room between chests, and of that before the wall, that is bridged
- from the start
-tau_s | s | time in which the floor takes a speed
-reach_m, arm_force_N | m, N | of the soft layer of arms
-possible | | 1 for a case that can be, 0 for one that is counted only
-onset_rms_s, position_rms_m, closest_rms_m | s, m | root mean square over all but the first: of
- onsets, of heads in the first 0.8 s, of closest heads
-largest_N, impulse_Ns | N, N·s | of the first contact; empty where there is none
-""")
+CASES = Columns("push")
 
 
 def _cases(found: Hindcast) -> Iterator[list[object]]:

@@ -167,21 +167,8 @@ def _place(axis: Axis, value: float) -> float | None:
     return None
 
 
-CELL_COLUMNS = Columns("""
-case, row, column | | which map, and where in it
-outcome | | what the attempt left behind
-own_status | | what the method said of itself
-guard | | what the guard of a run says of the same attempt
-reason | | why the outcome is what it is
-quantity, value | as named | a number of the attempt
-""")
-BOUNDARY_COLUMNS = Columns("""
-case, row | | which map, and where in it
-low, high, measured | of the column | the two attempts between which the outcome changes, and their
- middle
-theory | of the column | the predicted boundary
-relative_difference, half_bracket | – | (measured − theory)/theory, and half the bracket over theory
-""")
+CELL_COLUMNS = Columns("cells")
+BOUNDARY_COLUMNS = Columns("boundaries")
 
 
 def write_atlas(

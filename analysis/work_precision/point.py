@@ -58,23 +58,7 @@ class Kept:
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
 
 
-POINTS = Columns("""
-scene, disks | | where it was measured
-method, law, solver | | engine, rigid model, continuum or rival; its contact law or form; its solver
-time_step_s, time_step_share | s, – | time step, and over the safe one
-stiffness_N_per_m | N/m | of the contacts
-tolerance | – | asked of a solver
-mesh_side_m | m | side of the continuum's triangles
-cpu_seconds | s | of the engine's process with its start, or of the solution from the snapshot on
-quantity, unit | | what is compared, and in what
-numerical_error, numerical_bar | – | from the method's own converged model, and how well that is
- known
-model_error, model_bar | – | of that converged model from the rigid reference, and how well that is
- known
-total_error | – | of this point from the rigid reference
-status, reason | | `ok`, `inaccurate` or `failed`, and why
-machine, date | | where and when it was measured
-""")
+POINTS = Columns("points")
 P = TypeVar("P", bound=Kept)
 Rated = TypeVar("Rated")
 

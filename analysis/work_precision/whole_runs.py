@@ -175,19 +175,7 @@ IMPACT: Mapping[str, Quantity] = {
 NAME = "whole_runs"
 
 
-COLUMNS = Columns("""
-scene, disks, duration_s | –, –, s | what was run, and how long
-method, step_s, tolerance, stiffness_N_per_m | –, s, –, N/m | engine; of the rigid one its step and,
- where it is not its own, its tolerance; of the others their stiffness
-longer | – | time step over the safe one, of an engine with springs
-crowds | | how many
-cpu_seconds, with_impulses_s | s | CPU time of a run; median of those that sum impulses
-quantity, unit, mean, standard_error | as named | the statistic over the crowds
-bias, bias_low, bias_high | – | by what share it is above the reference, crowd with crowd; 90 %
- interval
-reference | | whether it is what the others are measured from
-machine, date | | where and when it was measured
-""")
+COLUMNS = Columns("whole_runs")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
