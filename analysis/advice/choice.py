@@ -29,7 +29,7 @@ from analysis.percussions.snapshot import percussions_of
 from analysis.scene.scene import Scene
 from analysis.work_precision import soft
 from analysis.work_precision import window as windows
-from analysis.work_precision.point import Point, PointStatus, front
+from analysis.work_precision.point import Method, Point, PointStatus, front
 from analysis.work_precision.rigid_solves import solve_rigid
 from nscd import ContactLaw
 from nscd.contacts import connected
@@ -188,25 +188,17 @@ def _stepped(judge: windows.Judge, law: str, engines: Iterable[str]) -> Iterator
     for share in SHARES:
         near: list[list[Point]] = []
         for times in NEARBY:
-            setting = soft.SoftSetting(
-                engine="", law=law, stiffness_N_per_m=stiffness, share=times * share
+            tried = Method(
+                method="", law=law, stiffness_N_per_m=stiffness, time_step_share=times * share
             )
+            said: dict[str, Any] = {"law": law, "stiffness_N_per_m": stiffness, "time_step_share": share}
             with np.errstate(all="ignore"):
-                values = window.quantities(soft.leapfrog(soft.scene_of(window, setting)), stiffness)
-            answers = (
-                windows.Answer(
-                    method=engine,
-                    law=law,
-                    time_step_share=share,
-                    stiffness_N_per_m=stiffness,
-                    cpu_seconds=None,
-                    values=values,
-                    model=model,
+                values = window.quantities(soft.leapfrog(soft.scene_of(window, tried)), stiffness)
+                answers = (
+                    windows.Answer(method=one, **said, cpu_seconds=None, values=values, model=model)
+                    for one in engines
                 )
-                for engine in engines
-            )
-            with np.errstate(all="ignore"):
-                near.append([point for one in answers for point in judge.points(one)])
+                near.append([point for answer in answers for point in judge.points(answer)])
         yield from map(_cautious, *near)
 
 

@@ -8,7 +8,6 @@ import gzip
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from importlib.resources import files
 from pathlib import Path
 from typing import Self
 
@@ -191,7 +190,7 @@ def write_library(library: Library, path: Path) -> None:
 @functools.cache
 def stored_library() -> Library:
     """Read the library that the product brings along."""
-    return read_library((files("analysis.advice") / FILE).read_bytes())
+    return read_library(Path(__file__).with_name(FILE).read_bytes())
 
 
 def read_library(content: bytes) -> Library:

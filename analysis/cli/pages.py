@@ -232,7 +232,7 @@ def _say_chart(
     names = [engine.NAME for engine in PENALTY if engine.find()]
     settings = soft.settings_of(window, names, soft.QUICK if quick else soft.FULL)
     missing = [one for one in settings if not soft.run_folder(folder, one).exists()]
-    seconds = sum(expected_seconds(soft.scene_of(window, one), one.engine) for one in missing)
+    seconds = sum(expected_seconds(soft.scene_of(window, one), one.method) for one in missing)
     start = soft.pressing(scene)
     if start is not None and names and not (folder / "start.npz").exists():
         # on one core, before anything else
@@ -339,7 +339,7 @@ def advise(
     from analysis.scene.named_crowds import distance_lines
     from analysis.scene.scene import read_scene
     from analysis.support.files import write_json
-    from analysis.work_precision.point import read_points
+    from analysis.work_precision.point import Point, read_points
 
     chosen, allowed, methods = read_scene(scene), asked_error(error), choice.methods_here(method)
     file = out / "advice.json"
@@ -363,7 +363,7 @@ def advise(
         write_json(file, moving.content())
         print(*whole_runs.motion_lines(moving), *ladder, file, sep="\n")
         raise typer.Exit(moving.choice is None)
-    points = None if chart is None else read_points(chart / "points.json")
+    points = None if chart is None else read_points(chart / "points.json", Point)
     about = against or "rigid"
     question = Question(error=allowed, quantity=quantity, against=about, methods=methods)
     advice = choice.advise(chosen, question, library=stored_library(), chart=points)

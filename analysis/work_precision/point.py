@@ -135,25 +135,19 @@ def write_points(
     write_rows(folder / f"{name}.csv", names, rows)
 
 
-def points_of_text(text: str, origin: str, kind: type[P]) -> list[P]:
-    """Read the points of a file's text. Raises ValueError naming the origin, and the key that is
-    missing, unknown or has a wrong value."""
+def read_points(path: Path, kind: type[P] = Point) -> list[P]:  # type: ignore[assignment]
+    """Read the points of a file of JSON. Raises ValueError naming the file for one that is missing, broken
+    or of another format, and the key that is missing, unknown or has a wrong value."""
+    if not path.exists():
+        raise ValueError(f"{path}: no such file. Make it with: percussions chart SCENE")
     try:
-        content = json.loads(text)
+        content = json.loads(path.read_text(encoding="utf-8"))
         if content["format"] != kind.EDITION:
             raise ValueError(f"format: {content['format']} where {kind.EDITION} is needed")
         return TypeAdapter(list[kind]).validate_python(content["points"])  # type: ignore[valid-type]
     except (KeyError, TypeError, ValueError) as error:
         reason = first_problem(error) if isinstance(error, ValidationError) else error
-        raise ValueError(f"{origin}: not the {kind.WORDS} of a chart: {reason}") from None
-
-
-def read_points(path: Path) -> list[Point]:
-    """Read the points of a `points.json`. Raises ValueError naming the file for one that is
-    missing, broken or of another format."""
-    if not path.exists():
-        raise ValueError(f"{path}: no such file. Make it with: percussions chart SCENE")
-    return points_of_text(path.read_text(encoding="utf-8"), str(path), Point)
+        raise ValueError(f"{path}: not the {kind.WORDS} of a chart: {reason}") from None
 
 
 def pareto_front(points: Iterable[Point]) -> list[Point]:
