@@ -280,23 +280,18 @@ def _of_dump(
     dump: Path, frame: int | None, taken: Taken
 ) -> tuple[SnapshotPercussions, dict[str, str]]:
     """The percussions of a frame, and where it is from."""
-    from analysis.dumps import open_bodies, snapshot_of
-    from analysis.percussions import percussions_of
+    from analysis.dumps import open_bodies
     from analysis.percussions.setting import setting_beside
+    from analysis.percussions.snapshot import percussions_of_frames
 
     setting = _inelastic(dump, setting_beside(dump, taken.room, taken.of_dump(), **taken.setting()))
     trajectory = open_bodies(dump, **taken.of_dump()).trajectory
     number, count = -1 if frame is None else frame, len(trajectory)
     if not -count <= number < count:
         raise ValueError(f"--frame: {number} where {dump} has {count}, from 0")
-    ts, setting = trajectory[number % count], setting.of_dump(trajectory)
-    snapshot = snapshot_of(ts, dump, needs_velocity=setting.moves)
-    step = str(int(ts.data["step"]))
-    try:
-        found = percussions_of(setting, snapshot, tolerance=taken.tolerance)
-    except ValueError as error:
-        raise ValueError(f"{dump}, step {step}: {error}") from None
-    return found, {"source": str(dump), "step": step}
+    setting, numbers = setting.of_dump(trajectory), [number % count]
+    _, found = next(percussions_of_frames(trajectory, numbers, setting, tolerance=taken.tolerance))
+    return found, {"source": str(dump), "step": str(int(trajectory.ts.data["step"]))}
 
 
 def _inelastic(target: Path, setting: Setting) -> Setting:

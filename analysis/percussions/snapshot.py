@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 
 import numpy as np
 
+from analysis.dumps import DumpError, snapshot_of
 from analysis.percussions.setting import FORCE, IMPULSE, Setting
 from analysis.percussions.table import OWN, Column, Openness, known, table_columns
 from analysis.scene.scene import Scene
@@ -177,6 +179,24 @@ def percussions_of(
         window=window,
         answer=answer,
     )
+
+
+def percussions_of_frames(
+    trajectory: Any, numbers: Iterable[int], setting: Setting, law: ContactLaw | None = None, **how: Any
+) -> Iterator[tuple[int, SnapshotPercussions]]:
+    """Yield number and percussions of frames of a dump, as `open_bodies` gives it, one after the other;
+    the trajectory is then at this frame. how: as of `percussions_of`.
+
+    Raises DumpError naming file and step."""
+    path, found = trajectory.filename, None
+    for number in numbers:
+        ts = trajectory[number]
+        snapshot = snapshot_of(ts, path, needs_velocity=setting.moves)
+        try:
+            found = percussions_of(setting, snapshot, law, before=found, **how)
+        except ValueError as error:
+            raise DumpError(f"{path}, step {ts.data['step']}: {error}") from None
+        yield number, found
 
 
 def _alike(before: SnapshotPercussions, contacts: Contacts, left: Floats) -> bool:
