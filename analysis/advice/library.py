@@ -20,7 +20,6 @@ from analysis.scene.scene import Scene
 from analysis.work_precision.point import Point, PointStatus
 from analysis.work_precision.window import Window
 from nscd import Contacts, find_contacts
-from nscd.arrays import Floats
 from nscd.segments import nearest_on_segment
 
 # Pressed frictionless disks come to about two contacts each: as many as they have unknowns.
@@ -50,11 +49,11 @@ class Likeness:
         curves run over it."""
         if self.driven != other.driven:
             return float("inf")
-        return float(np.linalg.norm(np.log2(self._compared()) - np.log2(other._compared())))
-
-    def _compared(self) -> Floats:
-        damping = max(self.damping_ratio, 0.01)
-        return np.array([self.depth, self.links, self.door, self.mass_ratio, damping])
+        mine, others = (
+            np.array([one.depth, one.links, one.door, one.mass_ratio, max(one.damping_ratio, 0.01)])
+            for one in (self, other)
+        )
+        return float(np.linalg.norm(np.log2(mine) - np.log2(others)))
 
 
 def likeness_of(scene: Scene) -> Likeness:
@@ -325,11 +324,8 @@ def _between(
         harder = (q for q in all_of_law if entry.hardness(q) >= (1 - 1e-9) * hard)
         numerical.append(max(point.numerical_error or 0.0, LEAST))
         model.append(max(LEAST, *(q.model_error or 0.0 for q in harder)))
-
-    def read(errors: Sequence[float]) -> float:
-        return float(np.exp(np.interp(np.log(hardness), np.log(at), np.log(errors))))
-
-    return Errors(numerical=read(numerical), model=read(model))
+    errors = (np.interp(np.log(hardness), np.log(at), np.log(one)) for one in (numerical, model))
+    return Errors(**dict(zip(("numerical", "model"), np.exp([*errors]).tolist(), strict=True)))
 
 
 def price_of(method: str, law: str, entries: Sequence[Entry]) -> Price | None:
