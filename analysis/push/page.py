@@ -300,10 +300,8 @@ def _posture(found: Hindcast) -> Figure:
         draw(found.models[name], lw=1.5, **look)
     for name, style in (("copy", ":"), ("geometry", "--")):
         draw(found.base[name], color=drawing.GREY, ls=style, label=title_of(name), lw=2, zorder=0)
-    axes.set(
-        xlabel="share of the room between chests that arms bridge", ylabel="error of onsets (s)"
-    )
-    axes.set_ylim(bottom=0)
+    x = "share of the room between chests that arms bridge"
+    drawing.label(axes, x, "error of onsets (s)", ylim=(0, None))
     axes.grid(color=drawing.GRID)
     drawing.legend_below(figure, axes, 4)
     return figure
