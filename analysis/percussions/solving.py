@@ -107,9 +107,7 @@ class DumpToSolve:
     setting: Setting  # walls, drive, left velocity
     law: ContactLaw | None = None
     tolerance: float = 1e-8  # residual up to which a frame counts as solved
-    openness: table.Openness = (
-        "determined"  # what is said of reactions that the mechanics may leave open
-    )
+    openness: table.Openness = "determined"  # of reactions that mechanics may leave open
     threads: int = 1  # of each large frame
     own: OwnContacts | None = None
     parquet: bool = False  # whether rows are made for Parquet, not for CSV
@@ -264,8 +262,7 @@ def _open_job(
     dump: DumpToSolve, parquet: bool, workers: int, scheduler: str | None
 ) -> Iterator[tuple[DumpToSolve, int, Executor | None]]:
     """The dump with what its setting takes from it, its frames, and who solves them: threads where these
-    serve, else processes, or a Dask cluster; None for one worker. Raises DumpError where no frame of
-    it had a contact."""
+    serve, else processes, or a Dask cluster; None for one worker."""
     setting = dump.setting.of_dump(dump.trajectory)
     fitted = dataclasses.replace(dump, setting=setting, parquet=parquet)
     if scheduler is None and workers <= 1:
@@ -280,9 +277,8 @@ def _open_job(
 
 def _refuse_none(dump: DumpToSolve, whole: SolvedDump, end: str = "") -> SolvedDump:
     if not whole.contacts:
-        raise DumpError(
-            f"{dump.path}: no contact in any frame (gap ≤ {dump.setting.usual_touch:g} m){end}"
-        )
+        touch = dump.setting.usual_touch
+        raise DumpError(f"{dump.path}: no contact in any frame (gap ≤ {touch:g} m){end}")
     return whole
 
 
