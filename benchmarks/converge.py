@@ -8,14 +8,11 @@ they are; with --read nothing is run, and models are compared on the crowds that
 Prints a table, writes FOLDER/converge.png and FOLDER/whole_runs.json and .csv. With --store the
 statistics named take the place of those that advice reads (analysis/advice/whole_runs.json)."""
 
-from pathlib import Path
-
-from analysis.advice import whole_runs
-from analysis.advice.whole_runs import stored_whole_runs
+from analysis.advice.whole_runs import STORED
 from analysis.scene.scene import read_scene
 from analysis.support.files import write_json
 from analysis.work_precision import whole_runs as measured
-from analysis.work_precision.point import content_of, write_points
+from analysis.work_precision.point import content_of, read_points, write_points
 from benchmarks.machine import describe, options, table
 
 MODELS = (
@@ -51,10 +48,10 @@ def main() -> None:
     print(describe(), table(head, measured.whole_runs_rows(found)), sep="\n\n")
     write_points(given.out, found.points, measured.NAME, measured.WholeRunPoint)
     if given.store:
-        kept = [one for one in stored_whole_runs() if one.quantity not in given.store]
+        kept = [one for one in read_points(STORED, measured.WholeRunPoint) if one.quantity not in given.store]
         new = [one for one in found.points if one.quantity in given.store]
         content = content_of([*kept, *new], measured.WholeRunPoint)
-        write_json(Path(whole_runs.__file__).with_name(whole_runs.FILE), content)
+        write_json(STORED, content)
     measured.whole_runs_picture(found).savefig(given.out / "converge.png", dpi=120)
 
 

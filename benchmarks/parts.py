@@ -34,7 +34,7 @@ import scipy.sparse as sparse
 from analysis.engines.programs.rigid import RENEWED_S, motion_of
 from analysis.engines.run import simulate
 from analysis.percussions.setting import setting_beside
-from analysis.percussions.solving import DumpToSolve, executor_for, solve_dump
+from analysis.percussions.solving import DumpToSolve, solve_dump
 from analysis.percussions.table import is_parquet
 from analysis.scene.drive import Drive
 from analysis.scene.rooms import Crowd, room
@@ -315,8 +315,7 @@ def solved_dump(dump: Path, workers: int, frames: int, out: Path) -> list[object
     # kernels are loaded before; of another dump to the cache, so that frames are found once more
     replace(job, time_step=1.0, parquet=is_parquet(out)).solve(range(frames - 3, frames))
     started, used = time.perf_counter(), sum(os.times()[:4])
-    with executor_for(job, workers) as executor:
-        found = solve_dump(job, out, executor=executor, workers=workers)
+    found = solve_dump(job, out, workers=workers)
     wall, cpu = time.perf_counter() - started, sum(os.times()[:4]) - used
     spent = f"{wall:.2f}", f"{cpu:.2f}", f"{1e3 * wall / frames:.2f}"
     return [out.suffix[1:], workers, *spent, found.contacts, len(found.unsolved)]

@@ -109,13 +109,12 @@ TRIED = Safety(numerical=1.5, model=1.1)
 def safety_of(rates: Rates, curves: Curves) -> Safety:
     """Compute the factors of curves that are read from other scenes: exp(rate · unlikeness), at
     least 1; infinite where there is no rate."""
-
-    def factor(what: str) -> float:
+    found, far = {}, unlikeness(curves)
+    for what in Safety.__dataclass_fields__:
         rate = rates.get(f"{curves.load}_{what}")
         # that others came out better than predicted is luck
-        return float("inf") if rate is None else float(np.exp(max(rate, 0.0) * unlikeness(curves)))
-
-    return Safety(**{what: factor(what) for what in Safety.__dataclass_fields__})
+        found[what] = float("inf") if rate is None else float(np.exp(max(rate, 0.0) * far))
+    return Safety(**found)
 
 
 def unlikeness(curves: Curves) -> float:

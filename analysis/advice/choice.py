@@ -20,7 +20,7 @@ from analysis.advice.candidates import (
     timing_of,
 )
 from analysis.advice.library import Curves, Entry, Library, Likeness, likeness_of, stored_library
-from analysis.engines import EngineError
+from analysis.engines import PENALTY, EngineError
 from analysis.engines import engine as find_engine
 from analysis.engines.penalty import penalty_of
 from analysis.pages.names import engine_name
@@ -29,7 +29,7 @@ from analysis.percussions.snapshot import percussions_of
 from analysis.scene.scene import Scene
 from analysis.work_precision import soft
 from analysis.work_precision import window as windows
-from analysis.work_precision.point import Point, PointStatus, front
+from analysis.work_precision.point import Method, Point, PointStatus, front
 from analysis.work_precision.rigid_solves import solve_rigid
 from nscd import ContactLaw
 from nscd.contacts import connected
@@ -188,25 +188,17 @@ def _stepped(judge: windows.Judge, law: str, engines: Iterable[str]) -> Iterator
     for share in SHARES:
         near: list[list[Point]] = []
         for times in NEARBY:
-            setting = soft.SoftSetting(
-                engine="", law=law, stiffness_N_per_m=stiffness, share=times * share
+            tried = Method(
+                method="", law=law, stiffness_N_per_m=stiffness, time_step_share=times * share
             )
+            said: dict[str, Any] = {"law": law, "stiffness_N_per_m": stiffness, "time_step_share": share}
             with np.errstate(all="ignore"):
-                values = window.quantities(soft.leapfrog(soft.scene_of(window, setting)), stiffness)
-            answers = (
-                windows.Answer(
-                    method=engine,
-                    law=law,
-                    time_step_share=share,
-                    stiffness_N_per_m=stiffness,
-                    cpu_seconds=None,
-                    values=values,
-                    model=model,
+                values = window.quantities(soft.leapfrog(soft.scene_of(window, tried)), stiffness)
+                answers = (
+                    windows.Answer(method=one, **said, cpu_seconds=None, values=values, model=model)
+                    for one in engines
                 )
-                for engine in engines
-            )
-            with np.errstate(all="ignore"):
-                near.append([point for one in answers for point in judge.points(one)])
+                near.append([point for answer in answers for point in judge.points(answer)])
         yield from map(_cautious, *near)
 
 
@@ -373,14 +365,18 @@ def setting(candidate: Candidate) -> str:
 def headline(advice: Advice) -> str:
     """Write the choice in one line; or that there is none, and the best that is reached."""
     quantity, best = advice.question.quantity, advice.best
-    if (choice := advice.choice) is not None:
-        return f"{setting(choice)}: error of {quantity} {_offer(choice)}"
+    if advice.choice is not None:
+        return _choice_words(advice.choice, advice.question)
     if best is None:
         return f"nothing is known of {quantity} in {advice.scene.name}: {_nothing_like(advice)}"
     return (
         f"nothing reaches {percent(advice.question.error, 2)} in {quantity}. The best, "
         f"{setting(best)}, promises {percent(best.promised_error, 2)}"
     )
+
+
+def _choice_words(choice: Candidate, question: Question) -> str:
+    return f"{setting(choice)}: error of {question.quantity} {_offer(choice)}"
 
 
 def _nothing_like(advice: Advice) -> str:
@@ -478,14 +474,15 @@ def scene_within(
             raise ValueError(
                 f"error: it is for {' and '.join(soft.LAWS)}, and {engine_name} has no stiffness"
             )
-    engines = [engine_name] if engine_name else soft.soft_engines()
+    engines = [engine_name] if engine_name else [one.NAME for one in PENALTY if one.find()]
     if not engines:
         raise EngineError("no engine: nothing can run the scene. See: percussions doctor")
     question = Question(error=asked_error(error), methods=tuple(engines), whole_run=True)
-    advice = advise(scene, question, library=stored_library())
-    words = headline(advice)
-    if advice.choice is None:
-        raise ValueError(f"error: {words}")
+    known = _what_is_known(scene, question, stored_library(), None)
+    choice = _cheapest(c for c in known.candidates() if c.promised_error <= question.error)
+    if choice is None:
+        raise ValueError(f"error: {headline(advise(scene, question, library=stored_library()))}")
+    words = _choice_words(choice, question)
     if scene.drive is not None:
         window = windows.Window(scene=scene).duration(scene.contact.stiffness_N_per_m)
         # in a run people collide: the force at an instant is no mean over a window
@@ -493,7 +490,7 @@ def scene_within(
             f". The error is that of mean forces over {window:g} s of a crowd pressed "
             "together, not of an instant"
         )
-    return advised_scene(scene, advice.choice), advice.choice.method, words
+    return advised_scene(scene, choice), choice.method, words
 
 
 def advised_scene(scene: Scene, candidate: Candidate) -> Scene:

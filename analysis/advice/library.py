@@ -8,20 +8,18 @@ import gzip
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from importlib.resources import files
 from pathlib import Path
 from typing import Self
 
 import numpy as np
 from pydantic import TypeAdapter
 
-from analysis.engines import engine as engine_named
 from analysis.engines.penalty import damping_ratio_for
+from analysis.engines.price import Price
 from analysis.scene.scene import Scene
 from analysis.work_precision.point import Point, PointStatus
 from analysis.work_precision.window import Window
 from nscd import Contacts, find_contacts
-from nscd.arrays import Floats
 from nscd.segments import nearest_on_segment
 
 # Pressed frictionless disks come to about two contacts each: as many as they have unknowns.
@@ -51,11 +49,11 @@ class Likeness:
         curves run over it."""
         if self.driven != other.driven:
             return float("inf")
-        return float(np.linalg.norm(np.log2(self._compared()) - np.log2(other._compared())))
-
-    def _compared(self) -> Floats:
-        damping = max(self.damping_ratio, 0.01)
-        return np.array([self.depth, self.links, self.door, self.mass_ratio, damping])
+        mine, others = (
+            np.array([one.depth, one.links, one.door, one.mass_ratio, max(one.damping_ratio, 0.01)])
+            for one in (self, other)
+        )
+        return float(np.linalg.norm(np.log2(mine) - np.log2(others)))
 
 
 def likeness_of(scene: Scene) -> Likeness:
@@ -191,7 +189,7 @@ def write_library(library: Library, path: Path) -> None:
 @functools.cache
 def stored_library() -> Library:
     """Read the library that the product brings along."""
-    return read_library((files("analysis.advice") / FILE).read_bytes())
+    return read_library(Path(__file__).with_name(FILE).read_bytes())
 
 
 def read_library(content: bytes) -> Library:
@@ -326,23 +324,8 @@ def _between(
         harder = (q for q in all_of_law if entry.hardness(q) >= (1 - 1e-9) * hard)
         numerical.append(max(point.numerical_error or 0.0, LEAST))
         model.append(max(LEAST, *(q.model_error or 0.0 for q in harder)))
-
-    def read(errors: Sequence[float]) -> float:
-        return float(np.exp(np.interp(np.log(hardness), np.log(at), np.log(errors))))
-
-    return Errors(numerical=read(numerical), model=read(model))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Price:
-    """CPU seconds of an engine's run: start_s + disk_step_s · disks · steps."""
-
-    start_s: float
-    disk_step_s: float
-
-    def of(self, disk_steps: float) -> float:
-        """Give CPU seconds of so many disks times steps."""
-        return self.start_s + self.disk_step_s * disk_steps
+    errors = (np.interp(np.log(hardness), np.log(at), np.log(one)) for one in (numerical, model))
+    return Errors(**dict(zip(("numerical", "model"), np.exp([*errors]).tolist(), strict=True)))
 
 
 def price_of(method: str, law: str, entries: Sequence[Entry]) -> Price | None:
@@ -365,32 +348,3 @@ def price_of(method: str, law: str, entries: Sequence[Entry]) -> Price | None:
     terms = np.column_stack([1.0 / seconds, work / seconds])
     (start, disk_step), _ = nnls(terms, np.ones(len(seconds)))
     return Price(start_s=float(start), disk_step_s=float(disk_step))
-
-
-# Not in the library, whose entries are penalty runs: fitted to `arch`, `jam` and 5,000 people, exact
-# (benchmarks/rigid.py).
-RIGID_PRICE = Price(start_s=2.1, disk_step_s=2.5e-6)
-# What summing impulses costs besides: runs of `arch` of 1 s with and without (benchmarks/converge.py).
-IMPULSES = {
-    "lammps": Price(start_s=1.9, disk_step_s=4e-7),
-    "yade": Price(start_s=0.0, disk_step_s=3.9e-6),
-}
-
-
-@functools.cache
-def _stored_price(engine: str, law: str) -> Price:
-    if engine == "rigid":
-        return RIGID_PRICE
-    # of an engine that nobody has measured nothing is said
-    return price_of(engine, law, stored_library().entries) or Price(start_s=0.0, disk_step_s=0.0)
-
-
-def expected_seconds(scene: Scene, engine: str) -> float:
-    """Return about how long the engine takes to run the scene (CPU s on the machine of the stored
-    library)."""
-    entries = stored_library().entries
-    known = {(point.method, point.law) for entry in entries for point in entry.points}
-    law = scene.contact.law if (engine, scene.contact.law) in known else "hooke"
-    work = len(scene.snapshot) * engine_named(engine).timing(scene).steps
-    impulses = IMPULSES[engine].of(work) if scene.run.impulses and engine in IMPULSES else 0.0
-    return _stored_price(engine, law).of(work) + impulses

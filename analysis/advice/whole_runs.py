@@ -4,23 +4,24 @@ what is asked; and for crowds as soft as people, whether rigid disks still answe
 import dataclasses
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from importlib.resources import files
 from math import sqrt
 from pathlib import Path
 
-from analysis.advice.library import expected_seconds, likeness_of
+from analysis.advice.library import likeness_of
 from analysis.engines import engine
 from analysis.engines import softness as how_soft
+from analysis.engines.price import expected_seconds
 from analysis.pages.bodies import ladder
 from analysis.pages.numbers import interval, percent, seconds, signed
 from analysis.scene.law import AS_HERTZ
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
-from analysis.support.reading import read_text
-from analysis.work_precision.point import points_of_text
+from analysis.work_precision.point import read_points
 from analysis.work_precision.whole_runs import RIGID, Setting, WholeRunPoint
 
 FILE = "whole_runs.json"
+# What the product brings along (benchmarks/converge.py).
+STORED = Path(__file__).with_name(FILE)
 # Asked of the command, and the statistics that answer.
 QUANTITIES = {
     "arrest-load": ("walls_arrest", "load on all walls from 0.5 to 1 s after a start from rest"),
@@ -74,12 +75,6 @@ class MotionAdvice:
         return about | {"choice": self.choice} | known
 
 
-def stored_whole_runs() -> list[WholeRunPoint]:
-    """Read the whole runs that the product brings along (benchmarks/converge.py)."""
-    text = (files("analysis.advice") / FILE).read_text(encoding="utf-8")
-    return points_of_text(text, FILE, WholeRunPoint)
-
-
 def advise_motion(
     scene: Scene, error: float, quantity: str, methods: Sequence[str], own: Path | None = None
 ) -> MotionAdvice:
@@ -87,9 +82,7 @@ def advise_motion(
     runs of this very scene, read instead of the stored one.
 
     Raises ValueError for a scene with friction, and for whole runs of another scene."""
-    points = stored_whole_runs()
-    if own:
-        points = points_of_text(read_text(own), str(own), WholeRunPoint)
+    points = read_points(own or STORED, WholeRunPoint)
     if own and points and points[0].scene != scene.name:
         raise ValueError(f"{own}: whole runs of {points[0].scene}, not of {scene.name}")
     name = QUANTITIES[quantity][0]

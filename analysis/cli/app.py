@@ -191,13 +191,16 @@ def drop_none(**options: object) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None}
 
 
-def say_runs(runs: Iterable[EngineRun], what: str = "") -> None:
-    """Say before runs of engines about how long those take that are not there yet."""
-    from analysis.advice.library import expected_seconds
+def say_runs(
+    runs: Iterable[EngineRun], what: str = "", seconds: float = 0.0, jobs: int | None = 1
+) -> None:
+    """Say before runs of engines about how long those take that are not there yet, beside other work of
+    so many CPU seconds."""
+    from analysis.engines.price import expected_seconds
 
     missing = [run for run in runs if not run.is_finished()]
-    seconds = sum(expected_seconds(run.scene, run.engine) for run in missing)
-    say_expected(seconds, what or f"{len(missing)} runs of engines")
+    seconds += sum(expected_seconds(run.scene, run.engine) for run in missing)
+    say_expected(seconds, what or f"{len(missing)} runs of engines", jobs)
 
 
 def write_picture(path: Path, draw: Callable[[], Figure]) -> None:

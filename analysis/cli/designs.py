@@ -8,9 +8,8 @@ from pathlib import Path
 
 import typer
 
-from analysis.cli.app import command_line, lasting, progress, refuse, say_expected, show_page
+from analysis.cli.app import command_line, lasting, progress, refuse, say_runs, show_page
 from analysis.cli.options import Positive
-from analysis.support.machine import cores
 
 # Minutes for --until where none are given, and options of a report that does not compare designs.
 MINUTES, NOT_COMPARED = 10.0, ("stiffness", "last", "rigid_law", "sheet", "scheduler")
@@ -41,7 +40,6 @@ class Comparing:
     ) -> None:
         """Run the replicates that are missing, compare, write the page and say the verdict. Exits with
         1 where a run failed, or what --until asks for stays open."""
-        from analysis.advice.library import expected_seconds
         from analysis.engines import engine as engine_named
         from analysis.motion.designs import QUANTITIES, Asked
         from analysis.motion.inference import FEWEST
@@ -80,9 +78,7 @@ class Comparing:
             of = Replicates(designs=designs, engine=engine[0], out=runs, progress=bars)
             # who pushes for ever soon forgets the start (docs/results/designs.md)
             of.paired = bool(first.drive and first.drive.keeps_distance) and not self.unpaired
-            missing = [one for one in of.wanted(seeds).values() if not one.is_finished()]
-            expected = sum(expected_seconds(one.scene, one.engine) for one in missing)
-            say_expected(expected, f"{len(missing)} runs of engines", cores())
+            say_runs(of.wanted(seeds).values(), jobs=None)
             looks, still = of.compare(seeds, asked, seconds, say)
             done = Compared(of=of, looks=looks, still=still, limits=limits)
             page, said = write_designs(done, out, command_line(), bars)

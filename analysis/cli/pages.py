@@ -221,8 +221,8 @@ def chart(
 def _say_chart(
     scene: Scene, runs: Path, quick: bool, jobs: int | None, whole: Sequence[Planned]
 ) -> None:
-    from analysis.advice.library import expected_seconds
     from analysis.engines import PENALTY
+    from analysis.engines.price import expected_seconds
     from analysis.work_precision import soft
     from analysis.work_precision.window import driven_window, impact_window
 
@@ -232,7 +232,7 @@ def _say_chart(
     names = [engine.NAME for engine in PENALTY if engine.find()]
     settings = soft.settings_of(window, names, soft.QUICK if quick else soft.FULL)
     missing = [one for one in settings if not soft.run_folder(folder, one).exists()]
-    seconds = sum(expected_seconds(soft.scene_of(window, one), one.engine) for one in missing)
+    seconds = sum(expected_seconds(soft.scene_of(window, one), one.method) for one in missing)
     start = soft.pressing(scene)
     if start is not None and names and not (folder / "start.npz").exists():
         # on one core, before anything else
@@ -339,7 +339,7 @@ def advise(
     from analysis.scene.named_crowds import distance_lines
     from analysis.scene.scene import read_scene
     from analysis.support.files import write_json
-    from analysis.work_precision.point import read_points
+    from analysis.work_precision.point import Point, read_points
 
     chosen, allowed, methods = read_scene(scene), asked_error(error), choice.methods_here(method)
     file = out / "advice.json"
@@ -363,7 +363,7 @@ def advise(
         write_json(file, moving.content())
         print(*whole_runs.motion_lines(moving), *ladder, file, sep="\n")
         raise typer.Exit(moving.choice is None)
-    points = None if chart is None else read_points(chart / "points.json")
+    points = None if chart is None else read_points(chart / "points.json", Point)
     about = against or "rigid"
     question = Question(error=allowed, quantity=quantity, against=about, methods=methods)
     advice = choice.advise(chosen, question, library=stored_library(), chart=points)
@@ -405,19 +405,12 @@ def paper(
 
 
 def _say_paper(names: list[str], runs: Path, figures: list[str] | None) -> None:
-    from analysis.advice.library import expected_seconds
     from analysis.paper.page import PAGES, folder_of, kept
 
-    seconds = 0.0
-    for part in (part for name in names for part in PAGES[name].parts):
-        if figures and part.number not in figures:
-            continue
-        if part.engine_runs or not kept(folder_of(runs, part)):
-            seconds += part.seconds
-        for run in part.engine_runs(runs) if part.engine_runs else []:
-            if not run.is_finished():
-                seconds += expected_seconds(run.scene, run.engine)
-    say_expected(seconds, "what is not there yet", None)
+    parts = [part for name in names for part in PAGES[name].parts if not figures or part.number in figures]
+    seconds = sum(part.seconds for part in parts if part.engine_runs or not kept(folder_of(runs, part)))
+    needed = [run for part in parts if part.engine_runs for run in part.engine_runs(runs)]
+    say_runs(needed, "what is not there yet", seconds, None)
 
 
 def push(

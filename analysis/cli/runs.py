@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -66,7 +65,7 @@ def run(
     Example: percussions run arch --engine yade --stiffness 1e7"""
     from analysis.engines.rigid import NAME as RIGID
     from analysis.engines.rigid import TOLERANCE
-    from analysis.engines.run import EngineRun, check_before
+    from analysis.engines.run import EngineRun
     from analysis.scene.scene import read_scene
     from analysis.scene.unused import note_unused_keys
 
@@ -96,11 +95,9 @@ def run(
         print(f"advised: {choice}")
     wanted = replace(EngineRun.of(chosen, engine or "lammps", out), ranks=ranks)
     note_unused_keys(scene, wanted.engine)
-    if not wanted.is_finished():
-        check_before(wanted.scene, wanted.engine, wanted.folder)
-        app.say_runs([wanted], f"{chosen.name} with {wanted.engine}")
+    expected = functools.partial(app.say_expected, what=f"{chosen.name} with {wanted.engine}")
     with app.progress() as report:
-        record = wanted.record(report)
+        record = wanted.record(report, expected)
     got, asked = record.restitution_most, wanted.scene.contact.restitution
     as_asked = "as asked" if f"{got:.3g}" == f"{asked:.3g}" else f"{asked:.3g} was asked"
     print(
@@ -145,7 +142,7 @@ def solve(
     --out contacts.csv"""
     from analysis.exchange.problem import is_hdf5
     from analysis.percussions.setting import room_beside
-    from analysis.percussions.solving import DumpToSolve, executor_for, solve_dump, solve_in_chunks
+    from analysis.percussions.solving import DumpToSolve, solve_dump, solve_in_chunks
     from analysis.percussions.table import is_parquet
 
     file = one_dump(dump)
@@ -176,16 +173,13 @@ def solve(
         job = _listed(job, room, contacts, contacts_columns, contacts_factor)
     if part_frames and not is_parquet(out):
         raise ValueError(f"--part-frames: {out}: parts are Parquet. End --out in .parquet")
-    with contextlib.ExitStack() as stack:
-        executor = stack.enter_context(executor_for(job, workers, scheduler))
-        bars = stack.enter_context(app.progress())
+    with app.progress() as bars:
+        how: dict[str, Any] = {"workers": workers, "scheduler": scheduler, "progress": bars}
         if part_frames:
-            found = solve_in_chunks(job, out, part_frames, executor=executor, progress=bars)
+            found = solve_in_chunks(job, out, part_frames, **how)
         else:
             expected = functools.partial(app.say_expected, what=f"percussions of {file}")
-            found = solve_dump(
-                job, out, executor=executor, workers=workers, progress=bars, expected=expected
-            )
+            found = solve_dump(job, out, expected=expected, **how)
     rows = _rows(found, bool(taken.fixed_type), bool(contacts))
     _say(file, out, rows, found.unsolved)
 
@@ -195,9 +189,8 @@ def _listed(
 ) -> DumpToSolve:
     """The job with the contacts that came with its dump."""
     from analysis.film.files import own_contacts
-    from analysis.percussions.solving import trajectory_of
 
-    setting = job.setting.of_dump(trajectory := trajectory_of(job))
+    setting = job.setting.of_dump(trajectory := job.trajectory)
     return replace(job, setting=setting, own=own_contacts(trajectory, contacts, room, setting, columns, factor))
 
 
@@ -287,23 +280,18 @@ def _of_dump(
     dump: Path, frame: int | None, taken: Taken
 ) -> tuple[SnapshotPercussions, dict[str, str]]:
     """The percussions of a frame, and where it is from."""
-    from analysis.dumps import open_bodies, snapshot_of
-    from analysis.percussions import percussions_of
+    from analysis.dumps import open_bodies
     from analysis.percussions.setting import setting_beside
+    from analysis.percussions.snapshot import percussions_of_frames
 
     setting = _inelastic(dump, setting_beside(dump, taken.room, taken.of_dump(), **taken.setting()))
     trajectory = open_bodies(dump, **taken.of_dump()).trajectory
     number, count = -1 if frame is None else frame, len(trajectory)
     if not -count <= number < count:
         raise ValueError(f"--frame: {number} where {dump} has {count}, from 0")
-    ts, setting = trajectory[number % count], setting.of_dump(trajectory)
-    snapshot = snapshot_of(ts, dump, needs_velocity=setting.moves)
-    step = str(int(ts.data["step"]))
-    try:
-        found = percussions_of(setting, snapshot, tolerance=taken.tolerance)
-    except ValueError as error:
-        raise ValueError(f"{dump}, step {step}: {error}") from None
-    return found, {"source": str(dump), "step": step}
+    setting, numbers = setting.of_dump(trajectory), [number % count]
+    _, found = next(percussions_of_frames(trajectory, numbers, setting, tolerance=taken.tolerance))
+    return found, {"source": str(dump), "step": str(int(trajectory.ts.data["step"]))}
 
 
 def _inelastic(target: Path, setting: Setting) -> Setting:

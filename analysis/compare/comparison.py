@@ -13,7 +13,7 @@ from analysis.dumps.contacts import arm_rows, integrate_contacts
 from analysis.dumps.held import checked_contacts
 from analysis.engines.record import RunRecord, read_finished
 from analysis.percussions.setting import FORCE, Setting
-from analysis.percussions.snapshot import SnapshotPercussions, openness_of, percussions_of
+from analysis.percussions.snapshot import SnapshotPercussions, openness_of, percussions_of_frames
 from analysis.scene.anthropometry import apart
 from analysis.scene.scene import Scene, SceneError
 from analysis.support.columns import Columns
@@ -251,15 +251,16 @@ def compare_run(
         raise dumps.DumpError(f"time: {time:g} s. An impact is compared over its whole run")
     default = 0.0 if impact else scene.analysis.time_s
     number = frame_of(run.index.steps, record.time_step_s, time, default)
-    ts = run.universe.trajectory[number]
-    snapshot = dumps.snapshot_of(ts, folder / "bodies.dump")
-    law = Setting.of(scene).law if law is None else law
-    found = percussions_of(scene, snapshot, law, tolerance=tolerance)
+    trajectory, setting = run.universe.trajectory, Setting.of(scene)
+    law = setting.law if law is None else law
+    frames = percussions_of_frames(trajectory, [number], setting, law, tolerance=tolerance)
+    _, found = next(frames)
+    snapshot = found.snapshot
     if impact:
         engine, balance = _impulses(run, found)
     else:
         engine = checked_contacts(run.index, number, snapshot, scene)
-        balance = _driven_balance(snapshot, ts.data, engine, np.array(scene.acceleration()))
+        balance = _driven_balance(snapshot, trajectory.ts.data, engine, np.array(scene.acceleration()))
     if not len(found.contacts) and not len(engine):
         raise dumps.NoContactError(f"{folder}: no contact at all at {snapshot.time:g} s")
     known = determinacy(found.contacts, len(snapshot), snapshot)
@@ -410,15 +411,7 @@ def folder_of(folder: Path) -> Path:
 
 
 # Of a driven crowd those in newtons are written, of an impact those in newton-seconds.
-CONTACTS = Columns("""
-first, second, is_wall | | the two bodies
-nx, ny, gap_m | –, –, m | unit normal from the first body to the second; distance of the surfaces
-penalty_x_N, penalty_y_N | N | what the engine's contact gives from the first to the second
-rigid_x_N, rigid_y_N | N | what the percussions give, p/τ
-penalty_x_Ns, penalty_y_Ns, rigid_x_Ns, rigid_y_Ns | N·s | the same of an impact
-in_penalty, in_rigid | | 1 where that model has the contact
-determined | | 1 where only one value is admissible
-""")
+CONTACTS = Columns("compare")
 
 
 def write_contacts(path: Path, comparison: Comparison) -> None:

@@ -26,20 +26,8 @@ from nscd.stepping.arms import Neighbours
 from nscd.stepping.motion import StepEnergy
 
 CSV, DUMP = "energy.csv", "energy.dump"
-ENERGY = Columns("""
-time_s | s | of a frame; of LAMMPS and YADE only in runs with a frame each step
-kinetic_J | J | of the motion, spins included
-stored_J | J | in the springs of contacts and of arms
-drive_J, weight_J | J | work of the drive (of push less drag) and of a body force, since the frame
- before, as are the next
-impact_J, friction_J | J | lost in contacts, along the normal and across
-error_J | J | what kinetic and stored energy gain and contacts lose beyond these works
-""")
-CONTACTS = Columns("""
-first, second, is_wall | | the two bodies, as above
-impact_J, friction_J | J | lost in the contact, along the normal and across, from the frame before
- to this one
-""")
+ENERGY = Columns("energy")
+CONTACTS = Columns("losses")
 
 
 def kinetic(now: Snapshot) -> float:

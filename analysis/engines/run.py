@@ -22,6 +22,7 @@ from analysis.dumps import DumpError, index_contacts, index_dump
 from analysis.engines import PENALTY, engine, guard, installed
 from analysis.engines.energy import write_energy
 from analysis.engines.penalty import friction_at_joints
+from analysis.engines.price import expected_seconds
 from analysis.engines.process import Ended, run_command
 from analysis.engines.record import FAILED, STOPPED, EngineError, RunRecord
 from analysis.engines.softness import softness_warning
@@ -296,22 +297,28 @@ def finished_run(scene: Scene, engine_name: str, folder: Path) -> RunRecord | No
 
 
 def run_engine(
-    scene: Scene, engine_name: str, folder: Path, progress: Progress | None = None, ranks: int = 1
-) -> RunRecord:
+    scene: Scene, engine_name: str, folder: Path, progress: Progress | None = None, ranks: int = 1,
+    expected: Callable[[float], None] | None = None,
+) -> RunRecord:  # fmt: skip
     """Run the scene, or take the finished run that is in the folder if scene, decks, engine and
     version are the same.
 
     ranks: of MPI that share the run, which changes it by rounding; LAMMPS only
+    expected: called with the CPU seconds that a run will take, before it
 
     Raises EngineError."""
-    if record := _taken(scene, engine_name, folder):
-        return record
-    check_before(scene, engine_name, folder)
-    with locked(folder):
-        # another process may have run it meanwhile
-        return _taken(scene, engine_name, folder) or _simulate(
-            scene, engine_name, folder, progress, ranks
-        )
+    record = finished_run(scene, engine_name, folder)
+    if record is None:
+        check_before(scene, engine_name, folder)
+        if expected:
+            expected(expected_seconds(scene, engine_name))
+        with locked(folder):
+            # another process may have run it meanwhile
+            record = finished_run(scene, engine_name, folder)
+            if record is None:
+                return _simulate(scene, engine_name, folder, progress, ranks)
+    log.info("%s: unchanged, taken from %s", scene.name, folder)
+    return record
 
 
 def simulate(
@@ -346,13 +353,6 @@ def check_before(scene: Scene, engine_name: str, folder: Path) -> None:
             f"{scene.name}: run.frames: {scene.run.frames} frames of {disks} disks need about "
             f"{needed / 1e9:.3g} GB. The disk of {there} has {free / 1e9:.3g} GB free"
         )
-
-
-def _taken(scene: Scene, engine_name: str, folder: Path) -> RunRecord | None:
-    record = finished_run(scene, engine_name, folder)
-    if record:
-        log.info("%s: unchanged, taken from %s", scene.name, folder)
-    return record
 
 
 def _simulate(
@@ -469,9 +469,11 @@ class EngineRun:
         """Tell whether it is there, unchanged."""
         return finished_run(self.scene, self.engine, self.folder) is not None
 
-    def record(self, progress: Progress | None = None) -> RunRecord:
-        """Run it, or take the finished run where it is unchanged. Raises EngineError."""
-        return run_engine(self.scene, self.engine, self.folder, progress, self.ranks)
+    def record(
+        self, progress: Progress | None = None, expected: Callable[[float], None] | None = None
+    ) -> RunRecord:
+        """Run it, or take the finished run where it is unchanged, see `run_engine`."""
+        return run_engine(self.scene, self.engine, self.folder, progress, self.ranks, expected)
 
     @property
     def particle_steps(self) -> int:

@@ -26,7 +26,7 @@ from analysis.exchange.problem import (
 )
 from analysis.percussions import Setting, SnapshotPercussions
 from analysis.percussions.snapshot import openness_of, states_of
-from analysis.percussions.table import Column, Openness, csv_lines, table_file
+from analysis.percussions.table import Column, Openness, rows_of, table_file
 from analysis.support.columns import Columns
 from nscd import Contacts, Snapshot, Walls, solve
 from nscd.arrays import Floats, Indices
@@ -449,13 +449,7 @@ def _check_same(group: Group, problem: GlobalProblem, crowd: CrowdProblem) -> No
 
 
 # Of a problem whose bodies are not known, in the units of its file.
-BARE = Columns("""
-contact | | its number in the file, from 1
-mu | | coefficient of friction
-r_n, r_t | | reaction along the normal and across
-u_n, u_t | | velocity along the normal, positive where it opens, and across
-status, residual | | as above
-""")
+BARE = Columns("fclib")
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -508,5 +502,5 @@ def solve_file(path: Path, out: Path, tolerance: float, openness: Openness) -> S
             )
         difference = float(np.abs(velocity - known).max())
     with table_file(out) as add:
-        add(cells, csv_lines(cells.values()))
+        add(cells, rows_of(cells))
     return SolvedFile(contacts=len(velocity), residual=residual, difference=difference, why=why)

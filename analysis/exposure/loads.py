@@ -429,24 +429,8 @@ def _joined(
 
 
 HEAD = ["limit", "value", "ever above", "longest", "largest"]
-LOADS = Columns("""
-time_s, window_s | s | end of the window, and how long it is
-id, wall | | which person (by the first disk of a body), which wall
-contact_largest_N | N | the largest contact force of the person
-contact_sum_N, resultant_N | N | the sum of their magnitudes, and the size of their vector sum
-pressure_N_per_m | N/m | `contact_sum_N` over the person's outline
-load_N | N | on the wall
-line_load_kN_per_m | kN/m | on the worst metre of its outline
-density_per_m2 | 1/m² | within 2 m before the door
-crowd_pressure_per_s2 | 1/s² | density times variance of velocity there: no force
-""")
-LIMITS_HEAD = Columns("""
-limit, number, unit, quantity | | of the limit
-of, id | | whom the row is about: a person's id, a wall's name, nothing for the crowd
-time_above_s, longest_s | s | how long it was above, in all and without a break
-lasting_s | s | how long the limit says that it must last; empty: at once
-population, source, read | | of the limit
-""")
+LOADS = Columns("exposure")
+LIMITS_HEAD = Columns("limits")
 
 
 def write_exposure(run: RunLoads, limits: Sequence[Limit], folder: Path) -> list[Path]:

@@ -76,18 +76,8 @@ def place_words(run: RunLoads) -> str:
     return f"{two(1e-3 * load)} kN/m at {run.time[at]:.4g} s, {place}"
 
 
-ALONG = Columns("""
-outline, arc_m | –, m | which outline of joined walls, from 0, and the arc length along it
-x_m, y_m, wall | m | where that is, and on which wall
-low_kN_per_m, mean_kN_per_m, high_kN_per_m | kN/m | load on the metre about it: mean, and what 90 % of moments lie between
-""")
-PLACES = Columns("""
-time_s, window_s | s | end of the window, and how long it is
-place | | `worst metre`, the metre of wall left or right of a door (of who walks out), or that round a corner
-line_load_kN_per_m | kN/m | mean load there
-outline, arc_m | –, m | where: of the worst metre its centre of force, of a door its end, of a corner the corner
-x_m, y_m, wall | m | where that is, and on which wall
-""")
+ALONG = Columns("along")
+PLACES = Columns("places")
 
 
 def write_along(run: RunLoads, folder: Path) -> list[Path]:

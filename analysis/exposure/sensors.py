@@ -149,13 +149,7 @@ def readings(impulse: Floats, end: Floats, sensor: Sensor) -> tuple[Floats, Floa
     return time, np.where(read < sensor.threshold_N, 0.0, read)
 
 
-SENSORS = Columns("""
-time_s | s | of the reading
-sensor, part | | its name, and which of its parts, from 1
-force_N | N | what presses on the part
-line_load_N_per_m | N/m | over its length along the wall or the outline
-pressure_Pa | Pa | over its height too; of a mat with `height_m`
-""")
+SENSORS = Columns("sensors")
 
 
 class _File(BaseModel):

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from analysis.compare.comparison import OpenRun, match_contacts
-from analysis.dumps import DumpError, EngineContacts, open_bodies, snapshot_of
+from analysis.dumps import DumpError, EngineContacts, open_bodies
 from analysis.dumps.frames import is_binary
 from analysis.dumps.held import OwnContacts
 from analysis.dumps.reader import RECORD
@@ -21,7 +21,7 @@ from analysis.engines.rigid import NAME as RIGID_ENGINE
 from analysis.film.frame import NOBODY, OWN, RIGID, Frames, window_of
 from analysis.percussions.own import open_own
 from analysis.percussions.setting import FORCE, Setting, room_beside
-from analysis.percussions.snapshot import SnapshotPercussions, percussions_of
+from analysis.percussions.snapshot import SnapshotPercussions, percussions_of, percussions_of_frames
 from analysis.percussions.solving import STATED
 from analysis.scene.floors import NoFloorError, read_floor, walled
 from analysis.scene.real.import_crowd import ImportedCrowd, place_crowd, who_is_inside
@@ -216,20 +216,14 @@ def _of_frames(
     percussions."""
 
     def solve(numbers: Iterable[int]) -> Iterator[FileFrame]:
-        found: SnapshotPercussions | None = None
         most = FASTEST_M_PER_S
-        for number in numbers:
-            ts = trajectory[number]
-            snapshot = snapshot_of(ts, file, needs_velocity=setting.moves)
-            if (fast := np.hypot(*snapshot.velocity.T).max(initial=0.0)) > most:
+        for number, found in percussions_of_frames(trajectory, numbers, setting, **how):
+            now = found.snapshot
+            if (fast := np.hypot(*now.velocity.T).max(initial=0.0)) > most:
                 note(file, f"frame {number}: disks are as fast as {fast:.3g} m/s, people are not")
                 most = np.inf
-            try:
-                found = percussions_of(setting, snapshot, before=found, **how)
-            except ValueError as error:
-                raise DumpError(f"{file}, step {ts.data['step']}: {error}") from None
-            own = contacts.at(ts, snapshot) if contacts else None
-            yield FileFrame(number, float(snapshot.time), found, own)
+            own = contacts.at(trajectory.ts, now) if contacts else None
+            yield FileFrame(number, float(now.time), found, own)
 
     return solve
 

@@ -17,30 +17,8 @@ from analysis.support.files import whole_file, write_rows
 from nscd.arrays import Floats
 
 # Columns before those of the headline numbers.
-HEAD = Columns("""
-reel, model | | the run or the radius; the engine or `percussions`
-radius_m | m | of the people of a filmed crowd
-frame, time_s, people | –, s, – | number in the file, time, people in the room
-status | | of the percussions: `solved`, `inaccurate` or `failed`
-moved_mean_m, moved_largest_m | m | how far disks are from the heads that were filmed
-moved_far_percent | % | of the people, who were moved by more than half a radius
-jump | | 1 where one of the next four is beyond ± 0.5; of a filmed crowd
-""")
-NUMBERS = Columns("""
-contact_largest_jump, person_largest_jump, walls_jump, pressure_door_jump | – | change since the
- frame before, over the mean of all frames
-contact_largest_N, contact_largest_low_N, contact_largest_high_N | N | the largest contact force,
- and between the admissible bounds (`--openness ensemble`: mean, 5 % and 95 %)
-person_largest_N, person_largest_low_N, person_largest_high_N | N | the sum of contact forces on the
- person with most
-walls_N, walls_low_N, walls_high_N | N | the sum over all walls
-pressure_door_N_per_m, pressure_door_low_N_per_m, pressure_door_high_N_per_m | N/m | mean over
- people within 2 m of the door: contact forces over outline
-contact_largest_Ns, contact_largest_low_Ns, contact_largest_high_Ns | N·s | the same of the
- percussions of an impact
-person_largest_Ns, person_largest_low_Ns, person_largest_high_Ns, walls_Ns, walls_low_Ns,
- walls_high_Ns | N·s | and these
-""")
+HEAD = Columns("film")
+NUMBERS = Columns("numbers")
 # A number jumps that changes by more than this share of its mean from one frame to the next.
 JUMP = 0.5
 # Bounds nearer than this share of a mean are one number.

@@ -25,21 +25,7 @@ from nscd.arrays import Floats
 # Before the others, and as bars on the first screen; a number is odd beyond so many standard deviations.
 SHOWN, BARS, ODD = ("contact_N", "wall_N", *PRIOR), 4, 2.5
 HEAD = ["quantity", "before", "inferred", "width", "holds"]
-COLUMNS = Columns("""
-flow, density, speed | 1/s, 1/m², m/s | departures, people per m² before the door, mean speed
-nearest_5, nearest_50 | m | 5 % and 50 % of the distances to the nearest head
-correlation, acceleration | –, m/s² | of velocities of neighbours; root mean square
-density_door, density_far | 1/m² | people per m² 0–0.7 m and 1.5–2.5 m before the door
-speed_far, speed_99 | m/s | mean 1.5–2.5 m before the door; 99 % of speeds of all
-third_50, persistence | m, – | distance to the third head; correlation of velocities 1 s apart
-sway, shaking | m, m/s² | root mean squares: what smoothing takes away; accelerations of tracks as they are
-door_speed, door_spread, door_gain | m/s, m/s, m/s² | through the door: mean, standard deviation, growth
-out_speed | m/s | mean 0.5–1.5 m behind the door
-push_share, jostling_m_per_s, time_gap_s, speed_m_per_s | –, m/s, s, m/s | as in `[drive]`
-radius_m, relaxation_time_s, heading_sd_rad, friction | m, s, rad, – | mean radius; as in a scene
-jostling_length_m, jostling_period_s, sway_m | m, s, m | as in `[drive]`; standard deviation of heads
-contact_N, wall_N | N | largest contact force, load on all walls, exceeded in a tenth of the time
-""")
+COLUMNS = Columns("infer")
 
 
 def interval(found: Floats) -> str:

@@ -25,17 +25,7 @@ from nscd.show import contact_lines
 NEAR = 1.1
 SECONDS = 0.04  # a disk, guessed before a run, of one core
 HEAD = ["model", "correlation", "all contacts", "error", "top tenth", "AUC", "log-likelihood"]
-TABLE = Columns("""
-step, model | | name of the step, and of the model with its μ
-correlation, correlation_all | – | of predicted and measured forces, of inner pairs with a force, and
- of all inner contacts
-relative_error | – | median error of a force
-top_tenth | – | share of the largest tenth of forces that is predicted as such
-auc | – | chance that a contact with a force is predicted above one without
-log_likelihood | – | mean per pair with a force (forces in N), with one fitted model error
-model_sd | N | that model error
-status | | of the solver
-""")
+TABLE = Columns("measured")
 
 
 def summary(steps: Sequence[Step]) -> list[list[str]]:

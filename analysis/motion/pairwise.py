@@ -23,25 +23,8 @@ from analysis.support.columns import Columns
 from analysis.support.files import write_columns, write_json
 from nscd.arrays import Floats, Indices
 
-WINDOWS = Columns("""
-start_s, end_s | s | of the window
-first_…, second_… | as named | a measure of the first and of the second run; forces are impulses
- over the window's time; contacts above 10 N
-contacts_both, contacts_only_first, contacts_only_second | | contacts with an impulse in both runs,
- or in one
-contact_relative_difference, person_relative_difference | – | root mean square of second − first
- over that of the first: of impulses of contacts that both have, and of loads of people
-contact_correlation | – | of the sizes of those impulses
-wall_difference, sum_difference | – | of the sum over all walls, and over all contacts: second/first
- − 1
-""")
-WINDOW_CONTACTS = Columns("""
-start_s, end_s | s | of the window
-first, second, is_wall | | the two bodies
-in_first_run, in_second_run | | 1 where that run has the contact
-first_run_x_Ns, first_run_y_Ns, second_run_x_Ns, second_run_y_Ns | N·s | what the first body gives
- to the second in the window
-""")
+WINDOWS = Columns("windows")
+WINDOW_CONTACTS = Columns("window_contacts")
 # Of the crowds: the field of a snapshot, and how it is called.
 FIELDS = {
     "ids": "id",

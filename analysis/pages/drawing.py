@@ -119,6 +119,26 @@ def frame(axes: Axes, points: Floats, margin: float) -> None:
     axes.tick_params(labelsize=8)
 
 
+def label(
+    axes: Axes, x: str = "", y: str = "", title: str = "", *, log: str = "", legend: Any = "",
+    size: float = 8, **more: Any,
+) -> None:  # fmt: skip
+    """Label a panel: its axes, a title, a legend at a place; log: the axes that are logarithmic, as "xy";
+    more: limits and what else `Axes.set` takes."""
+    scales = {f"{axis}scale": "log" for axis in log}
+    axes.set(**scales, **({"xlabel": x} if x else {}), **({"ylabel": y} if y else {}), **more)
+    if title:
+        axes.set_title(title, fontsize=10)
+    if legend:
+        axes.legend(fontsize=size, loc=legend)
+
+
+def ticks_at(axes: Axes, values: Iterable[float]) -> None:
+    """Have ticks at these values of x alone, logarithmic or not."""
+    axes.set_xticks(list(values), [f"{value:g}" for value in values], minor=False)
+    axes.set_xticks([], minor=True)
+
+
 def legend_below(
     figure: Figure,
     axes: Axes | Iterable[Axes],

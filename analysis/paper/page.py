@@ -244,12 +244,7 @@ def kept(folder: Path) -> Built | None:
 # A longer table is a file beside the page.
 MOST_ROWS = 3
 ORDER = (Verdict.FAILS, Verdict.PARTLY, Verdict.HOLDS)
-CLAIMS = Columns("""
-figure, where | | of the section, and of the statement in the paper
-statement | | the paper's words, or close to them
-verdict | | `holds`, `holds in part` or `does not hold`
-reason | | the numbers that say so
-""")
+CLAIMS = Columns("claims")
 
 
 class Page(NamedTuple):

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 
 import numpy as np
 
+from analysis.dumps import DumpError, snapshot_of
 from analysis.percussions.setting import FORCE, IMPULSE, Setting
-from analysis.percussions.table import Column, Openness, known, table_columns
+from analysis.percussions.table import OWN, Column, Openness, known, table_columns
 from analysis.scene.scene import Scene
 from nscd import ContactLaw, Contacts, Percussions, Snapshot, solve
 from nscd.arrays import Floats, Indices
@@ -79,16 +81,19 @@ class SnapshotPercussions:
         return float(np.hypot(*self.pressing[on].T).sum())
 
     def columns(
-        self, openness: Openness = "none", *, time: float | None = None, step: int | None = None
-    ) -> dict[str, Column]:
+        self, openness: Openness = "none", *, time: float | None = None, step: int | None = None,
+        own: Floats | None = None,
+    ) -> dict[str, Column]:  # fmt: skip
         """Name the columns of k rows, those of contacts.csv that have something to say: arrays, or
-        lists of words or of what may be None."""
+        lists of words or of what may be None. own: (k,2) N, forces that came with the dump."""
         contacts, answer = self.contacts, self.answer
         cells: dict[str, Column] = {
             **arrays(self.snapshot.ids, contacts, answer.reaction, answer.impulse, self.window)
         }
         if answer.friction is not None:
             cells |= answer.friction.columns()
+        if own is not None:
+            cells |= {name: known(force) for name, force in zip(OWN, own.T, strict=True)}
         if openness != "none":
             found = openness_of(self, openness == "ranges")
             cells["determined"] = known(found.determined, found.determined >= 0)
@@ -174,6 +179,24 @@ def percussions_of(
         window=window,
         answer=answer,
     )
+
+
+def percussions_of_frames(
+    trajectory: Any, numbers: Iterable[int], setting: Setting, law: ContactLaw | None = None, **how: Any
+) -> Iterator[tuple[int, SnapshotPercussions]]:
+    """Yield number and percussions of frames of a dump, as `open_bodies` gives it, one after the other;
+    the trajectory is then at this frame. how: as of `percussions_of`.
+
+    Raises DumpError naming file and step."""
+    path, found = trajectory.filename, None
+    for number in numbers:
+        ts = trajectory[number]
+        snapshot = snapshot_of(ts, path, needs_velocity=setting.moves)
+        try:
+            found = percussions_of(setting, snapshot, law, before=found, **how)
+        except ValueError as error:
+            raise DumpError(f"{path}, step {ts.data['step']}: {error}") from None
+        yield number, found
 
 
 def _alike(before: SnapshotPercussions, contacts: Contacts, left: Floats) -> bool:

@@ -13,7 +13,7 @@ import math
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -87,6 +87,145 @@ class SolvedRows(NamedTuple):
     said: SolvedDump
 
 
+# The cells of some frames by columns, and what is said of them.
+Cells = tuple[dict[str, table.Column], SolvedDump]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DumpToSolve:
+    """What is to be solved, and how.
+
+    law: of the contacts; that of the setting where left out
+    own: the contacts that came with the dump, which are taken in place of those that are found"""
+
+    path: Path  # of the dump
+    time_step: float | None = None  # s, of the simulation; see `open_bodies`
+    unit: str | None = None  # of lengths; see `open_bodies`, also of those that follow
+    mass_unit: str | None = None
+    fixed_type: tuple[int, ...] = ()
+    mol: str | None = None
+    setting: Setting  # walls, drive, left velocity
+    law: ContactLaw | None = None
+    tolerance: float = 1e-8  # residual up to which a frame counts as solved
+    openness: table.Openness = "determined"  # of reactions that mechanics may leave open
+    threads: int = 1  # of each large frame
+    own: OwnContacts | None = None
+    parquet: bool = False  # whether rows are made for Parquet, not for CSV
+
+    @property
+    def trajectory(self) -> Any:
+        """The dump, indexed once in each process, as long as it does not change."""
+        changed = self.path.stat().st_mtime_ns if self.path.exists() else 0
+        return _opened(self.path, tuple((name, getattr(self, name)) for name in STATED), changed)
+
+    @property
+    def in_batches(self) -> bool:
+        """Whether many frames are solved in one compiled call, beside which threads go on."""
+        law = self.setting.law if self.law is None else self.law
+        small = max(self.trajectory.index.counts) < _core.SHARED
+        return small and law.plain and self.openness == "none" and self.own is None
+
+    def blocks(self, numbers: range) -> list[range]:
+        """Cut frames into those that are solved together: the same ones however many work on
+        them."""
+        frames = self.trajectory.index.frames
+        size = max(1, min(MOST, BLOCK * len(frames) // max(1, frames[-1].end)))
+        return [numbers[start : start + size] for start in range(0, len(numbers), size)]
+
+    def solve(self, numbers: range, text: bytes | None = None) -> list[SolvedRows]:
+        """Solve some frames, those of one block, and make their rows.
+
+        text: of them, see `DumpIndex.text`; it is read where left out
+
+        Raises DumpError naming file and step."""
+        trajectory, found = self.trajectory, None
+        if text is None:
+            with _READING:
+                text = trajectory.index.text(numbers)
+        bodies: Bodies = trajectory.bodies(numbers, text, self.setting.moves)
+        if self.in_batches:
+            try:
+                found = solve_batch(bodies, self.setting, self.tolerance)
+            except ValueError as error:
+                raise DumpError(f"{self.path}, step {bodies.steps[0]}: {error}") from None
+        answered = [False] * len(bodies) if found is None else found.answered
+        solved: list[SolvedRows] = []
+        for _, group in itertools.groupby(range(len(bodies)), answered.__getitem__):
+            frames = list(group)
+            if found and answered[frames[0]]:
+                cells = iter([self._batch(bodies, found, frames)])
+            else:
+                cells = self._one_by_one(bodies, frames, numbers)
+            solved += [SolvedRows(list(one), table.rows_of(one, self.parquet), said) for one, said in cells]
+        return solved
+
+    def _batch(self, bodies: Bodies, found: Found, frames: list[int]) -> Cells:
+        """Frames that are answered and follow each other."""
+        _, window = self.setting.left(bodies)
+        start = found.start[frames[0] : frames[-1] + 2]
+        those = slice(start[0], start[-1])
+        names = ("first", "second", "is_wall", "normal", "gap", "reaction", "impulse")
+        some = found._replace(**{name: getattr(found, name)[those] for name in names})
+        each, size = np.repeat(frames, np.diff(start)), np.hypot(*(some.impulse / (window or 1.0)).T)
+        number = int(each[size.argmax()]) if len(size) else frames[0]
+        said = SolvedDump(
+            frames=len(frames),
+            contacts=len(size),
+            largest=float(size.max(initial=0.0)),
+            unit=IMPULSE if window is None else FORCE,
+            when=_when(bodies, number),
+            residual=float(found.residual[frames].max()),
+        )
+        times = None if np.isnan(bodies.times).any() else bodies.times[each]
+        cells = table.table_columns(
+            arrays(bodies.ids, some, some.reaction, some.impulse, window),
+            self.setting,
+            some,
+            (times, np.array(bodies.steps)[each]),
+            (str(Status.SOLVED), found.residual[each], found.velocity_error[each]),
+        )
+        return cells, said
+
+    def _one_by_one(self, bodies: Bodies, frames: Iterable[int], numbers: range) -> Iterator[Cells]:
+        """Some of the frames, one after the other; numbers: of all in the dump, for own contacts."""
+        before: SnapshotPercussions | None = None
+        setting, listed = self.setting, None
+        for number in frames:
+            snapshot, seconds = bodies.snapshot(number), float(bodies.times[number])
+            try:
+                if self.own:
+                    listed = listed_in(self.own, self.trajectory[numbers[number]], snapshot, setting)
+                    setting = dataclasses.replace(self.setting, listed=listed.contacts)
+                found = before = percussions_of(
+                    setting, snapshot, self.law, tolerance=self.tolerance, before=before, threads=self.threads
+                )
+            except ValueError as error:
+                raise DumpError(f"{self.path}, step {bodies.steps[number]}: {error}") from None
+            answer, when = found.answer, _when(bodies, number)
+            said = SolvedDump(
+                frames=1,
+                contacts=len(found.contacts),
+                largest=found.largest,
+                unit=found.unit,
+                when=when,
+                residual=answer.residual,
+                standing=found.on_standing,
+            )
+            cells = found.columns(
+                self.openness,
+                time=None if math.isnan(seconds) else seconds,
+                step=bodies.steps[number],
+                own=listed and listed.force,
+            )
+            if listed:
+                said.apart, said.missing = listed.apart, listed.missing
+            if answer.status != Status.SOLVED:
+                said.unsolved.append(f"{self.path}, {when}: {answer.status}: {answer.reason}")
+            if bad := list(cells.get("sampling", ())).count(NOT_CONVERGED):
+                said.unsolved.append(f"{self.path}, {when}: sampling of {bad} contacts {NOT_CONVERGED}")
+            yield cells, said
+
+
 def solve_batch(bodies: Bodies, setting: Setting, tolerance: float) -> Found | None:
     """Solve frames without friction and dissipation; those that are not `answered` are left to
     `percussions_of`, and all of them where this gives None.
@@ -108,165 +247,9 @@ def solve_batch(bodies: Bodies, setting: Setting, tolerance: float) -> Found | N
     return solve_frames(disks, setting.walls, asked)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DumpToSolve:
-    """What is to be solved, and how.
-
-    law: of the contacts; that of the setting where left out
-    own: the contacts that came with the dump, which are taken in place of those that are found"""
-
-    path: Path  # of the dump
-    time_step: float | None = None  # s, of the simulation; see `open_bodies`
-    unit: str | None = None  # of lengths; see `open_bodies`, also of those that follow
-    mass_unit: str | None = None
-    fixed_type: tuple[int, ...] = ()
-    mol: str | None = None
-    setting: Setting  # walls, drive, left velocity
-    law: ContactLaw | None = None
-    tolerance: float = 1e-8  # residual up to which a frame counts as solved
-    openness: table.Openness = (
-        "determined"  # what is said of reactions that the mechanics may leave open
-    )
-    threads: int = 1  # of each large frame
-    own: OwnContacts | None = None
-    parquet: bool = False  # whether rows are made for Parquet, not for CSV
-
-    @property
-    def in_batches(self) -> bool:
-        """Whether many frames are solved in one compiled call, beside which threads go on."""
-        law = self.setting.law if self.law is None else self.law
-        small = max(trajectory_of(self).index.counts) < _core.SHARED
-        return small and law.plain and self.openness == "none" and self.own is None
-
-    def blocks(self, numbers: range) -> list[range]:
-        """Cut frames into those that are solved together: the same ones however many work on
-        them."""
-        frames = trajectory_of(self).index.frames
-        size = max(1, min(MOST, BLOCK * len(frames) // max(1, frames[-1].end)))
-        return [numbers[start : start + size] for start in range(0, len(numbers), size)]
-
-    def read(self, numbers: range) -> bytes | None:
-        """Read what `solve` needs of frames that are solved at once."""
-        return trajectory_of(self).index.text(numbers) if self.in_batches else None
-
-    def solve(self, numbers: range, text: bytes | None = None) -> list[SolvedRows]:
-        """Solve some frames, those of one block.
-
-        text: as `read` gives it; it is read where left out
-
-        Raises DumpError naming file and step."""
-        trajectory = trajectory_of(self)
-        if text is None:
-            with _READING:
-                text = trajectory.index.text(numbers)
-        bodies: Bodies = trajectory.bodies(numbers, text, self.setting.moves)
-        found = None
-        if self.in_batches:
-            try:
-                found = solve_batch(bodies, self.setting, self.tolerance)
-            except ValueError as error:
-                raise DumpError(f"{self.path}, step {bodies.steps[0]}: {error}") from None
-        if found is None:
-            return list(self._one_by_one(bodies, range(len(bodies)), numbers))
-        solved: list[SolvedRows] = []
-        for answered, group in itertools.groupby(range(len(bodies)), found.answered.__getitem__):
-            frames = list(group)
-            if answered:
-                solved.append(self._together(bodies, found, frames))
-            else:
-                solved += self._one_by_one(bodies, frames)
-        return solved
-
-    def _together(self, bodies: Bodies, found: Found, frames: list[int]) -> SolvedRows:
-        """The rows of frames that are answered and follow each other."""
-        _, window = self.setting.left(bodies)
-        start = found.start[frames[0] : frames[-1] + 2]
-        those = slice(start[0], start[-1])
-        some = found._replace(
-            first=found.first[those], second=found.second[those], is_wall=found.is_wall[those],
-            normal=found.normal[those], gap=found.gap[those],
-        )  # fmt: skip
-        impulse = found.impulse[those]
-        each, size = np.repeat(frames, np.diff(start)), np.hypot(*(impulse / (window or 1.0)).T)
-        number = int(each[size.argmax()]) if len(size) else frames[0]
-        said = SolvedDump(
-            frames=len(frames),
-            contacts=len(size),
-            largest=float(size.max(initial=0.0)),
-            unit=IMPULSE if window is None else FORCE,
-            when=_when(bodies.steps[number], float(bodies.times[number])),
-            residual=float(found.residual[frames].max()),
-        )
-        times = None if np.isnan(bodies.times).any() else bodies.times[each]
-        cells = table.table_columns(
-            arrays(bodies.ids, some, found.reaction[those], impulse, window),
-            self.setting,
-            some,
-            (times, np.array(bodies.steps)[each]),
-            (str(Status.SOLVED), found.residual[each], found.velocity_error[each]),
-        )
-        return SolvedRows(list(cells), table.rows_of(cells, self.parquet), said)
-
-    def _one_by_one(
-        self, bodies: Bodies, frames: Iterable[int], numbers: Sequence[int] = ()
-    ) -> Iterator[SolvedRows]:
-        """Solve some of the frames, one after the other; numbers: theirs in the dump, for own contacts."""
-        before: SnapshotPercussions | None = None
-        setting, listed = self.setting, None
-        for number in frames:
-            step, seconds = bodies.steps[number], float(bodies.times[number])
-            snapshot = bodies.snapshot(number)
-            try:
-                if self.own:
-                    listed = listed_in(self.own, trajectory_of(self)[numbers[number]], snapshot, setting)
-                    setting = dataclasses.replace(self.setting, listed=listed.contacts)
-                found = percussions_of(
-                    setting,
-                    snapshot,
-                    self.law,
-                    tolerance=self.tolerance,
-                    before=before,
-                    threads=self.threads,
-                )
-            except ValueError as error:
-                raise DumpError(f"{self.path}, step {step}: {error}") from None
-            before, answer, when = found, found.answer, _when(step, seconds)
-            why = f"{self.path}, {when}: {answer.status}: {answer.reason}"
-            said = SolvedDump(
-                frames=1,
-                contacts=len(found.contacts),
-                largest=found.largest,
-                unit=found.unit,
-                when=when,
-                residual=answer.residual,
-                standing=found.on_standing,
-                unsolved=[] if answer.status == "solved" else [why],
-            )
-            known = None if math.isnan(seconds) else seconds
-            cells = found.columns(self.openness, time=known, step=step)
-            if listed:
-                said.apart, said.missing = listed.apart, listed.missing
-                own = zip(table.OWN, listed.force.T, strict=True)
-                cells = table.in_order(cells | {name: table.known(one) for name, one in own})
-            if bad := list(cells.get("sampling", ())).count(NOT_CONVERGED):
-                said.unsolved.append(
-                    f"{self.path}, {when}: sampling of {bad} contacts {NOT_CONVERGED}"
-                )
-            yield SolvedRows(list(cells), table.rows_of(cells, self.parquet), said)
-
-
-def _when(step: int, seconds: float) -> str:
-    return f"step {step}" if math.isnan(seconds) else f"{seconds:g} s"
-
-
-def trajectory_of(dump: DumpToSolve) -> Any:
-    """Give the dump, indexed once in each process, as long as it does not change."""
-    try:
-        changed = dump.path.stat().st_mtime_ns
-    except OSError:
-        changed = 0
-    stated = tuple((name, getattr(dump, name)) for name in STATED)
-    return _opened(dump.path, stated, changed)
+def _when(bodies: Bodies, number: int) -> str:
+    seconds = float(bodies.times[number])
+    return f"step {bodies.steps[number]}" if math.isnan(seconds) else f"{seconds:g} s"
 
 
 @functools.lru_cache(maxsize=1)
@@ -274,68 +257,61 @@ def _opened(path: Path, stated: tuple[tuple[str, Any], ...], _changed: int) -> A
     return open_bodies(path, **dict(stated)).trajectory
 
 
-def _fitted(dump: DumpToSolve, parquet: bool) -> DumpToSolve:
-    """The dump, with what its setting takes from it."""
-    return dataclasses.replace(
-        dump, setting=dump.setting.of_dump(trajectory_of(dump)), parquet=parquet
-    )
-
-
 @contextlib.contextmanager
-def executor_for(
-    dump: DumpToSolve, workers: int = 1, scheduler: str | None = None
-) -> Iterator[Executor | None]:
-    """An executor for `solve_dump`: threads where these serve, else processes, or that of a Dask
-    cluster; None for one worker."""
+def _open_job(
+    dump: DumpToSolve, parquet: bool, workers: int, scheduler: str | None
+) -> Iterator[tuple[DumpToSolve, int, Executor | None]]:
+    """The dump with what its setting takes from it, its frames, and who solves them: threads where these
+    serve, else processes, or a Dask cluster; None for one worker."""
+    setting = dump.setting.of_dump(dump.trajectory)
+    fitted = dataclasses.replace(dump, setting=setting, parquet=parquet)
     if scheduler is None and workers <= 1:
-        yield None
-    elif scheduler is None and dump.in_batches:
-        with ThreadPoolExecutor(workers) as threads:
-            yield threads
+        pool: Any = contextlib.nullcontext()
+    elif scheduler is None and fitted.in_batches:
+        pool = ThreadPoolExecutor(workers)
     else:
-        with processes(workers, scheduler) as others:
-            yield others
+        pool = processes(workers, scheduler)
+    with pool as executor:
+        yield fitted, fitted.trajectory.n_frames, executor
+
+
+def _refuse_none(dump: DumpToSolve, whole: SolvedDump, end: str = "") -> SolvedDump:
+    if not whole.contacts:
+        touch = dump.setting.usual_touch
+        raise DumpError(f"{dump.path}: no contact in any frame (gap ≤ {touch:g} m){end}")
+    return whole
 
 
 def solve_dump(
     dump: DumpToSolve,
     out: Path,
     *,
-    executor: Executor | None = None,
     workers: int = 1,
+    scheduler: str | None = None,
     progress: Progress | None = None,
     expected: Callable[[float], None] | None = None,
 ) -> SolvedDump:
     """Solve every frame and write `out`, one row per contact (columns: docs/columns.md): CSV, or
     Parquet where its name ends in .parquet.
 
-    executor: of `executor_for`, with so many workers; this thread where left out
+    workers: how many; scheduler: address of a Dask cluster in their place
     expected: called with the seconds that all this will take, once they are known
 
     Neither the dump nor the answers need to fit in memory. Raises DumpError for a damaged dump and
     one without any contact; then `out` stays as it was."""
-    dump = _fitted(dump, table.is_parquet(out))
-    frames = trajectory_of(dump).n_frames
     whole = SolvedDump()
-    with table.table_file(out) as add:
-        for columns, rows, said in _rows(dump, frames, executor, workers, expected):
+    opened = _open_job(dump, table.is_parquet(out), workers, scheduler)
+    with opened as (dump, frames, executor), table.table_file(out) as add:
+        for columns, rows, said in _solved(dump, frames, executor, workers, expected):
             if said.contacts:
                 add(columns, rows)
             whole.join(said)
             if progress:
                 progress(f"percussions of {dump.path}", whole.frames / frames)
-        _refuse_none(dump, whole, ". Nothing was written")
-    return whole
+        return _refuse_none(dump, whole, ". Nothing was written")
 
 
-def _refuse_none(dump: DumpToSolve, whole: SolvedDump, end: str = "") -> None:
-    if not whole.contacts:
-        raise DumpError(
-            f"{dump.path}: no contact in any frame (gap ≤ {dump.setting.usual_touch:g} m){end}"
-        )
-
-
-def _rows(
+def _solved(
     dump: DumpToSolve,
     frames: int,
     executor: Executor | None,
@@ -357,12 +333,12 @@ def _rows(
         for block in blocks:
             yield from dump.solve(block)
         return
-    # of threads one reads, forwards; others read what they solve
-    threads = isinstance(executor, ThreadPoolExecutor)
+    # of threads this one reads, forwards; processes read what they solve
+    reads = isinstance(executor, ThreadPoolExecutor)
     under_way: deque[Any] = deque()
     try:
         for block in blocks:
-            text = dump.read(block) if threads else None
+            text = dump.trajectory.index.text(block) if reads else None
             under_way.append(executor.submit(dump.solve, block, text))
             if len(under_way) >= AHEAD * workers:
                 yield from under_way.popleft().result()
@@ -385,40 +361,37 @@ def solve_in_chunks(
     folder: Path,
     frames: int,
     *,
-    executor: Executor | None = None,
+    workers: int = 1,
+    scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> SolvedDump:
     """Solve a dump into a folder of Parquet files of so many frames each. Parts that are there, of
     the same dump and settings, are not computed again.
 
-    executor: whose workers see the same folders; this process where left out. A part of a worker
-        that is lost is computed anew by another where the executor is that of a Dask cluster
+    workers, scheduler: as of `solve_dump`; those of a Dask cluster see the same folders, and a part of
+        one that is lost is computed anew by another
 
     Raises ValueError for a folder that has something else, DumpError as `solve_dump` does; then the
     chunks that are finished stay."""
-    dump = _fitted(dump, True)
-    count = trajectory_of(dump).n_frames
-    job = _claim(folder, dump, frames, count)
-    chunks = [
-        _Chunk(range(start, min(start + frames, count)), folder, job)
-        for start in range(0, count, frames)
-    ]
-    if others := set(folder.glob("*.parquet")) - {part.path for part in chunks}:
-        raise ValueError(f"--out: {min(others)}: no part of this dump. Remove it")
-    found = {part: summary for part in chunks if (summary := part.summary()) is not None}
-    todo = [part for part in chunks if part not in found]
-    tasks = [Task(call=part.solve, arguments=(dump,), work=len(part.numbers)) for part in todo]
-    for number, summary in finished(tasks, executor):
-        found[todo[number]] = summary
-        if progress:
-            progress(f"percussions of {dump.path}", len(found) / len(chunks))
+    whole = SolvedDump()
+    with _open_job(dump, True, workers, scheduler) as (dump, count, executor):
+        job = _claim(folder, dump, frames, count)
+        starts = range(0, count, frames)
+        chunks = [_Chunk(range(one, min(one + frames, count)), folder, job) for one in starts]
+        if others := set(folder.glob("*.parquet")) - {part.path for part in chunks}:
+            raise ValueError(f"--out: {min(others)}: no part of this dump. Remove it")
+        found = {part: summary for part in chunks if (summary := part.summary()) is not None}
+        todo = [part for part in chunks if part not in found]
+        tasks = [Task(call=part.solve, arguments=(dump,), work=len(part.numbers)) for part in todo]
+        for number, summary in finished(tasks, executor):
+            found[todo[number]] = summary
+            if progress:
+                progress(f"percussions of {dump.path}", len(found) / len(chunks))
     for left in folder.glob(".frames_*.part"):  # by workers that were lost
         left.unlink(missing_ok=True)
-    whole = SolvedDump()
     for part in chunks:
         whole.join(found[part])
-    _refuse_none(dump, whole)
-    return whole
+    return _refuse_none(dump, whole)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -22,62 +22,12 @@ from nscd.frames import Found
 Column = Sequence[Any] | NDArray[Any]
 
 
-def csv_lines(columns: Iterable[Column]) -> bytes:
-    """Return columns of equal length, each of numbers or of texts, as lines of CSV in UTF-8.
-
-    Numbers are as short as they can be and still the same when read; None, NaN and infinities are
-    empty. Raises ValueError for columns of different lengths, and a text with a null character."""
-    given = [_plain(column) for column in columns]
-    lengths = {len(column) for column in given}
-    if len(lengths) > 1:
-        raise ValueError(f"columns of {sorted(lengths)} rows. One length is needed")
-    return _core.table(given, csv=True)
-
-
-def _plain(column: Column) -> Any:
-    """An array of float64 or int64, or a list."""
-    if not isinstance(column, np.ndarray):
-        return list(column)
-    return np.ascontiguousarray(column, np.float64 if column.dtype.kind == "f" else np.int64)
-
-
 # Own forces of contacts that came with a dump.
 OWN = ("own_x_N", "own_y_N")
 # What is said of reactions that the mechanics may leave open.
 Openness = Literal["none", "determined", "ranges", "ensemble"]
 # Every column that a row can have, in order.
-COLUMNS = Columns("""
-time_s | s | time of the frame
-step | | its step, in place of `time_s` where no time step is known
-first, second, is_wall | | the two bodies
-nx, ny | | unit normal, from the first body to the second
-gap_m | m | distance of the surfaces, negative where they overlap
-reaction_Ns | N·s | λ, the part that keeps the bodies apart; 0 where a dissipative contact opens
-friction_Ns | N·s | τ along (−n_y, n_x), what the first body gives to the second; only with
- friction, as are the next and the two `friction_…` below
-state | | `open`, `stick`, or the way in which the first body slides along (−n_y, n_x): `forward`,
- `backward`
-impulse_x_Ns, impulse_y_Ns | N·s | the whole percussion p that the first body gives to the second
-force_x_N, force_y_N | N | p over the time in which it is given (τ, or Δt of `free`): a contact
- force; not of an impact
-force_N | N | its magnitude
-own_x_N, own_y_N | N | what the first body gives to the second by `--contacts`
-wall | | name of the wall, where the second body is one; `disk_ID` of a fixed disk
-determined | | 1 where every admissible percussion has the same reaction (and friction); empty where
- that is not known
-lower_Ns, upper_Ns | N·s | least and largest reaction of all admissible percussions (`--openness
- ranges`); empty: no end
-friction_lower_Ns, friction_upper_Ns | N·s | the same of τ
-mean_Ns, sd_Ns, q05_Ns, q95_Ns | N·s | mean, standard deviation and 5 % and 95 % quantiles of the reaction
- over all admissible percussions (`--openness ensemble`), in a law of most entropy whose scale is the mean
- least-energy reaction
-friction_mean_Ns, friction_sd_Ns | N·s | the same of τ
-least_energy_Ns, friction_least_energy_Ns | N·s | λ and τ of least elastic energy within the friction cones
-r_hat, sampling | –, – | of these draws: how much their chains differ (1: not), and `converged`, `not
- converged`, or `determined`
-status, residual | –, – | of the frame: `solved`, `inaccurate` or `failed`, and how far from exact
-velocity_error_m_per_s | m/s | of the frame: a proven bound of the error of u⁺
-""")
+COLUMNS = Columns("solve")
 
 
 def table_columns(
@@ -104,11 +54,6 @@ def table_columns(
         names = ("", *setting.wall_names)
         number = np.where(contacts.is_wall, contacts.second + 1, 0)
         found["wall"] = [names[n] for n in number.tolist()]
-    return in_order(found)
-
-
-def in_order(found: Mapping[str, Column]) -> dict[str, Column]:
-    """Give columns in the order of COLUMNS."""
     return {name: found[name] for name in COLUMNS if name in found}
 
 
@@ -136,11 +81,22 @@ def is_parquet(out: Path) -> bool:
     return out.suffix.lower() == ".parquet"
 
 
-def rows_of(cells: Mapping[str, Column], parquet: bool) -> Rows:
-    """Return the columns of a frame as what `table_file` writes."""
-    if not parquet:
-        return csv_lines(cells.values())
-    return load("pyarrow").RecordBatch.from_pydict(dict(cells), schema=schema_of(cells))
+def rows_of(cells: Mapping[str, Column], parquet: bool = False) -> Rows:
+    """Return columns of equal length, each of numbers or of texts, as what `table_file` writes: a batch of
+    Arrow, or lines of CSV in UTF-8.
+
+    Numbers in CSV are as short as they can be and still the same when read; None, NaN and infinities are
+    empty. Raises ValueError for columns of different lengths, and a text with a null character."""
+    if parquet:
+        return load("pyarrow").RecordBatch.from_pydict(dict(cells), schema=schema_of(cells))
+    given: list[Any] = []
+    for cell in cells.values():
+        kind = getattr(cell, "dtype", None)
+        own = np.float64 if kind is not None and kind.kind == "f" else np.int64
+        given.append(list(cell) if kind is None else np.ascontiguousarray(cell, own))
+    if len(lengths := {len(one) for one in given}) > 1:
+        raise ValueError(f"columns of {sorted(lengths)} rows. One length is needed")
+    return _core.table(given, csv=True)
 
 
 @contextlib.contextmanager

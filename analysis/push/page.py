@@ -256,19 +256,7 @@ def _people(words: Words, found: Hindcast) -> Table:
     return words.table("table_people", rows)
 
 
-CASES = Columns("""
-model | | `rigid`, the stiffness of the penalty contact in N/m, or a baseline: `nobody`, `copy`,
- `geometry`
-batch | | number of the batch of draws
-arms, wall_arms | – | share of the room between chests, and of that before the wall, that is bridged
- from the start
-tau_s | s | time in which the floor takes a speed
-reach_m, arm_force_N | m, N | of the soft layer of arms
-possible | | 1 for a case that can be, 0 for one that is counted only
-onset_rms_s, position_rms_m, closest_rms_m | s, m | root mean square over all but the first: of
- onsets, of heads in the first 0.8 s, of closest heads
-largest_N, impulse_Ns | N, N·s | of the first contact; empty where there is none
-""")
+CASES = Columns("push")
 
 
 def _cases(found: Hindcast) -> Iterator[list[object]]:
@@ -312,10 +300,8 @@ def _posture(found: Hindcast) -> Figure:
         draw(found.models[name], lw=1.5, **look)
     for name, style in (("copy", ":"), ("geometry", "--")):
         draw(found.base[name], color=drawing.GREY, ls=style, label=title_of(name), lw=2, zorder=0)
-    axes.set(
-        xlabel="share of the room between chests that arms bridge", ylabel="error of onsets (s)"
-    )
-    axes.set_ylim(bottom=0)
+    x = "share of the room between chests that arms bridge"
+    drawing.label(axes, x, "error of onsets (s)", ylim=(0, None))
     axes.grid(color=drawing.GRID)
     drawing.legend_below(figure, axes, 4)
     return figure

@@ -13,7 +13,7 @@ from scipy.stats import linregress, t
 from analysis.compare import comparison as compared
 from analysis.compare.study import Study
 from analysis.engines.penalty import penalty_of
-from analysis.pages.drawing import BLACK, BLUE, ORANGE, legend_below, panels
+from analysis.pages.drawing import BLACK, BLUE, ORANGE, label, legend_below, panels
 from analysis.pages.names import engine_label, engine_name
 from analysis.pages.numbers import number, percent
 from analysis.pages.section import Cell, Picture, Section
@@ -97,10 +97,9 @@ def scatter(comparisons: Sequence[compared.Comparison]) -> Figure:
         force, percussion = (
             ("contact force", "p/τ") if comparison.unit == FORCE else ("∫f dt", "percussion p")
         )
-        axes.set_xlabel(f"penalty ({force}, {comparison.unit})")
-        axes.set_ylabel(f"rigid ({percussion}, {comparison.unit})")
         axes.set(xlim=(low, top), ylim=(low, top), aspect="equal")
-        axes.set_title(engine_label(comparison), fontsize=10)
+        x, y = f"penalty ({force}, {comparison.unit})", f"rigid ({percussion}, {comparison.unit})"
+        label(axes, x, y, engine_label(comparison))
     for axes in every[len(comparisons) :]:
         axes.remove()
     legend_below(figure, every[0], 3)

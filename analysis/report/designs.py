@@ -221,18 +221,8 @@ class Replicates:
         return made, ends
 
 
-COLUMNS = Columns("""
-design, quantity, unit | | what is compared with the first design
-mean, mean_first, difference, low, high | unit | means of both over the replicates, and their difference
- with its joint interval
-least_seen | unit | half of that interval: smaller differences would not have been seen
-cliffs_delta | – | share of pairs of runs in which the design is above the first, less that below it
-paired, replicates | | 1 where replicates of one number are subtracted; how many of each design
-""")
-RUNS = Columns("""
-design, replicate | | which run; replicates of one number have the same people and seeds
-quantity, unit, value | | from the first who leaves to the last
-""")
+COLUMNS = Columns("designs")
+RUNS = Columns("replicates")
 
 
 class Answer(NamedTuple):

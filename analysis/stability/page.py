@@ -38,8 +38,7 @@ LOOKS = {
 def draw_overview(maps: Sequence[Map], *, narrow: bool = False) -> Figure:
     """Draw how the attempts of each case ended, and (not narrow) its boundaries over theory."""
     size = (drawing.NARROW_IN if narrow else 7.2, 1.1 + (0.24 if narrow else 0.3) * len(maps))
-    figure = Figure(figsize=size, layout="constrained")
-    every = figure.subplots(1, 1 if narrow else 2, sharey=True, squeeze=False)[0]
+    figure, every = drawing.panels(*size, 1, 1 if narrow else 2, sharey=True)
     places, done = range(len(maps)), np.zeros(len(maps))
     for outcome, (colour, letter, hatch) in LOOKS.items():
         ended = [sum(cell.outcome is outcome for cell in one.cells.values()) for one in maps]
@@ -50,7 +49,7 @@ def draw_overview(maps: Sequence[Map], *, narrow: bool = False) -> Figure:
             done += share
     titles = [textwrap.fill(words_of(one.case)["title"], 26) for one in maps]
     every[0].set_yticks(places, titles, fontsize=7 if narrow else 9)
-    every[0].set(xlabel="attempts (%)", xlim=(0, 100))
+    drawing.label(every[0], "attempts (%)", xlim=(0, 100))
     every[0].invert_yaxis()
     for axes in every[1:]:
         axes.axvline(1.0, color=drawing.BLACK, lw=1)
@@ -61,7 +60,7 @@ def draw_overview(maps: Sequence[Map], *, narrow: bool = False) -> Figure:
                 axes.plot(ends, [y] * 2, color=drawing.BLACK)
                 at = [edge.measured / edge.theory]
                 axes.plot(at, [y], "D", color=drawing.BLACK, mfc="white", ms=4)
-        axes.set_xlabel("boundary measured / by theory")
+        drawing.label(axes, "boundary measured / by theory")
     figure.legend(loc="outside lower center", ncols=2 if narrow else 6, fontsize=8, frameon=False)
     return figure
 
@@ -71,20 +70,17 @@ def draw_map(made: Map, *, narrow: bool = False) -> Figure:
     not."""
     case = made.case
     columns, rows = case.columns.values, case.rows.values
-    labels = [tick(value) for value in rows]
     wide = 0.34 if narrow else 0.78 if len(columns) <= 10 else 0.62
     longest = max(5 if isinstance(row, float) else len(str(row)) for row in rows)
     width = 1.9 + (0.06 if narrow else 0.11) * longest + wide * len(columns)
     least = drawing.NARROW_IN if narrow else 6.0
-    figure = Figure(figsize=(max(width, least), 1.8 + 0.46 * len(rows)), layout="constrained")
-    axes = figure.add_subplot()
+    figure, (axes,) = drawing.panels(max(width, least), 1.8 + 0.46 * len(rows))
     _draw_cells(axes, made)
     compared = _draw_boundaries(axes, made)
-    axes.set_xlim(-0.5, len(columns) - 0.5)
-    axes.set_ylim(len(rows) - 0.5, -0.5)
+    limits: dict[str, Any] = {"xlim": (-0.5, len(columns) - 0.5), "ylim": (len(rows) - 0.5, -0.5)}
+    drawing.label(axes, case.columns.label, **limits)
     axes.set_xticks(range(len(columns)), [tick(value) for value in columns])
-    axes.set_yticks(range(len(rows)), labels)
-    axes.set_xlabel(case.columns.label)
+    axes.set_yticks(range(len(rows)), [tick(value) for value in rows])
     # above the rows' names, since a turned label would be longer than a map of few rows is high
     axes.text(
         *(-0.01, 1.02, f"{case.rows.label} ↓"),
@@ -167,21 +163,8 @@ def _place(axis: Axis, value: float) -> float | None:
     return None
 
 
-CELL_COLUMNS = Columns("""
-case, row, column | | which map, and where in it
-outcome | | what the attempt left behind
-own_status | | what the method said of itself
-guard | | what the guard of a run says of the same attempt
-reason | | why the outcome is what it is
-quantity, value | as named | a number of the attempt
-""")
-BOUNDARY_COLUMNS = Columns("""
-case, row | | which map, and where in it
-low, high, measured | of the column | the two attempts between which the outcome changes, and their
- middle
-theory | of the column | the predicted boundary
-relative_difference, half_bracket | – | (measured − theory)/theory, and half the bracket over theory
-""")
+CELL_COLUMNS = Columns("cells")
+BOUNDARY_COLUMNS = Columns("boundaries")
 
 
 def write_atlas(

@@ -23,12 +23,7 @@ from analysis.support.columns import Columns
 from analysis.support.files import write_json, write_rows
 from analysis.support.parallel import Progress
 
-COLUMNS = Columns("""
-test | | name of the test; empty where it is not applicable
-title, nist, iso, rimea | | what it is, and its number in NIST TN 1822, ISO 20414 and RiMEA
-result | | pass, fail or not applicable
-quantity, value | as named | a number that says so, or the reason as a text
-""")
+COLUMNS = Columns("standards")
 FAILED = "**fail**"
 SEEDS = (1, 2, 4)
 

@@ -14,10 +14,7 @@ from nscd import _core
 if TYPE_CHECKING:  # the process of an engine begins at once without
     from nscd.arrays import Floats
 
-IMPULSE_COLUMNS = Columns("""
-first, second, is_wall | | the two bodies, as above
-impulse_x, impulse_y | N·s | ∫ f dt of the first on the second, from the frame before to this one
-""")
+IMPULSE_COLUMNS = Columns("impulses")
 
 
 def write_frame(

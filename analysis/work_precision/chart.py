@@ -12,7 +12,7 @@ from analysis.support.parallel import Progress, Task, do_all, workers
 from analysis.work_precision import soft
 from analysis.work_precision import window as windows
 from analysis.work_precision.continuum import COARSE, SIDES, continuum_ladder
-from analysis.work_precision.point import Point, PointStatus
+from analysis.work_precision.point import Method, Point, PointStatus
 from analysis.work_precision.rigid_solves import solve_rigid, solve_rivals
 
 # What starting a process is worth, in particle-steps.
@@ -46,7 +46,7 @@ class Measured:
 def measure(
     window: windows.Window,
     name: str,
-    settings: Sequence[soft.SoftSetting],
+    settings: Sequence[Method],
     folder: Path,
     executor: Executor,
     progress: Progress | None = None,
@@ -57,7 +57,7 @@ def measure(
 
     Runs and references are kept in the folder and reused the next time; solutions, which take a
     fraction of a second, are computed again."""
-    pairs = sorted({(s.law, s.stiffness_N_per_m) for s in settings})
+    pairs = sorted({(s.law, s.stiffness_N_per_m or 0.0) for s in settings})
     groups = {
         "models": [_integration(window, folder, *pair) for pair in pairs],
         "runs": [
@@ -90,7 +90,7 @@ def measure(
 
 
 def _integration(window: windows.Window, folder: Path, law: str, stiffness: float) -> Task:
-    setting = soft.SoftSetting(engine="", law=law, stiffness_N_per_m=stiffness, share=1.0)
+    setting = Method(method="", law=law, stiffness_N_per_m=stiffness, time_step_share=1.0)
     return Task(
         call=soft.kept_reference,
         arguments=(window, law, stiffness, folder),
@@ -115,7 +115,7 @@ def _solutions(
     }
 
 
-def _work(window: windows.Window, setting: soft.SoftSetting) -> float:
+def _work(window: windows.Window, setting: Method) -> float:
     """Particle-steps, and what starting a process is worth."""
     scene = soft.scene_of(window, setting)
     steps = scene.run.duration_s / (scene.run.time_step_s or 1.0)

@@ -172,7 +172,7 @@ def _draw_cost(axes: Axes, points: Sequence[Point], error: Error) -> None:
                     color=look.edge, zorder=4, clip_on=False,
                 )  # fmt: skip
     axes.axhline(WHOLE, color=drawing.GREY, lw=0.8, ls="--", zorder=0)
-    axes.set(xscale="log", yscale="log", xlabel="CPU time (s)")
+    drawing.label(axes, "CPU time (s)", log="xy")
     known = [_clipped(value) for p in points if (value := error(p)) is not None]
     axes.set_ylim(0.3 * min(known, default=1e-6), HIGHEST)
     label_curves(axes, labels)
@@ -219,7 +219,7 @@ def _draw_model(axes: Axes, points: Sequence[Point]) -> None:
         labels.append((y[-1], look))
         heights += y
     axes.axhline(WHOLE, color=drawing.GREY, lw=0.8, ls="--", zorder=0)
-    axes.set(xscale="log", yscale="log", xlabel="contact stiffness k (N/m)")
+    drawing.label(axes, "contact stiffness k (N/m)", log="xy")
     if not any(p.stiffness_N_per_m for p in points):
         # no engine is there: levels alone
         axes.set(xlim=(1.0, 10.0), xlabel="no soft contacts")
@@ -245,13 +245,10 @@ def scaling_picture(points: Sequence[Point], accuracy: float) -> Figure:
             marker=look.marker, ms=max(7, look.size),
         )  # fmt: skip
         labels.append((x[-1], y[-1], look.label, look.edge))
-    axes.set(xscale="log", yscale="log", xlabel="disks", ylabel="CPU time (s)")
     title = f"cheapest setting with a numerical error of at most {100 * accuracy:g} %"
-    axes.set_title(title, fontsize=11)
+    drawing.label(axes, "disks", "CPU time (s)", title, log="xy")
     tidy(axes)
-    sizes = sorted({p.disks for p in points})
-    axes.set_xticks(sizes, [str(size) for size in sizes])
-    axes.xaxis.set_minor_formatter(NullFormatter())
+    drawing.ticks_at(axes, sorted({p.disks for p in points}))
     label_curves(axes, labels)
     return figure
 

@@ -58,23 +58,7 @@ class Kept:
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
 
 
-POINTS = Columns("""
-scene, disks | | where it was measured
-method, law, solver | | engine, rigid model, continuum or rival; its contact law or form; its solver
-time_step_s, time_step_share | s, – | time step, and over the safe one
-stiffness_N_per_m | N/m | of the contacts
-tolerance | – | asked of a solver
-mesh_side_m | m | side of the continuum's triangles
-cpu_seconds | s | of the engine's process with its start, or of the solution from the snapshot on
-quantity, unit | | what is compared, and in what
-numerical_error, numerical_bar | – | from the method's own converged model, and how well that is
- known
-model_error, model_bar | – | of that converged model from the rigid reference, and how well that is
- known
-total_error | – | of this point from the rigid reference
-status, reason | | `ok`, `inaccurate` or `failed`, and why
-machine, date | | where and when it was measured
-""")
+POINTS = Columns("points")
 P = TypeVar("P", bound=Kept)
 Rated = TypeVar("Rated")
 
@@ -151,25 +135,19 @@ def write_points(
     write_rows(folder / f"{name}.csv", names, rows)
 
 
-def points_of_text(text: str, origin: str, kind: type[P]) -> list[P]:
-    """Read the points of a file's text. Raises ValueError naming the origin, and the key that is
-    missing, unknown or has a wrong value."""
+def read_points(path: Path, kind: type[P] = Point) -> list[P]:  # type: ignore[assignment]
+    """Read the points of a file of JSON. Raises ValueError naming the file for one that is missing, broken
+    or of another format, and the key that is missing, unknown or has a wrong value."""
+    if not path.exists():
+        raise ValueError(f"{path}: no such file. Make it with: percussions chart SCENE")
     try:
-        content = json.loads(text)
+        content = json.loads(path.read_text(encoding="utf-8"))
         if content["format"] != kind.EDITION:
             raise ValueError(f"format: {content['format']} where {kind.EDITION} is needed")
         return TypeAdapter(list[kind]).validate_python(content["points"])  # type: ignore[valid-type]
     except (KeyError, TypeError, ValueError) as error:
         reason = first_problem(error) if isinstance(error, ValidationError) else error
-        raise ValueError(f"{origin}: not the {kind.WORDS} of a chart: {reason}") from None
-
-
-def read_points(path: Path) -> list[Point]:
-    """Read the points of a `points.json`. Raises ValueError naming the file for one that is
-    missing, broken or of another format."""
-    if not path.exists():
-        raise ValueError(f"{path}: no such file. Make it with: percussions chart SCENE")
-    return points_of_text(path.read_text(encoding="utf-8"), str(path), Point)
+        raise ValueError(f"{path}: not the {kind.WORDS} of a chart: {reason}") from None
 
 
 def pareto_front(points: Iterable[Point]) -> list[Point]:

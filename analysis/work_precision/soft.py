@@ -7,7 +7,7 @@ import logging
 import resource
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from math import ceil
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -27,7 +27,7 @@ from analysis.support.cache import keep, kept
 from analysis.support.machine import machine
 from analysis.support.parallel import Progress
 from analysis.work_precision import window as windows
-from analysis.work_precision.point import PointStatus
+from analysis.work_precision.point import Method, PointStatus
 from nscd import Snapshot, Walls, _core, find_contacts
 from nscd.arrays import Floats, Indices
 from nscd.contacts import connected
@@ -271,16 +271,6 @@ def soft_engines() -> list[str]:
     return [name for name in LAWS if engine(name).find()]
 
 
-@dataclass(frozen=True, slots=True)
-class SoftSetting:
-    """An engine with a contact law, a stiffness and a time step as a share of the safe one."""
-
-    engine: str
-    law: str
-    stiffness_N_per_m: float  # noqa: N815  (the unit is newton)
-    share: float
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Grid:
     """Settings to try: stiffnesses (times the scene's), shares of the safe time step, and the
@@ -297,42 +287,46 @@ QUICK = Grid(stiffer=(1.0, 1e2), shares=(1 / 4, 1.0, 4.0), of_engine={"yade": (1
 
 def settings_of(
     window: windows.Window, engines: Sequence[str], grid: Grid = FULL
-) -> Iterator[SoftSetting]:
+) -> Iterator[Method]:
     """Yield all settings of a grid, short of those that would take too long."""
     n = len(window.scene.snapshot)
     own = window.scene.contact.stiffness_N_per_m
     for name in engines:
         shares = grid.of_engine.get(name, grid.shares)
         for law, stiffer, share in itertools.product(LAWS[name], grid.stiffer, shares):
-            setting = SoftSetting(name, law, stiffer * own, share)
+            setting = Method(
+                method=name, law=law, stiffness_N_per_m=stiffer * own, time_step_share=share
+            )
             steps = penalty_of(scene_of(window, setting)).steps
             if steps <= MOST_STEPS and n * steps <= MOST_PARTICLE_STEPS:
                 yield setting
 
 
-def scene_of(window: windows.Window, setting: SoftSetting) -> Scene:
+def scene_of(window: windows.Window, setting: Method) -> Scene:
     """Make the scene to run: two frames, and a time step at most `share` of the safe one that
     divides the window."""
+    assert setting.stiffness_N_per_m
+    assert setting.time_step_share
     variant = window.variant(setting.law, setting.stiffness_N_per_m)
     half = 0.5 * variant.run.duration_s
-    steps = ceil(half / (setting.share * penalty_of(variant).safe_time_step) - 1e-9)
+    steps = ceil(half / (setting.time_step_share * penalty_of(variant).safe_time_step) - 1e-9)
     return variant.with_run(time_step_s=half / steps)
 
 
-def run_folder(folder: Path, setting: SoftSetting) -> Path:
+def run_folder(folder: Path, setting: Method) -> Path:
     """Name where a run lives: folder/<engine>_<law>_k<stiffness>_dt<share>."""
-    size = f"k{setting.stiffness_N_per_m:.6g}_dt{setting.share:.6g}"
-    return folder / f"{setting.engine}_{setting.law}_{size}"
+    size = f"k{setting.stiffness_N_per_m:.6g}_dt{setting.time_step_share:.6g}"
+    return folder / f"{setting.method}_{setting.law}_{size}"
 
 
-def run_soft(window: windows.Window, setting: SoftSetting, folder: Path) -> windows.Answer:
+def run_soft(window: windows.Window, setting: Method, folder: Path) -> windows.Answer:
     """Run the window with the setting's engine, or take what is in the folder: the finished run, or
     how it failed. Its CPU seconds are the engine's, start included.
 
     A run that fails is a result: its status and reason say so."""
     scene, place = scene_of(window, setting), run_folder(folder, setting)
     note = place.with_name(place.name + ".json")
-    key = f"{scene.digest()} {_version(setting.engine)}"
+    key = f"{scene.digest()} {_version(setting.method)}"
     known = kept(note, key)
     done = known and known.get("status") == PointStatus.OK
     if known is None or (done and not (place / "bodies.dump").exists()):
@@ -341,15 +335,12 @@ def run_soft(window: windows.Window, setting: SoftSetting, folder: Path) -> wind
     values, status, reason = None, PointStatus(known["status"]), known["reason"]
     if status == PointStatus.OK:
         try:
-            values = window.quantities(_motion(scene, place), setting.stiffness_N_per_m)
+            stiffness = scene.contact.stiffness_N_per_m
+            values = window.quantities(_motion(scene, place), stiffness)
         except (DumpError, EngineError) as error:
             status, reason = PointStatus.FAILED, str(error)
     return windows.Answer(
-        method=setting.engine,
-        law=setting.law,
-        time_step_s=penalty_of(scene).time_step,
-        time_step_share=setting.share,
-        stiffness_N_per_m=setting.stiffness_N_per_m,
+        **asdict(setting) | {"time_step_s": penalty_of(scene).time_step},
         values=values,
         **known | {"status": status, "reason": reason},
     )
@@ -373,15 +364,15 @@ def _only_errors() -> Iterator[None]:
         log.setLevel(before)
 
 
-def _run(scene: Scene, setting: SoftSetting, folder: Path) -> dict[str, Any]:
+def _run(scene: Scene, setting: Method, folder: Path) -> dict[str, Any]:
     status, reason = PointStatus.OK, ""
     with _one_at_a_time, _only_errors():
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         try:
-            record = run_engine(scene, setting.engine, folder)
+            record = run_engine(scene, setting.method, folder)
             seconds = record.cpu_seconds
             if record.exit_state != FINISHED:
-                status, reason = PointStatus.FAILED, f"{setting.engine}: {record.exit_state}"
+                status, reason = PointStatus.FAILED, f"{setting.method}: {record.exit_state}"
         except (EngineError, DumpError) as error:
             after = resource.getrusage(resource.RUSAGE_CHILDREN)
             seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime

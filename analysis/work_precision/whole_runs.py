@@ -24,7 +24,7 @@ from analysis.exposure.limits import Quantity
 from analysis.exposure.loads import RunLoads, read_exposure
 from analysis.motion.inference import LEVEL
 from analysis.motion.study import in_each
-from analysis.pages.drawing import COLOURS, GRID, MARKERS, lead
+from analysis.pages.drawing import COLOURS, GRID, MARKERS, label, lead, panels
 from analysis.pages.names import engine_name
 from analysis.pages.numbers import NONE, number, signed, significant
 from analysis.pages.section import Picture, Section
@@ -175,19 +175,7 @@ IMPACT: Mapping[str, Quantity] = {
 NAME = "whole_runs"
 
 
-COLUMNS = Columns("""
-scene, disks, duration_s | –, –, s | what was run, and how long
-method, step_s, tolerance, stiffness_N_per_m | –, s, –, N/m | engine; of the rigid one its step and,
- where it is not its own, its tolerance; of the others their stiffness
-longer | – | time step over the safe one, of an engine with springs
-crowds | | how many
-cpu_seconds, with_impulses_s | s | CPU time of a run; median of those that sum impulses
-quantity, unit, mean, standard_error | as named | the statistic over the crowds
-bias, bias_low, bias_high | – | by what share it is above the reference, crowd with crowd; 90 %
- interval
-reference | | whether it is what the others are measured from
-machine, date | | where and when it was measured
-""")
+COLUMNS = Columns("whole_runs")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -465,18 +453,17 @@ def _cell(one: WholeRunPoint, shared: int) -> str:
 def whole_runs_picture(found: WholeRuns) -> Figure:
     """Draw the error of each statistic against CPU time, all engines on one picture."""
     lines = -(-len(found.quantities) // PANELS)
-    figure = Figure(figsize=(13.0, 1.0 + 4.0 * lines), layout="constrained")
-    panels = figure.subplots(lines, PANELS, squeeze=False).ravel()
-    for axes, (name, measure) in zip(panels, found.quantities.items(), strict=False):
+    figure, every = panels(13.0, 1.0 + 4.0 * lines, lines, PANELS)
+    for axes, (name, measure) in zip(every, found.quantities.items(), strict=False):
         _draw(axes, found.of(name))
         axes.set_title(measure.title, pad=52)
-        axes.set(xlabel="CPU time of a run (s)", ylabel="above the reference (%)")
+        label(axes, "CPU time of a run (s)", "above the reference (%)")
         axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axes.xaxis.set_major_formatter("{x:g}")
         axes.xaxis.set_minor_formatter(NullFormatter())
-    for axes in panels[len(found.quantities) :]:
+    for axes in every[len(found.quantities) :]:
         axes.axis("off")
-    handles, labels = panels[0].get_legend_handles_labels()
+    handles, labels = every[0].get_legend_handles_labels()
     known = dict(zip(labels, handles, strict=True))
     figure.legend(known.values(), known, loc="outside lower center", ncols=3, frameon=False)
     return figure

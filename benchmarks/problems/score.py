@@ -20,16 +20,7 @@ from nscd.arrays import Floats
 # Added to the seconds of each problem before their geometric mean is taken, so that microseconds on
 # the smallest ones decide nothing (s).
 SHIFT = 0.01
-COLUMNS = Columns("""
-solver, problem, family | | name of the folder of answers; of the problem and its family
-disks, contacts, mu | – | of the problem
-verdict, why | | `right`, `wrong` or `missing`; what is beyond its threshold
-residual | – | natural map over max of the free contact velocities, recomputed
-velocity_error | – | largest distance of a velocity from the one there is, over the largest u⁻
-determined_error | – | the same of reactions that balance determines, over the largest reaction
-outside_interval | – | how far the worst other reaction lies outside its interval, over the largest
-cpu_s | s | what the answer says it took
-""")
+COLUMNS = Columns("score")
 MISSING = "missing"
 
 

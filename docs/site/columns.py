@@ -7,37 +7,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT)]
 
-from analysis.compare import comparison  # noqa: E402
-from analysis.engines import energy  # noqa: E402
-from analysis.exchange import fclib  # noqa: E402
-from analysis.exposure import loads, places, sensors  # noqa: E402
-from analysis.film import summary  # noqa: E402
-from analysis.infer import page as infer  # noqa: E402
-from analysis.measured import page as measured  # noqa: E402
-from analysis.motion import pairwise  # noqa: E402
-from analysis.paper import page as paper  # noqa: E402
-from analysis.percussions import table  # noqa: E402
-from analysis.push import page as push  # noqa: E402
-from analysis.report import designs  # noqa: E402
-from analysis.stability import page as stability  # noqa: E402
-from analysis.standards import page as standards  # noqa: E402
-from analysis.support import frames  # noqa: E402
-from analysis.work_precision import point, whole_runs  # noqa: E402
-from benchmarks.problems import score  # noqa: E402
+from analysis.support.columns import declared, markdown  # noqa: E402
 
-TABLES = {
-    "solve": table.COLUMNS, "fclib": fclib.BARE, "compare": comparison.CONTACTS,
-    "film": summary.HEAD, "numbers": summary.NUMBERS, "exposure": loads.LOADS,
-    "along": places.ALONG, "places": places.PLACES,
-    "limits": loads.LIMITS_HEAD, "sensors": sensors.SENSORS, "windows": pairwise.WINDOWS,
-    "window_contacts": pairwise.WINDOW_CONTACTS, "points": point.POINTS,
-    "whole_runs": whole_runs.COLUMNS, "cells": stability.CELL_COLUMNS,
-    "boundaries": stability.BOUNDARY_COLUMNS, "push": push.CASES, "score": score.COLUMNS,
-    "designs": designs.COLUMNS, "replicates": designs.RUNS,
-    "standards": standards.COLUMNS, "measured": measured.TABLE, "infer": infer.COLUMNS, "claims": paper.CLAIMS,
-    "impulses": frames.IMPULSE_COLUMNS,
-    "energy": energy.ENERGY, "losses": energy.CONTACTS,
-}  # fmt: skip
 PAGE = """\
 # Columns
 
@@ -192,7 +163,7 @@ Over the time between the frames this is a mean force, as in the rigid engine's 
 
 def page() -> str:
     """Return docs/columns.md."""
-    tables = {name: one.table() for name, one in TABLES.items()}
+    tables = {name: markdown(name) for name in declared()}
     first, rest = tables["film"], tables.pop("numbers").split("\n", 2)[2]
     return PAGE.format(**tables | {"film": f"{first}\n{rest}"})
 

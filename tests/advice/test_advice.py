@@ -2,6 +2,7 @@
 stored."""
 
 import dataclasses
+from dataclasses import astuple
 from functools import partial
 
 import numpy as np
@@ -16,6 +17,7 @@ from analysis.advice.library import Curves, Entry, Library, likeness_of, price_o
 
 from analysis.advice.library import read_library, stored_library, write_library  # isort: skip
 from analysis.engines.penalty import damping_ratio_for
+from analysis.engines.price import PRICES
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from analysis.work_precision.point import Point, PointStatus
@@ -148,6 +150,10 @@ def test_what_failed_near_is_not_advised(scene):
 def test_price_is_that_of_the_runs(scene):
     price = price_of("lammps", "hooke", [entry(scene)])
     assert (price.start_s, price.disk_step_s) == pytest.approx((START, PER_STEP), rel=1e-6)
+    for (engine, law), known in PRICES.items():  # those that are said before a run
+        if engine != "rigid":
+            fitted = price_of(engine, law, stored_library().entries)
+            assert astuple(known) == pytest.approx(astuple(fitted), rel=1e-4)
 
 
 def test_choice_is_the_cheapest_by_hand(scene, sure):

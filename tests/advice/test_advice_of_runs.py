@@ -9,18 +9,18 @@ import pytest
 from typer.testing import CliRunner
 
 from analysis.advice.whole_runs import (
+    STORED,
     advise_bodies,
     advise_motion,
     body_lines,
     ladder_lines,
     motion_lines,
     soft_run,
-    stored_whole_runs,
 )
 from analysis.cli.commands import app
 from analysis.engines.softness import known_bodies, softness
 from analysis.scene.shipped_scenes import make
-from analysis.work_precision.point import write_points
+from analysis.work_precision.point import read_points, write_points
 from analysis.work_precision.whole_runs import WholeRunPoint
 
 METHODS = ("rigid", "lammps", "yade")
@@ -63,7 +63,7 @@ def test_what_was_not_measured_is_not_promised(arch):
 
 def test_a_chart_of_the_very_scene_is_read_instead(arch, tmp_path):
     scene = make("arch", disks=75)
-    points = [dataclasses.replace(one, scene="arch") for one in stored_whole_runs()]
+    points = [dataclasses.replace(one, scene="arch") for one in read_points(STORED, WholeRunPoint)]
     write_points(tmp_path, points, "whole_runs", WholeRunPoint)
     own = tmp_path / "whole_runs.json"
     assert advise_motion(scene, 0.5, "arrest-load", METHODS, own).choice

@@ -8,7 +8,7 @@ from analysis.advice.library import stored_library
 from analysis.scene.shipped_scenes import make
 from analysis.support.parallel import workers
 from analysis.work_precision.chart import measure
-from analysis.work_precision.soft import SoftSetting
+from analysis.work_precision.point import Method
 from analysis.work_precision.window import impact_window
 from benchmarks.advice_cases import IMPACTS
 from tests.engines.at_hand import require
@@ -36,7 +36,9 @@ def test_a_promise_is_kept_and_not_ten_times_what_is_measured(name, engine, pool
     shares = SHARES if engine == "lammps" else SHARES[1:2]
     window, stiffness = impact_window(scene), scene.contact.stiffness_N_per_m
     settings = [
-        SoftSetting(engine=engine, law=scene.contact.law, stiffness_N_per_m=stiffness, share=share)
+        Method(
+            method=engine, law=scene.contact.law, stiffness_N_per_m=stiffness, time_step_share=share
+        )
         for share in shares
     ]
     points = measure(window, name, settings, tmp_path, pool).points

@@ -145,7 +145,7 @@ def test_a_run_imports_little():
     """The parent of a run reads its scene, says its price and starts the engine."""
     program = (
         "import sys, analysis.cli.commands; few = 'rich' in sys.modules\n"
-        "import analysis.advice.library, analysis.engines.run\n"
+        "import analysis.engines.price, analysis.engines.run\n"
         "print(few, sorted(set(sys.modules) & set(sys.argv[1:])))"
     )
     heavy = ("MDAnalysis", "matplotlib", "pandas", "scipy.linalg", "scipy.optimize", "scipy.sparse")

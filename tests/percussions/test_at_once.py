@@ -6,7 +6,7 @@ import pytest
 from analysis.dumps import DumpError, open_bodies, snapshot_of
 from analysis.percussions import percussions_of
 from analysis.percussions.setting import Setting
-from analysis.percussions.solving import DumpToSolve, executor_for, solve_dump
+from analysis.percussions.solving import DumpToSolve, solve_dump
 from analysis.scene.shipped_scenes import make
 from analysis.support.frames import write_frame
 from benchmarks.problems.families import jammed
@@ -81,10 +81,7 @@ def test_threads_write_the_same_bytes(film, tmp_path, monkeypatch):
     dump, whole = job(film), []
     assert len(dump.blocks(range(FRAMES))) == 6
     for workers in (1, 2, 3):
-        with executor_for(dump, workers) as executor:
-            whole.append(
-                solve_dump(dump, tmp_path / f"{workers}.csv", executor=executor, workers=workers)
-            )
+        whole.append(solve_dump(dump, tmp_path / f"{workers}.csv", workers=workers))
     texts = {(tmp_path / f"{workers}.csv").read_bytes() for workers in (1, 2, 3)}
     assert len(texts) == 1
     assert whole[0] == whole[1] == whole[2]

@@ -11,7 +11,6 @@ from analysis.cli.runs import solve
 from analysis.percussions.setting import Setting
 from analysis.percussions.solving import JOB, DumpToSolve, solve_dump, solve_in_chunks
 from analysis.support.frames import write_frame
-from analysis.support.parallel import workers
 
 FRAMES, PART, ROW = 50, 4, 40
 
@@ -130,10 +129,9 @@ def test_a_worker_is_lost(dump, tmp_path, cluster):
             one.wait()
             lost.append(share)
 
-    with workers(scheduler=address) as executor:
-        found = solve_in_chunks(
-            dump, tmp_path / "parts.parquet", PART, executor=executor, progress=kill
-        )
+    found = solve_in_chunks(
+        dump, tmp_path / "parts.parquet", PART, scheduler=address, progress=kill
+    )
     assert lost == [1 / 13]
     assert other.poll() is None
     assert found.frames == FRAMES

@@ -14,10 +14,13 @@ from analysis.dumps import DumpError
 from analysis.percussions import table
 from analysis.percussions.setting import Setting
 from analysis.percussions.solving import DumpToSolve, solve_dump
-from analysis.percussions.table import csv_lines
 from tests.crowds import frame
 
 WORDS = st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=8)
+
+
+def csv_lines(columns):
+    return table.rows_of(dict(enumerate(columns)))
 
 
 @given(st.lists(st.tuples(st.floats(), st.integers(-(2**63), 2**63 - 1), WORDS)))

@@ -17,8 +17,8 @@ from analysis.support.parallel import workers
 from analysis.work_precision import soft
 from analysis.work_precision.chart import measure
 from analysis.work_precision.page import write_chart
-from analysis.work_precision.point import PointStatus, points_of_text, read_points
-from analysis.work_precision.soft import SoftSetting, run_soft, settings_of
+from analysis.work_precision.point import Method, PointStatus, read_points
+from analysis.work_precision.soft import run_soft, settings_of
 from analysis.work_precision.whole_runs import WholeRunPoint, whole_runs_of
 from analysis.work_precision.window import DISK_IMPULSE, driven_window, impact_window
 from nscd import ContactLaw, find_contacts, solve
@@ -28,7 +28,7 @@ pytestmark = pytest.mark.skipif(LAMMPS.version() is None, reason="no LAMMPS")
 
 
 def setting(share, law="hooke", stiffness=1e6):
-    return SoftSetting(engine="lammps", law=law, stiffness_N_per_m=stiffness, share=share)
+    return Method(method="lammps", law=law, stiffness_N_per_m=stiffness, time_step_share=share)
 
 
 @pytest.fixture(scope="module")
@@ -129,8 +129,7 @@ def test_seeds_put_whole_runs_on_the_page(measured, tmp_path, monkeypatch):
     words = ["chart", "four_disks.toml", "--quick", "--seeds", "1", "--jobs", "1"]
     made = CliRunner().invoke(app, words)
     assert made.exit_code == 0, made.output
-    text = (tmp_path / "chart/whole_runs.json").read_text()
-    points = points_of_text(text, "the chart", WholeRunPoint)
+    points = read_points(tmp_path / "chart/whole_runs.json", WholeRunPoint)
     found = {p.quantity: p.mean for p in points}
     assert found.keys() == {"contact_sum", "contact_95"}  # there is no wall
     contacts = find_contacts(scene.snapshot, tolerance=1e-9)

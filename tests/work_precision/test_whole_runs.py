@@ -4,7 +4,7 @@ import pytest
 
 from analysis.scene.shipped_scenes import make
 from analysis.work_precision import whole_runs
-from analysis.work_precision.point import points_of_text, write_points
+from analysis.work_precision.point import read_points, write_points
 from analysis.work_precision.whole_runs import Setting, Told, WholeRunPoint, WholeRuns, bias_of
 
 from analysis.work_precision.whole_runs import crowds_of, points_of, runs_of  # isort: skip
@@ -78,11 +78,12 @@ def test_whole_runs_of_a_small_crowd(tmp_path):
     assert [row[0] for row in section.tables[0].rows] == ["rigid model, 5 ms", "LAMMPS, 10⁶ N/m"]
     assert len(section.tables[0].head) == len(section.tables[0].rows[0])
     write_points(tmp_path, points, "whole_runs", WholeRunPoint)
-    text = (tmp_path / "whole_runs.json").read_text()
-    assert points_of_text(text, "a file", WholeRunPoint) == points
+    file = tmp_path / "whole_runs.json"
+    assert read_points(file, WholeRunPoint) == points
     assert all(point.error is None for point in points)  # one crowd in common has no interval
-    with pytest.raises(ValueError, match=r"here: not the whole runs of a chart: format"):
-        points_of_text('{"format": 0}', "here", WholeRunPoint)
+    file.write_text('{"format": 0}')
+    with pytest.raises(ValueError, match=r"whole_runs.json: not the whole runs of a chart: format"):
+        read_points(file, WholeRunPoint)
 
 
 def test_an_impact_is_compared_by_impulses(tmp_path):

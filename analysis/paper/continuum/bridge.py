@@ -416,9 +416,9 @@ def profiles(sizes: Sequence[Size]) -> Figure:
             (last.best, dashes, drawing.GREEN, f"(11), $k_v$ {fitted}"),
         ):
             axes.plot(*_banded(model.pressure), ls=style, lw=2, color=colour, label=words)
-        axes.set(xlabel="distance from the exit (m)", title=str(packing), xlim=(0, WITHIN))
-        axes.set_ylim(bottom=0)
-    every[0].set_ylabel("coarse-grained pressure (N·s/m)")
+        limits: dict[str, Any] = {"xlim": (0, WITHIN), "ylim": (0, None)}
+        drawing.label(axes, "distance from the exit (m)", title=str(packing), **limits)
+    drawing.label(every[0], y="coarse-grained pressure (N·s/m)")
     drawing.legend_below(figure, every[0], 3)
     return figure
 

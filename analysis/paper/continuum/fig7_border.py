@@ -7,7 +7,16 @@ import numpy as np
 from matplotlib.figure import Figure
 from skfem import MeshTri1
 
-from analysis.pages.drawing import BLACK, BLUE, GREY, ORANGE, PINK, draw_vectors, panels
+from analysis.pages.drawing import (
+    BLACK,
+    BLUE,
+    GREY,
+    ORANGE,
+    PINK,
+    draw_vectors,
+    label_outer,
+    panels,
+)
 from analysis.pages.fields import draw_field, draw_room, rounded
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
@@ -129,8 +138,8 @@ def border(room: Room, run: Run, shown: MeshTri1) -> Figure:
         draw_vectors(right, at - vector, vector, width=0.004, color=BLUE)
     for axes in (left, right):
         draw_room(axes, room)
-        axes.set(xlabel="x (m)", xlim=(-7.8, 1.6), ylim=(-1.0, 7.0))
-    left.set_ylabel("y (m)")
+        axes.set(xlim=(-7.8, 1.6), ylim=(-1.0, 7.0))
+    label_outer((left, right))
     return figure
 
 

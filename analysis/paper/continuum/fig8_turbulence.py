@@ -362,9 +362,8 @@ def error_curves(curves: Sequence[Curve]) -> Figure:
         axes.axvline(4.0, color=drawing.BLACK, lw=0.8, ls=":")
         place = ("data", "axes fraction")
         axes.annotate("$k_v = 4$", (4.2, 0.98), xycoords=place, fontsize=8, va="top")
-        axes.set(xscale="log", yscale="log", title=NAMES[case])
-        axes.set(xlabel="volume dissipation $k_v$ (per person)")
-    every[0].set_ylabel("difference from the crowd turbulence (–)")
+        drawing.label(axes, "volume dissipation $k_v$ (per person)", title=NAMES[case], log="xy")
+    drawing.label(every[0], y="difference from the crowd turbulence (–)")
     drawing.legend_below(figure, every[0], 2)
     return figure
 

@@ -193,10 +193,8 @@ def raw_maximum(raw: RawMaxima) -> Figure:
     side = np.array([row.size for row in uniform])
     slope = uniform[0].raw * (side / side[0]) ** -0.5
     axes.plot(side, slope, "--", color=drawing.BLACK, lw=1, label="∝ side$^{-1/2}$")
-    axes.set(xscale="log", yscale="log")
-    axes.set(xlabel="side of the triangles (m)", ylabel="largest pressure (N·s/m)")
-    axes.set_xticks(side, [f"{value:g}" for value in side], minor=False)
-    axes.set_xticks([], minor=True)
+    drawing.label(axes, "side of the triangles (m)", "largest pressure (N·s/m)", log="xy")
+    drawing.ticks_at(axes, side)
     axes.invert_xaxis()
     figure.legend(loc="outside right center", fontsize=8)
     return figure

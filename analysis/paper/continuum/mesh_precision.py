@@ -15,7 +15,7 @@ from matplotlib.ticker import NullFormatter
 from matplotlib.tri import Triangulation
 from skfem import Mesh
 
-from analysis.pages.drawing import BLUE, GREEN, GREY, ORANGE, PINK, legend_below, panels
+from analysis.pages.drawing import BLUE, GREEN, GREY, ORANGE, PINK, label, legend_below, panels
 from analysis.pages.numbers import decimals, percent
 from analysis.pages.section import Cell, Section
 from analysis.pages.words import Words
@@ -244,9 +244,9 @@ def picture(study: Study) -> Figure:
         _curves(axes, study.room, name)
         limit = getattr(study.uncertainty, name)
         axes.axhspan(axes.get_ylim()[0], limit, color=GREY, alpha=0.5, lw=0, zorder=0)
-        axes.set_title(f"Room: {title}", fontsize=10)
+        label(axes, title=f"Room: {title}")
     _curves(every[3], study.annulus, "energy")
-    every[3].set_title("Half-annulus: velocity sum, energy norm", fontsize=10)
+    label(every[3], title="Half-annulus: velocity sum, energy norm")
     legend_below(figure, every, 6)
     return figure
 
@@ -254,11 +254,10 @@ def picture(study: Study) -> Figure:
 def _curves(axes: Axes, points: Sequence[Point], name: str) -> None:
     for family, of in grouped(points, attrgetter("family")).items():
         colour, marker, line, face = STYLES[family]
-        label = family if " " in family else f"{family}, half-annulus"
+        words = family if " " in family else f"{family}, half-annulus"
         seconds, errors = zip(*((p.cpu_s, getattr(p.errors, name)) for p in of), strict=True)
-        axes.plot(seconds, errors, color=colour, ls=line, marker=marker, mfc=face, label=label)
-    axes.set(xscale="log", yscale="log")
-    axes.set(xlabel="CPU seconds, mesh and collision", ylabel="relative error")
+        axes.plot(seconds, errors, color=colour, ls=line, marker=marker, mfc=face, label=words)
+    label(axes, "CPU seconds, mesh and collision", "relative error", log="xy")
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_ylim(*axes.get_ylim())
 

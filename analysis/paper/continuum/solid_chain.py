@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.pages.drawing import COLOURS, LINES, MARKERS, panels
+from analysis.pages.drawing import COLOURS, LINES, MARKERS, label, panels
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
 from analysis.paper.answers import unsolved
@@ -158,19 +158,16 @@ def velocities(found: Chains) -> Figure:
         colour, some = COLOURS[number], slice(number * 5, None, 20)
         left.plot(one.x, one.chain.right_velocity(one.x), LINES[number], color=colour, lw=1.2)
         look = {"ls": "none", "ms": 5, "mfc": "none", "color": colour}
-        label = one.name.replace("k_s", "$k_s$")
-        left.plot(one.x[some], one.right[some], MARKERS[number], **look, label=label)
-    left.set(ylabel="right velocity u⁺ (m/s)")
-    left.legend(fontsize=8, loc="lower left")
+        words = one.name.replace("k_s", "$k_s$")
+        left.plot(one.x[some], one.right[some], MARKERS[number], **look, label=words)
     shades = np.linspace(0.7, 0.0, len(found.dense))
     for one, style, shade in zip(found.dense, (*LINES, (0, (6, 1))), shades, strict=True):
-        inner, label = one.chain.internal_percussion(one.x), f"{one.name} people/m"
-        right.plot(one.x, inner, ls=style, color=str(shade), lw=1.8, label=label)
-    right.set(ylabel="internal percussion (N·s per kg of a person)")
-    right.set(yscale="log", ylim=(1e-2, None))
-    right.legend(fontsize=8, loc="upper left")
-    for axes in (left, right):
-        axes.set(xlabel="x (m), the wall is at the right", xlim=(LENGTH - 6, LENGTH + 0.1))
+        inner, words = one.chain.internal_percussion(one.x), f"{one.name} people/m"
+        right.plot(one.x, inner, ls=style, color=str(shade), lw=1.8, label=words)
+    x, near = "x (m), the wall is at the right", (LENGTH - 6, LENGTH + 0.1)
+    label(left, x, "right velocity u⁺ (m/s)", legend="lower left", xlim=near)
+    y = "internal percussion (N·s per kg of a person)"
+    label(right, x, y, log="y", legend="upper left", xlim=near, ylim=(1e-2, None))
     return figure
 
 

@@ -11,7 +11,17 @@ from numpy.typing import ArrayLike
 from scipy.optimize import bisect
 
 from analysis.engines.run import EngineRun
-from analysis.pages.drawing import BLACK, BLUE, COLOURS, GREY, MARKERS, ORANGE, legend_below, panels
+from analysis.pages.drawing import (
+    BLACK,
+    BLUE,
+    COLOURS,
+    GREY,
+    MARKERS,
+    ORANGE,
+    label,
+    legend_below,
+    panels,
+)
 from analysis.pages.names import ENGINE_NAMES
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
@@ -237,8 +247,8 @@ def after_impact(impacts: list[Impact]) -> Figure:
         axes.barh(rows + (disk - 0.5 * (disks - 1)) * height, speeds, height, **style)
     axes.axvline(0, color=BLACK, lw=0.8)
     axes.set_yticks(rows, [impact.law for impact in impacts], fontsize=8)
-    axes.set_ylim(len(impacts) - 0.4, -0.6)
-    axes.set_xlabel("velocity after the impact / velocity of disk 1 before it (–)")
+    x = "velocity after the impact / velocity of disk 1 before it (–)"
+    label(axes, x, ylim=(len(impacts) - 0.4, -0.6))
     axes.grid(axis="x", alpha=0.3)
     legend_below(figure, axes, disks, place="outside upper center")
     return figure
@@ -259,8 +269,8 @@ def against_dissipation(
     right.plot(e, pairs, MARKERS[0], color=BLUE, label="percussions, pair")
     right.plot(e, fours, MARKERS[1], color=ORANGE, label="percussions, four disks")
     right.plot(e, newton, "x", color=BLACK, label="Newton's law, four disks")
-    right.set(xlabel="restitution e that k stands for in a pair (–)", ylabel="(u²⁺ − u¹⁺) / U (–)")
-    right.legend(fontsize=8)
+    x, y = "restitution e that k stands for in a pair (–)", "(u²⁺ − u¹⁺) / U (–)"
+    label(right, x, y, legend="best")
     return figure
 
 
@@ -278,8 +288,8 @@ def _velocities(axes: Axes, ratio: Floats, four: Floats, pair: Floats) -> None:
     for mass, marker in ((MASS, "D"), (LIGHT, "v")):
         place = PRINTED_K / mass
         values = [np.interp(np.log(place), np.log(ratio), four[:, disk]) for disk in (0, 1)]
-        label = f"k = {PRINTED_K:g} kg, m = {mass:g} kg"
-        axes.plot([place] * 2, values, marker, ls="none", mfc="white", mec=BLACK, ms=7, label=label)
+        words = f"k = {PRINTED_K:g} kg, m = {mass:g} kg"
+        axes.plot([place] * 2, values, marker, ls="none", mfc="white", mec=BLACK, ms=7, label=words)
     axes.set(xscale="log", ylim=(-1.05, 1.45), xlabel="k/m (–)", ylabel="u⁺/U (–)")
     axes.legend(fontsize=7, ncols=2, loc="upper left")
 

@@ -16,7 +16,7 @@ from analysis.compare import comparison
 from analysis.dumps import open_bodies
 from analysis.engines.run import EngineRun
 from analysis.pages import drawing, numbers
-from analysis.pages.drawing import BLACK, BLUE, COLOURS, LINES, MARKERS, ORANGE, look, panels
+from analysis.pages.drawing import BLACK, BLUE, COLOURS, LINES, MARKERS, ORANGE, label, look, panels
 from analysis.pages.names import ENGINE_NAMES
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
@@ -285,6 +285,7 @@ KINDS: Sequence[tuple[str, str, Any]] = (
     ("local (a pushing disk takes part)", BLACK, (0, (2, 1))),
 )
 RESTING, PUSHING = drawing.PALER_BLUE, drawing.PALE_ORANGE
+DISTANCE, OVER_K = "distance from the pushing column (m)", "stiffness k (N/m)"
 DIFFERENCE = "rms(∫f dt − p) / rms(∫f dt) (–)"
 
 
@@ -295,8 +296,7 @@ def draw_network(rigid: Rigid) -> Figure:
     for axes in (before, middle, after):
         _draw_people(axes, rigid.scene, snapshot)
         axes.set_xlim(-0.6, snapshot.position[:, 0].max() + 0.6)
-    after.set_xlabel("x (m)")
-    before.set_title("left velocities", fontsize=10)
+    label(before, title="left velocities")
     _arrows(before, snapshot.position, snapshot.velocity, 0.2)
     lines = contact_lines(snapshot, rigid.found.contacts)
     for chosen, (words, colour, style) in zip((~rigid.local, rigid.local), KINDS, strict=True):
@@ -305,9 +305,9 @@ def draw_network(rigid: Rigid) -> Figure:
         drawn["linewidths"] = list(7 * size[shown] / size.max())
         middle.add_collection(LineCollection(list(lines[shown]), **drawn))
         middle.plot([], [], color=colour, ls=style, lw=3, label=words)
-    middle.set_title(f"percussions, the widest is {size.max():.0f} N·s", fontsize=10)
+    label(middle, title=f"percussions, the widest is {size.max():.0f} N·s")
     drawing.legend_below(figure, middle, 3)
-    after.set_title("right velocities (arrows four times as long as above)", fontsize=10)
+    label(after, "x (m)", title="right velocities (arrows four times as long as above)")
     _arrows(after, snapshot.position, rigid.found.answer.right_velocity, 0.8)
     return figure
 
@@ -320,9 +320,9 @@ def draw_finals(finals: Sequence[Final], scene: Scene) -> Figure:
         _draw_people(axes, scene, replace(scene.snapshot, position=one.position))
         outline = PatchCollection(before, facecolor="none", edgecolor=BLUE, lw=0.6, ls=":")
         axes.add_collection(outline)
-        axes.set_xlim(one.position[:, 0].min() - 0.6, one.position[:, 0].max() + 0.6)
-        axes.set_title(one.model, fontsize=10)
-    every[-1].set_xlabel("x (m)")
+        x = one.position[:, 0]
+        label(axes, title=one.model, xlim=(x.min() - 0.6, x.max() + 0.6))
+    label(every[-1], "x (m)")
     return figure
 
 
@@ -357,12 +357,9 @@ def draw_decay(gaps: Gaps, pushes: Sequence[Push]) -> Figure:
         top = max(top, values.max())
         style = look(number + 1, hollow=True) | {"color": COLOURS[number], "ms": 5}
         left.plot(gaps.distance, values, label=f"LAMMPS, ζ = {push.damping:.2g}", **style)
-    left.set(ylabel="impulse along x (N·s)", ylim=(0, 1.3 * top))
-    left.legend(fontsize=8)
+    label(left, DISTANCE, "impulse along x (N·s)", legend="best", ylim=(0, 1.3 * top))
     right.plot(gaps.distance, gaps.largest, MARKERS[0], ls="-", color=BLUE)
-    right.set(ylabel="largest percussion in the gap (N·s)", ylim=(0, None))
-    for axes in (left, right):
-        axes.set_xlabel("distance from the pushing column (m)")
+    label(right, DISTANCE, "largest percussion in the gap (N·s)", ylim=(0, None))
     return figure
 
 
@@ -374,15 +371,13 @@ def draw_wave(pushes: Sequence[Push], place: Floats) -> Figure:
     engine, _ = next(iter(kinds))
     _arrivals(left, [p for (name, _), of in kinds.items() for p in of if name == engine], place)
     for number, ((name, restitution), chosen) in enumerate(kinds.items()):
-        style = {"ms": 10 - 2 * number, "mfc": "none", "color": COLOURS[number]}
-        label = f"{ENGINE_NAMES[name]}, e = {restitution:g}"
+        style: dict[str, Any] = {"ms": 10 - 2 * number, "mfc": "none", "color": COLOURS[number]}
+        style["label"] = f"{ENGINE_NAMES[name]}, e = {restitution:g}"
         x, y = [p.stiffness for p in chosen], [p.speed for p in chosen]
-        right.plot(x, y, MARKERS[number], label=label, **style)
+        right.plot(x, y, MARKERS[number], **style)
     closed = sorted({(p.stiffness, p.long_waves) for of in kinds.values() for p in of})
     right.plot(*np.transpose(closed), "-", color=BLACK, lw=1, label="long waves, d √(K/m), ∝ √k")
-    right.set(xscale="log", yscale="log", xlabel="stiffness k (N/m)")
-    right.set_ylabel("speed of the front (m/s)")
-    right.legend(fontsize=8)
+    label(right, OVER_K, "speed of the front (m/s)", log="xy", legend="best")
     return figure
 
 
@@ -393,12 +388,10 @@ def _arrivals(axes: Axes, pushes: Sequence[Push], place: Floats) -> None:
         number, kind = stiffnesses.index(push.stiffness), restitutions.index(push.restitution)
         later = push.first > 0
         style = look(number, hollow=kind > 0) | {"ls": LINES[kind], "ms": 4}
-        label = f"k = {numbers.number(push.stiffness)} N/m, e = {push.restitution:g}"
-        axes.plot(place[later] - place[0], push.first[later], label=label, **style)
-    axes.set(yscale="log", xlabel="distance from the pushing column (m)")
-    axes.set_ylabel("first arrival (s)")
-    axes.legend(fontsize=7, loc="lower right")
-    axes.set_title(f"{ENGINE_NAMES[pushes[0].engine]}, percussions arrive at once", fontsize=10)
+        words = f"k = {numbers.number(push.stiffness)} N/m, e = {push.restitution:g}"
+        axes.plot(place[later] - place[0], push.first[later], label=words, **style)
+    title = f"{ENGINE_NAMES[pushes[0].engine]}, percussions arrive at once"
+    label(axes, DISTANCE, "first arrival (s)", title, log="y", legend="lower right", size=7)
 
 
 def draw_impulses(inelastic: Sequence[Push], rising: Sequence[Push]) -> Figure:
@@ -408,19 +401,16 @@ def draw_impulses(inelastic: Sequence[Push], rising: Sequence[Push]) -> Figure:
     _cloud(cloud, (rising[0], rising[-1]))
     for number, (engine, mine) in enumerate(grouped(inelastic, attrgetter("engine")).items()):
         style = look(number, hollow=True) | {"ms": 9 - 4 * number}
-        label = f"{ENGINE_NAMES[engine]}, e = {mine[0].restitution:g}"
+        words = f"{ENGINE_NAMES[engine]}, e = {mine[0].restitution:g}"
         x, y = [push.stiffness for push in mine], [push.difference for push in mine]
-        by_stiffness.plot(x, y, label=label, **style)
+        by_stiffness.plot(x, y, label=words, **style)
+    legend: dict[str, Any] = {"legend": "best", "size": 7}
     top = max(push.difference for push in inelastic)
-    by_stiffness.set(xscale="log", xlabel="stiffness k (N/m)", ylim=(0, 1.15 * top))
-    label = f"{ENGINE_NAMES[rising[0].engine]}, k = {numbers.number(rising[0].stiffness)} N/m"
+    label(by_stiffness, OVER_K, DIFFERENCE, log="x", ylim=(0, 1.15 * top), **legend)
+    words = f"{ENGINE_NAMES[rising[0].engine]}, k = {numbers.number(rising[0].stiffness)} N/m"
     values = [[push.damping for push in rising], [push.difference for push in rising]]
-    by_damping.plot(*values, MARKERS[0], ls="-", color=BLUE, label=label)
-    by_damping.set(xscale="log", yscale="log", xlabel="damping ratio ζ (–)")
-    for axes in (by_stiffness, by_damping):
-        axes.set_ylabel(DIFFERENCE)
-    for axes in (cloud, by_stiffness, by_damping):
-        axes.legend(fontsize=7)
+    by_damping.plot(*values, MARKERS[0], ls="-", color=BLUE, label=words)
+    label(by_damping, "damping ratio ζ (–)", DIFFERENCE, log="xy", **legend)
     return figure
 
 
@@ -430,10 +420,10 @@ def _cloud(axes: Axes, pushes: Sequence[Push]) -> None:
         soft, rigid = push.comparison.match.normal_parts()
         top = max(top, float(rigid.max()), float(soft.max()))
         face, edge = (BLUE, BLUE) if number else ("none", ORANGE)
-        label = f"e = {push.restitution:g} (ζ = {push.damping:.2g})"
-        axes.plot(rigid, soft, MARKERS[number], ms=4, mfc=face, mec=edge, label=label)
+        words = f"e = {push.restitution:g} (ζ = {push.damping:.2g})"
+        axes.plot(rigid, soft, MARKERS[number], ms=4, mfc=face, mec=edge, label=words)
     axes.plot([0, top], [0, top], "-", color=BLACK, lw=0.8, label="equal")
-    axes.set(xlabel="percussion p (N·s)", ylabel="∫f dt (N·s)", aspect="equal")
+    label(axes, "percussion p (N·s)", "∫f dt (N·s)", legend="best", size=7, aspect="equal")
 
 
 def engine_runs(runs: Path) -> list[EngineRun]:

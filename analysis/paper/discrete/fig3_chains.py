@@ -8,7 +8,17 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from analysis.pages.drawing import BLACK, COLOURS, GREY, LINES, MARKERS, legend_below, look, panels
+from analysis.pages.drawing import (
+    BLACK,
+    COLOURS,
+    GREY,
+    LINES,
+    MARKERS,
+    label,
+    legend_below,
+    look,
+    panels,
+)
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
 from analysis.paper.answers import grouped, told, unsolved
@@ -131,12 +141,11 @@ def percussions_along(shown: Sequence[Trial]) -> Figure:
         if axes is wall:
             names[-1] = f"{n}–wall"
             printed, _ = mine[0].chain.as_printed()
-            label = "(5), (6) as printed, equal"
-            axes.plot(range(1, n), printed, "x", ls=":", color=BLACK, label=label)
+            words = "(5), (6) as printed, equal"
+            axes.plot(range(1, n), printed, "x", ls=":", color=BLACK, label=words)
         axes.set_xticks(range(1, n + 1), names, rotation=45, fontsize=8)
-        axes.set(xlabel="contact", ylabel="reaction λ (N·s)")
-        axes.set_title("against a wall" if axes is wall else "free")
-        axes.legend(fontsize=8, loc="upper left" if axes is wall else "lower center")
+        title, place = ("against a wall", "upper left") if axes is wall else ("free", "lower center")
+        label(axes, "contact", "reaction λ (N·s)", title, legend=place)
     return figure
 
 
@@ -144,9 +153,9 @@ def _along(axes: Axes, trials: Sequence[Trial]) -> None:
     for number, trial in enumerate(trials):
         colour, places = COLOURS[number], np.arange(1, len(trial.answer.reaction) + 1)
         axes.plot(places, trial.chain.closed_form()[0], LINES[number], color=colour, lw=1.2)
-        face, label = "none" if number else colour, f"{trial.chain.words[1]} masses"
+        face, words = "none" if number else colour, f"{trial.chain.words[1]} masses"
         reaction, marker = trial.answer.reaction, MARKERS[number]
-        axes.plot(places, reaction, marker, color=colour, mfc=face, label=label)
+        axes.plot(places, reaction, marker, color=colour, mfc=face, label=words)
 
 
 def accuracy(trials: Sequence[Trial]) -> Figure:
@@ -155,15 +164,14 @@ def accuracy(trials: Sequence[Trial]) -> Figure:
     smallest = np.finfo(float).eps / 4
     kinds = grouped(trials, lambda trial: trial.chain.words)
     for number, (kind, mine) in enumerate(kinds.items()):
-        people = [len(trial.chain.mass) for trial in mine]
+        counts = [len(trial.chain.mass) for trial in mine]
         errors = [max(trial.reaction_error, smallest) for trial in mine]
         for axes, values in ((left, errors), (right, [trial.cpu for trial in mine])):
-            axes.plot(people, values, **look(number, hollow=number % 2 == 1), label=", ".join(kind))
+            axes.plot(counts, values, **look(number, hollow=number % 2 == 1), label=", ".join(kind))
     left.axhline(1e-10, color=GREY, lw=1.5, label="10⁻¹⁰")
-    left.set(ylabel="error of λ / largest λ (–)", ylim=(smallest / 2, 1e-9))
-    right.set(ylabel="CPU time of solve (s)")
-    for axes in (left, right):
-        axes.set(xscale="log", yscale="log", xlabel="people in the chain")
+    people = "people in the chain"
+    label(left, people, "error of λ / largest λ (–)", log="xy", ylim=(smallest / 2, 1e-9))
+    label(right, people, "CPU time of solve (s)", log="xy")
     legend_below(figure, left, 5)
     return figure
 

@@ -15,7 +15,7 @@ from analysis.compare.comparison import Comparison, relative_difference, statist
 from analysis.compare.study import Study
 from analysis.engines import EngineError
 from analysis.engines.run import EngineRun
-from analysis.pages.drawing import BLACK, BLUE, GREY, ORANGE, legend_below, panels
+from analysis.pages.drawing import BLACK, BLUE, GREY, ORANGE, label, legend_below, panels, ticks_at
 from analysis.pages.section import Cell, Claim, Section, Table, Verdict
 from analysis.pages.words import Words
 from analysis.paper.answers import grouped, told, unsolved
@@ -205,9 +205,8 @@ def dissipation(trials: Sequence[Trial]) -> Figure:
         axis.annotate("m_eff", (EFFECTIVE_MASS, 0.5), **at)
         axis.set_xscale("symlog", linthresh=1.0)
         axis.set_xticks(ticks, ["0", "1", "10", "100", "1000", "10000"])
-        axis.set(xlabel="dissipation k (kg)", xlim=(-0.1, 1.5e4))
         title = "k along and across the contacts (paper)" if across else "k along the normals only"
-        axis.set_title(title, fontsize=10)
+        label(axis, "dissipation k (kg)", title=title, xlim=(-0.1, 1.5e4))
     axes[0].set(ylabel="force (kN)", ylim=(0, None))
     legend_below(figure, axes[0], 6)
     return figure
@@ -221,10 +220,10 @@ def _forces(axis: Axes, trials: Sequence[Trial]) -> None:
         ("largest λ/τ", [t.reactions.max() for t in trials], "s--", ORANGE),
         ("mean λ/τ", [t.reactions.mean() for t in trials], "o--", BLACK),
     )
-    for label, values, style, colour in series:
+    for words, values, style, colour in series:
         face = "none" if "--" in style else colour
         kilonewton, k = np.array(values) / 1e3, [trial.dissipation for trial in trials]
-        axis.plot(k, kilonewton, style, color=colour, mfc=face, ms=5, label=label)
+        axis.plot(k, kilonewton, style, color=colour, mfc=face, ms=5, label=words)
 
 
 def seeds(crowds: Mapping[str, Sequence[Sample]]) -> Figure:
@@ -237,11 +236,10 @@ def seeds(crowds: Mapping[str, Sequence[Sample]]) -> Figure:
         _places(place, samples)
         _profile(profile, samples)
         for axes in (place, profile):
-            axes.set_title(f"{len(samples)} {kind}", fontsize=10)
-    for axes in every[-2:]:
-        axes.set_xlabel("distance from the middle of the exit (m)")
-    every[0].legend(fontsize=8, loc="upper right")
-    every[1].legend(fontsize=8)
+            x = "distance from the middle of the exit (m)" if axes in every[-2:] else ""
+            label(axes, x, title=f"{len(samples)} {kind}")
+    label(every[0], legend="upper right")
+    label(every[1], legend="best")
     return figure
 
 
@@ -264,17 +262,16 @@ def _profile(axes: Axes, samples: Sequence[Sample]) -> None:
     ring = (np.arange(count) + 0.5) * RING_M
     axes.plot(ring, values.T, color=GREY, lw=0.7)
     mean, spread = np.nanmean(values, 0), np.nanstd(values, 0)
-    label = "mean and standard deviation"
-    axes.errorbar(ring, mean, spread, fmt="o-", color=BLUE, capsize=3, label=label)
-    axes.set_ylabel("sum of magnitudes / mean")
-    axes.set_ylim(bottom=0)
+    words = "mean and standard deviation"
+    axes.errorbar(ring, mean, spread, fmt="o-", color=BLUE, capsize=3, label=words)
+    label(axes, y="sum of magnitudes / mean", ylim=(0, None))
 
 
 def sizes(samples: Sequence[Sample]) -> Figure:
     """Draw how mean, maximum and the place of the maximum change with the number of people."""
     figure, (forces, places) = panels(9.5, 3.8, 1, 2)
     groups = _by_people(samples)
-    for axes, name, style, colour, label in (
+    for axes, name, style, colour, words in (
         (forces, "largest_N", "s--", ORANGE, "largest sum of magnitudes"),
         (forces, "mean_N", "o-", BLUE, "mean sum of magnitudes"),
         (forces, "largest_resultant_N", "D:", BLACK, "largest vector sum"),
@@ -284,16 +281,14 @@ def sizes(samples: Sequence[Sample]) -> Figure:
     ):
         values = [_numbers(same, name) for same in groups.values()]
         means, spreads = [v.mean() for v in values], [v.std() for v in values]
-        look = {"fmt": style, "color": colour, "capsize": 3, "ms": 5, "label": label}
+        look = {"fmt": style, "color": colour, "capsize": 3, "ms": 5, "label": words}
         axes.errorbar(list(groups), means, spreads, **look)
-    forces.set(yscale="log", ylabel="force (N)")
+    label(forces, y="force (N)", log="y")
     forces.set_ylim(top=20 * forces.get_ylim()[1])
-    places.set_ylabel("distance from the middle of the exit (m)")
+    label(places, y="distance from the middle of the exit (m)")
     for axes in (forces, places):
-        axes.set(xscale="log", xlabel="people")
-        axes.set_xticks(list(groups), [str(n) for n in groups])
-        axes.set_xticks([], minor=True)
-        axes.legend(fontsize=8, loc="upper left")
+        label(axes, "people", log="x", legend="upper left")
+        ticks_at(axes, groups)
     return figure
 
 

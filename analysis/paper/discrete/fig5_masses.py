@@ -10,7 +10,7 @@ from scipy.stats import kruskal
 
 from analysis.engines import EngineError
 from analysis.engines.run import EngineRun
-from analysis.pages.drawing import BLACK, BLUE, ORANGE, panels
+from analysis.pages.drawing import BLACK, BLUE, ORANGE, label, panels
 from analysis.pages.section import Cell, Section, Table, Verdict
 from analysis.pages.words import Words
 from analysis.paper.discrete import pressed_crowd
@@ -64,12 +64,12 @@ def rings(archs: Mapping[str, pressed_crowd.Arch]) -> Figure:
             held = [(r, at.mean()) for r, at in enumerate(arch.by_ring(values)) if len(at)]
             middles = [(r + 0.5) * pressed_crowd.RING_M for r, _ in held]
             means = [m for _, m in held]
-            label = f"{name}: mean of rings of {pressed_crowd.RING_M:g} m"
-            axis.plot(middles, means, style, color=colour, mec=BLACK, label=label)
-    labels = ("right speed |u⁺| (m/s)", "sum of normal magnitudes (kN)")
-    for axis, label in zip(every, labels, strict=True):
-        axis.set(xlabel="distance from the middle of the exit (m)", ylabel=label, ylim=(0, None))
-        axis.legend(fontsize=8, loc="upper right")
+            words = f"{name}: mean of rings of {pressed_crowd.RING_M:g} m"
+            axis.plot(middles, means, style, color=colour, mec=BLACK, label=words)
+    names = ("right speed |u⁺| (m/s)", "sum of normal magnitudes (kN)")
+    for axis, y in zip(every, names, strict=True):
+        x = "distance from the middle of the exit (m)"
+        label(axis, x, y, legend="upper right", ylim=(0, None))
     return figure
 
 

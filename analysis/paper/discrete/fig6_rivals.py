@@ -161,8 +161,8 @@ def draw_laws(limit: float) -> Figure:
     strength = SocialForceLaw().strength
     place, arrow = (30.0, 1.6 * strength), {"arrowstyle": "->"}
     axes.annotate(f"A = {strength:g} N", (0.0, strength), place, arrowprops=arrow, fontsize=9)
-    axes.set(yscale="log", xlabel="gap (mm), negative: overlap", ylabel="force of a pair (N)")
-    axes.legend(loc="upper right", fontsize=9)
+    x, y = "gap (mm), negative: overlap", "force of a pair (N)"
+    drawing.label(axes, x, y, log="y", legend="upper right", size=9)
     return figure
 
 
@@ -178,9 +178,9 @@ def draw_chains(equal: forces.Chain, unequal: forces.Chain) -> Figure:
             drawn: dict[str, Any] = {"ls": style, "color": colour, "ms": size, "mfc": face}
             axes.plot(contact, chain[name], marker, lw=1.2, label=label, **drawn)
         masses = f"{mass.min():g} to {mass.max():g} kg" if np.ptp(mass) else f"{mass[0]:g} kg each"
-        axes.set(yscale="log", xticks=contact, title=f"Masses: {masses}")
-        axes.set_xlabel(f"contact (1: free end, {len(contact)}: wall)")
-    left.set_ylabel("normal force (N)")
+        words = f"contact (1: free end, {len(contact)}: wall)"
+        drawing.label(axes, words, title=f"Masses: {masses}", log="y", xticks=contact)
+    drawing.label(left, y="normal force (N)")
     _draw_misjudged(right, equal, unequal)
     drawing.legend_below(figure, left, 3, 9)
     return figure
@@ -195,9 +195,8 @@ def _draw_misjudged(axes: Axes, equal: forces.Chain, unequal: forces.Chain) -> N
         contact = np.arange(1, len(share) + 1)
         axes.plot(contact, share, marker, ls=style, color=colour, label=label)
         axes.set_xticks(contact)
-    axes.set(xlabel="contact", ylabel="first-order model above percussions (%)")
-    axes.set_title("First-order model, λ m̄/τ")
-    axes.legend(fontsize=9)
+    y, title = "first-order model above percussions (%)", "First-order model, λ m̄/τ"
+    drawing.label(axes, "contact", y, title, legend="best", size=9)
 
 
 def draw_arches(equal: forces.ArchForces, unequal: forces.ArchForces) -> Figure:
@@ -219,11 +218,10 @@ def draw_arches(equal: forces.ArchForces, unequal: forces.ArchForces) -> Figure:
         middle, mean = _rings(equal, equal.by_law[name].contact)
         drawn: dict[str, Any] = {"ls": style, "color": colour, "lw": width, "ms": 5}
         by_distance.plot(middle, mean, marker, label=name, **drawn)
-    by_force.set(xscale="log", xlim=(10, None), xlabel="normal force f (N)")
-    by_force.set(ylabel="share of contacts beyond f", title=f"{equal.scene.name}: distribution")
-    by_distance.set(yscale="log", xlabel="distance from the middle of the door (m)")
-    by_distance.set_ylabel(f"mean normal force, rings of {RING_M:g} m (N)")
-    by_distance.set_title(f"{equal.scene.name}: force against distance")
+    x, y, title = "normal force f (N)", "share of contacts beyond f", f"{equal.scene.name}: distribution"
+    drawing.label(by_force, x, y, title, log="x", xlim=(10, None))
+    x, y = "distance from the middle of the door (m)", f"mean normal force, rings of {RING_M:g} m (N)"
+    drawing.label(by_distance, x, y, f"{equal.scene.name}: force against distance", log="y")
     _scatter(social, equal, forces.SOCIAL, "s", drawing.BLUE)
     _scatter(first_order, unequal, forces.FIRST_ORDER, "^", drawing.ORANGE)
     drawing.legend_below(figure, by_distance, 5, 9)
@@ -245,10 +243,10 @@ def _scatter(axes: Axes, arch: forces.ArchForces, name: str, marker: str, colour
     top = 1.05 * max(float(reference.max()), float(force.max()))
     axes.plot([0, top], [0, top], color=drawing.BLACK, lw=0.8, label="equal")
     axes.plot(reference, force, marker, ms=3.5, mfc="none", mec=colour, mew=0.8, ls="none")
-    axes.set(xlabel=f"{forces.PERCUSSIONS} (kN)", ylabel=f"{name} (kN)")
     law, alike = name.split(" λ")[0], correlation(reference, force)
-    axes.set_title(f"{arch.scene.name}: {law}, correlation {alike:.3f}")
-    axes.legend(loc="lower right", fontsize=9)
+    title = f"{arch.scene.name}: {law}, correlation {alike:.3f}"
+    x, y = f"{forces.PERCUSSIONS} (kN)", f"{name} (kN)"
+    drawing.label(axes, x, y, title, legend="lower right", size=9)
 
 
 def draw_evacuations(found: Sequence[forces.Evacuation]) -> Figure:
@@ -264,9 +262,9 @@ def draw_evacuations(found: Sequence[forces.Evacuation]) -> Figure:
         drawing.draw_walls(axes, zip(walls.start, walls.end, strict=True))
         drawing.draw_forces(axes, contact_lines(crowd, pairs), -1e3 * pairs.gap, norm)
         deepest = 1e3 * one.deepest[-1]
-        axes.set_title(f"$u_d$ = {speed:g} m/s: deepest overlap {deepest:.1f} mm", fontsize=10)
-        axes.set(xlim=(-6.0, 1.5), ylim=(-4.5, 4.5), aspect="equal", xlabel="x (m)")
-    every[0].set_ylabel("y (m)")
+        title = f"$u_d$ = {speed:g} m/s: deepest overlap {deepest:.1f} mm"
+        axes.set(xlim=(-6.0, 1.5), ylim=(-4.5, 4.5), aspect="equal")
+        drawing.label(axes, "x (m)", "" if axes is not every[0] else "y (m)", title)
     drawing.add_scale(figure, every, norm, "overlap of a contact (mm)")
     return figure
 

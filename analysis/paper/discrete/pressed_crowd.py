@@ -163,7 +163,7 @@ def snapshot(arch: Arch) -> Figure:
         if values is None:
             lines = contact_lines(arch.snapshot, arch.contacts)
             drawing.draw_forces(axis, lines, forces, norm)
-        axis.set_title(title, fontsize=10)
+        drawing.label(axis, title=title)
         drawing.add_scale(figure, axis, norm, label)
     moving = speed > 0.05 * np.quantile(speed, 0.9)
     shown = velocity[moving] / 4
@@ -183,8 +183,8 @@ def _draw_people(axes: Axes, arch: Arch, values: Floats | None, norm: Normalize)
     drawing.draw_walls(axes, [(ends[0], ends[0] - along), (ends[1], ends[1] + along)])
     reach = arch.snapshot.position[arch.inside()]
     low, high = reach.min(0) - 0.5, np.maximum(reach.max(0), (1.5, -np.inf)) + 0.5
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
-    axes.set(xlabel="x (m)", ylabel="y (m)")
+    limits: dict[str, Any] = {"xlim": (low[0], high[0]), "ylim": (low[1], high[1])}
+    drawing.label(axes, "x (m)", "y (m)", **limits, aspect="equal")
 
 
 def engines(comparisons: Sequence[Comparison]) -> Figure:
@@ -201,9 +201,8 @@ def engines(comparisons: Sequence[Comparison]) -> Figure:
         label = f"within {NEIGHBOURHOOD_M:g} m of the exit"
         axes.plot(penalty[near], rigid[near], "s", label=label, **close)
         axes.set(xlim=(0, top), ylim=(0, top), aspect="equal")
-        axes.set(xlabel="engine (kN)", ylabel="percussions, p/τ (kN)")
-        axes.set_title(engine_label(comparison), fontsize=10)
-        axes.legend(fontsize=8, loc="upper left")
+        x, y, title = "engine (kN)", "percussions, p/τ (kN)", engine_label(comparison)
+        drawing.label(axes, x, y, title, legend="upper left")
     return figure
 
 
