@@ -24,7 +24,8 @@ stuff = {"PARTICLE_DENSITY": m / (math.pi * r * r), "YOUNG_MODULUS": scene.stiff
 kinds, parts = [*enumerate(("disc", "wall"), 1)], ("SpheresPart", "RigidFacePart")
 materials = {
     "materials": [{"material_name": name, "material_id": k, "Variables": stuff} for k, name in kinds],
-    "material_relations": [{"material_names_list": ["disc", two], "material_ids_list": [1, k], "Variables": law} for k, two in kinds],
+    "material_relations": [{"material_names_list": ["disc", two], "material_ids_list": [1, k], "Variables": law}
+                           for k, two in kinds],
     "material_assignation_table": [[part, name] for part, (_, name) in zip(parts, kinds, strict=True)],
 }
 asked = {
