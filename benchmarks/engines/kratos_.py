@@ -8,6 +8,7 @@ import json
 import math
 import os
 from importlib.metadata import version
+from pathlib import Path
 
 os.environ["OMP_NUM_THREADS"] = "1"
 import KratosMultiphysics as Kratos
@@ -15,25 +16,14 @@ import KratosMultiphysics.DEMApplication as Dem
 from KratosMultiphysics.DEMApplication.DEM_analysis_stage import DEMAnalysisStage
 from record import Record, folder, scene, variant
 
-h, mu, (_, _, r, m, *_) = scene.fine_step_s, scene.friction, scene.bodies[0]
-law = {"DEM_DISCONTINUUM_CONSTITUTIVE_LAW_NAME": "DEM_D_Linear_viscous_Coulomb2D", "COEFFICIENT_OF_RESTITUTION": 0.45,
-       "STATIC_FRICTION": mu, "DYNAMIC_FRICTION": mu, "FRICTION_DECAY": 500.0, "ROLLING_FRICTION": 0.0,
-       "ROLLING_FRICTION_WITH_WALLS": 0.0}  # fmt: skip
-stuff = {"PARTICLE_DENSITY": m / (math.pi * r * r), "YOUNG_MODULUS": scene.stiffness * 8 / math.pi, "POISSON_RATIO": 0.0,
-         "COMPUTE_WEAR": False}  # fmt: skip
-kinds, parts = [*enumerate(("disc", "wall"), 1)], ("SpheresPart", "RigidFacePart")
-materials = {
-    "materials": [{"material_name": name, "material_id": k, "Variables": stuff} for k, name in kinds],
-    "material_relations": [{"material_names_list": ["disc", two], "material_ids_list": [1, k], "Variables": law}
-                           for k, two in kinds],
-    "material_assignation_table": [[part, name] for part, (_, name) in zip(parts, kinds, strict=True)],
-}
-asked = {
-    "Dimension": 2, "ElementType": "CylinderPartDEMElement2D", "GravityX": scene.gravity[0], "GravityY": scene.gravity[1],
-    "GravityZ": 0.0, "RotationOption": scene.turns, "dem_inlet_option": False, "NeighbourSearchFrequency": 1,
-    "MaxTimeStep": h, "FinalTime": scene.until_s - h / 2, "OutputTimeStep": h if variant == "printed" else 0.01,
-    "ContactMeshOption": True, "PostLocalContactForce": True, "PostRigidElementForces": True, "post_gid_option": False,
-    "solver_settings": {"strategy": "sphere_strategy"}, "problem_name": "scene",
+h, (_, _, r, m, *_), given = scene.fine_step_s, scene.bodies[0], json.loads(Path(__file__).with_name("kratos.json").read_text())
+for one in given["materials"]["materials"]:
+    one["Variables"] |= {"PARTICLE_DENSITY": m / (math.pi * r * r), "YOUNG_MODULUS": scene.stiffness * 8 / math.pi}
+for one in given["materials"]["material_relations"]:
+    one["Variables"] |= {"STATIC_FRICTION": scene.friction, "DYNAMIC_FRICTION": scene.friction}
+asked = given["asked"] | {
+    "GravityX": scene.gravity[0], "GravityY": scene.gravity[1], "RotationOption": scene.turns, "MaxTimeStep": h,
+    "FinalTime": scene.until_s - h / 2, "OutputTimeStep": h if variant == "printed" else 0.01,
 }  # fmt: skip
 
 
@@ -50,7 +40,7 @@ elements = block("Elements CylinderParticle2D", [(1, k) for k in range(1, len(bo
 discs = [block("Nodes", [(*body[:2], 0) for body in bodies]), elements]
 edges = [block("Nodes", ends), block("Conditions RigidEdge2D2N", [(2, 2 * k + 1, 2 * k + 2) for k in range(len(scene.walls))])]
 os.chdir(folder)
-(folder / "MaterialsDEM.json").write_text(json.dumps(materials))
+(folder / "MaterialsDEM.json").write_text(json.dumps(given["materials"]))
 (folder / "sceneDEM.mdpa").write_text("".join(["Begin Properties 1\nEnd Properties\n", *discs, *values]))
 (folder / "sceneDEM_FEM_boundary.mdpa").write_text("".join(["Begin Properties 2\nEnd Properties\n", *edges]))
 
