@@ -11,7 +11,6 @@ import pandas as pd
 
 PAGE = Path(__file__).parents[2] / "docs/results/engines.md"
 SHOWN = {"corner": "corner", "impacts": "impacts", "sleep": "asleep, 5 s", "substeps": "4 substeps", "supports": "supports"}
-SMALL = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def cell(verdict: str) -> str:
@@ -19,8 +18,8 @@ def cell(verdict: str) -> str:
     if not re.fullmatch(r"\de[+-]\d+", verdict):
         return f"**{'none' if 'no contact' in verdict else verdict.replace('% not explained', ' %')}**"
     front, power = verdict.split("e")
-    exact = f"{front}·10{str(int(power)).translate(SMALL)}".removeprefix("1·")
-    return f"{100 * float(verdict):g} %" if float(verdict) >= 1e-3 else exact
+    small = str(int(power)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return f"{100 * float(verdict):g} %" if float(verdict) >= 1e-3 else f"{front}·10{small}".removeprefix("1·")
 
 
 def table_of(rows: pd.DataFrame) -> str:
@@ -29,17 +28,16 @@ def table_of(rows: pd.DataFrame) -> str:
     for (engine, _), one in rows.set_index("scene").groupby(["engine", "variant"], sort=False):
         kinds = (re.sub(r".*(%|10).*", r"\1", text) if text[0] != "*" else text for text in map(cell, one.verdict[[*SHOWN]]))
         lines[engine, *kinds].append(one)
-    text, before = [f"|engine|its documentation|{'|'.join(SHOWN.values())}|creep|lift|", "|" + "---|" * (len(SHOWN) + 4)], ""
+    text = [f"|engine|its documentation|{'|'.join(SHOWN.values())}|creep|lift|", "|" + "---|" * (len(SHOWN) + 4)]
     for (engine, *_), ones in sorted(lines.items(), key=lambda item: [*known].index(item[0][0])):
         given, variants = known[engine], ", ".join(one.variant.iloc[0] for one in ones)
         name = f"{given['title']} {re.split(r' - |[+]', ones[0].version.iloc[0])[0].replace(' ', '')}, {variants}"
-        said = "the same" if engine == before else f"[{given['says']}]({given['docs']})"
+        said = f"[{given['says']}]({given['docs']})"
         worst = [max((one.verdict[scene] for one in ones), key=lambda v: float(v) if v[1] == "e" else 0) for scene in SHOWN]
         creep = max(one.creep_m_per_s["creep"] for one in ones)
         lift = max(one.lift_m["lift"] - one.lift_m["creep"] for one in ones)  # above its height at rest
         moved = (f"{1e3 * x:.1f}".replace("-0.0", "0.0") for x in (creep, lift))
         text.append(f"|{'|'.join([name.removesuffix(', default'), said, *map(cell, worst), *moved])}|")
-        before = engine
     return "\n".join(text)
 
 
