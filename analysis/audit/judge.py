@@ -104,7 +104,12 @@ def judge(
     still = size <= max(NOTHING * most, 0.0 if record.stated else record.noise)
     pace, left = record.pace
     why = "frames" if not len(needed) else "no force" if not most else "still" if still else ""
-    if why := why or ("pace" if left <= ASTRAY and abs(pace - 1) > 3 * left + SURE else ""):
+    if not why and left <= ASTRAY and abs(pace - 1) > 3 * left + SURE:
+        # bodies that as good as rest only need what holds their weight, whatever their pace
+        change = np.linalg.norm(np.nan_to_num(np.diff(record.momentum, axis=0)) / record.durations[:, None, None])
+        changed = change * max(abs(pace), 1 / max(abs(pace), NOTHING))
+        why = "pace" if changed > SURE * np.linalg.norm(np.nan_to_num(needed)) else ""
+    if why:
         what = WORDS["reasons"][why].format(frames=2 + record.moved, pace=pace)
         return Audit(status="unknown", words=WORDS["unknown"].format(what=what))
     named = tested.factors(record, time_step)

@@ -3,7 +3,7 @@
     python -m benchmarks.engines [NAME …] [--install] [--out out/engines]
 
 `--install` makes an environment of each engine in OUT/installed. Writes OUT/engines.csv, a line for each engine,
-variant and scene, and prints a table. Lines of engines that were not run stay. An engine that is not installed
+variant and scene. Lines of engines that were not run stay. An engine that is not installed
 is a line that says how to get it."""
 
 from __future__ import annotations
@@ -122,7 +122,6 @@ def main() -> None:
         old = pd.read_csv(file, keep_default_na=False)
         table = pd.concat([old[~old.engine.isin(table.engine)], table]).sort_values("engine", kind="stable")
     table.to_csv(file, index=False)
-    print(table.pivot(index=["engine", "variant"], columns="scene", values="verdict")[[*scenes()]].to_string())
 
 
 if __name__ == "__main__":

@@ -1,8 +1,10 @@
 """What the page of engines says is judged by `audit` on the engines that are here."""
 
+import pandas as pd
 import pytest
 
 from benchmarks.engines.__main__ import engines, row_of
+from benchmarks.engines.page import PAGE, table_of
 
 pytestmark = pytest.mark.long
 
@@ -31,3 +33,8 @@ def test_an_engine_is_judged(tmp_path, name, variant, scene, faults):
     if along is not None:
         assert row["creep_m_per_s"] == pytest.approx(along, rel=0.01, abs=1e-3)
         assert row["lift_m"] <= 1e-6
+
+
+def test_the_page_is_that_of_its_verdicts():
+    rows = pd.read_csv(PAGE.parent / "tables" / "engines.csv", keep_default_na=False)
+    assert table_of(rows) in PAGE.read_text(encoding="utf-8")
