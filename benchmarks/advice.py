@@ -108,13 +108,13 @@ def is_setting(point: Point, candidate: Candidate) -> bool:
 def summary(outcomes: pd.DataFrame) -> str:
     """A Markdown table: each question at each asked error."""
     rows = []
-    for words, asked in itertools.product(QUESTIONS, ASKED):
-        ours = outcomes[(outcomes.question == words) & (outcomes.asked == asked)]
+    for words, requested in itertools.product(QUESTIONS, ASKED):
+        ours = outcomes[(outcomes.question == words) & (outcomes.asked == requested)]
         made, refused = ours[ours.choice.notna()], ours[ours.choice.isna()]
         times = made.times.dropna()
         cost = f"{times.median():.2f}, {times.max():.2f}" if len(times) else "–"
         counts = [n for some in (made, refused) for n in (len(some), int(some.held.sum()))]
-        rows.append([words, percent(asked, 2), *counts, cost])
+        rows.append([words, percent(requested, 2), *counts, cost])
     names = ("question", "asked", "promised", "held", "refused", "rightly")
     return table([*names, "cost over the cheapest found, median and most"], rows)
 
@@ -123,12 +123,12 @@ def details(outcomes: pd.DataFrame) -> str:
     """A Markdown table: every scene and question at one asked error."""
     rows = []
     for o in outcomes[outcomes.asked == SHOWN].itertuples():
-        told, times = ["refused", "–"], "–" if np.isnan(o.times) else f"{o.times:.2f}"
+        cells, times = ["refused", "–"], "–" if np.isnan(o.times) else f"{o.times:.2f}"
         found = "nothing reaches it" if o.held else "but something reaches it"
         if o.choice is not None:
-            told = [setting(o.choice), percent(o.promised, 2)]
+            cells = [setting(o.choice), percent(o.promised, 2)]
             found = "did not end well" if np.isnan(o.measured) else percent(o.measured, 2)
-        rows.append([o.scene, o.question, *told, found if o.held else f"**{found}**", times])
+        rows.append([o.scene, o.question, *cells, found if o.held else f"**{found}**", times])
     names = ("scene", "question", f"choice for {percent(SHOWN, 2)}", "promised", "measured")
     return table([*names, "cost over the cheapest found"], rows)
 
@@ -140,10 +140,10 @@ def test(runs: Path, processes: int | None, names: Sequence[str]) -> None:
     with workers(processes) as executor:
         for scene, entry in entries(chosen(UNSEEN, names), runs, executor):
             known = {point.load for point in entry.points}
-            for (words, question), asked in itertools.product(QUESTIONS.items(), ASKED):
+            for (words, question), requested in itertools.product(QUESTIONS.items(), ASKED):
                 if question.load in known:
-                    one = {"scene": entry.name, "question": words, "asked": asked}
-                    question = dataclasses.replace(question, error=asked)
+                    one = {"scene": entry.name, "question": words, "asked": requested}
+                    question = dataclasses.replace(question, error=requested)
                     found.append(one | outcome(scene, entry, question, library))
     outcomes = pd.DataFrame(found)
     made, refused = outcomes[outcomes.choice.notna()], outcomes[outcomes.choice.isna()]
@@ -183,12 +183,12 @@ def impacts(runs: Path, processes: int | None, names: Sequence[str]) -> None:
                     measured[same] = point.numerical_error
             ratios = [c.promised_error / error for c, error in measured.items()]
             over += ratios
-            told = ["refused", "–", "–"]
+            cells = ["refused", "–", "–"]
             if (choice := advice.choice) is not None:
                 errors = (choice.promised_error, measured[choice])
-                told = [setting(choice), *(percent(error, 2) for error in errors)]
+                cells = [setting(choice), *(percent(error, 2) for error in errors)]
             spread = f"{min(ratios):.2f} to {max(ratios):.2f} ({len(ratios)})"
-            print(line([entry.name, entry.likeness.disks, *told, spread]), flush=True)
+            print(line([entry.name, entry.likeness.disks, *cells, spread]), flush=True)
     print(f"\n{len(over)} promises: {min(over):.2f} to {max(over):.2f} times what was measured.")
 
 
@@ -211,8 +211,8 @@ def main() -> None:
     parser.add_argument("scenes", nargs="*", help="some scenes; all if left out")
     parser.add_argument("--runs", type=Path, default=Path("out/advice"), help="folder of the runs")
     parser.add_argument("--jobs", type=int, help="processes; as many as cores if left out")
-    given = parser.parse_args()
-    TASKS[given.what](given.runs.absolute(), given.jobs, given.scenes)
+    args = parser.parse_args()
+    TASKS[args.what](args.runs.absolute(), args.jobs, args.scenes)
 
 
 if __name__ == "__main__":

@@ -55,13 +55,13 @@ def started(scene: Scene) -> tuple[Any, Any, Callable[..., tuple[Any, Any]]]:
     gives the velocity of free flight with the drive, and the desired one (n,2) m/s."""
     motion, drive = motion_of(scene, scene.snapshot), scene.drive
     motion.separate()
-    share = motion.step / drive.relaxation_time_s
+    fraction = motion.step / drive.relaxation_time_s
 
     def free(position: Any, velocity: Any) -> tuple[Any, Any]:
         desired = drive.desired_velocity(position, ids=scene.snapshot.ids)
-        return (velocity + share * desired) / (1 + share), desired
+        return (velocity + fraction * desired) / (1 + fraction), desired
 
-    return motion, (1 + share) * motion.mass, free
+    return motion, (1 + fraction) * motion.mass, free
 
 
 def rigid(scene: Scene, steps: int) -> Iterator[Step]:
@@ -72,10 +72,10 @@ def rigid(scene: Scene, steps: int) -> Iterator[Step]:
         free, desired = fly(motion.position, motion.velocity)
         motion._desired = lambda _, known=desired: known  # the field is not counted
         seconds, report = timed(motion.advance)
-        near = report.neighbours
-        contacts = near.first, near.second, near.normal, near.gap, report.reaction
+        neighbours = report.neighbours
+        contacts = neighbours.first, neighbours.second, neighbours.normal, neighbours.gap, report.reaction
         residual = judged(free, mass, contacts, motion.step)
-        yield seconds, residual, motion.overlap, float(report.reaction[near.second < 0].sum())
+        yield seconds, residual, motion.overlap, float(report.reaction[neighbours.second < 0].sum())
 
 
 def box2d(scene: Scene, steps: int, python: Path, substeps: int) -> Iterator[Step]:
@@ -83,12 +83,12 @@ def box2d(scene: Scene, steps: int, python: Path, substeps: int) -> Iterator[Ste
     (motion, mass, fly), walls = started(scene), scene.wall_segments()
     n = len(mass)
     with tempfile.TemporaryDirectory() as folder:
-        given = Path(folder) / "given.npz"
+        input_file = Path(folder) / "given.npz"
         np.savez(
-            given, position=motion.position, radius=motion.radius, mass=mass, start=walls.start,
+            input_file, position=motion.position, radius=motion.radius, mass=mass, start=walls.start,
             end=walls.end, step=motion.step, substeps=substeps,
         )  # fmt: skip
-        words = [str(python), str(WORLD), str(given)]
+        words = [str(python), str(WORLD), str(input_file)]
         with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as world:
             position, velocity = motion.position, motion.velocity
             for _ in range(steps):
@@ -107,17 +107,17 @@ def box2d(scene: Scene, steps: int, python: Path, substeps: int) -> Iterator[Ste
                 yield seconds, residual, overlap, float(found[second < 0, 5].sum())
 
 
-def rows(given: argparse.Namespace) -> Iterator[list[str]]:
+def rows(arguments: argparse.Namespace) -> Iterator[list[str]]:
     """The rows of the table."""
-    scene = make(given.scene).with_run(time_step_s=None, rigid_step_s=STEP_S)
+    scene = make(arguments.scene).with_run(time_step_s=None, rigid_step_s=STEP_S)
     scene = scene.with_contact(restitution=0.0)
-    count = round(given.seconds / STEP_S)
+    count = round(arguments.seconds / STEP_S)
     every = {
         f"rigid, {name}": rigid(scene.with_run(rigid_tolerance=tolerance), count)
         for name, tolerance in (("exact", 1e-8), ("to 1e-4", 1e-4))
     }
     for substeps in SUBSTEPS:
-        every[f"Box2D, {substeps} substeps"] = box2d(scene, count, given.python, substeps)
+        every[f"Box2D, {substeps} substeps"] = box2d(scene, count, arguments.python, substeps)
     for title, steps in every.items():
         seconds, residual, overlap, load = (np.array(one) for one in zip(*steps, strict=True))
         late = load[len(load) // 2 :].mean() / STEP_S
@@ -128,5 +128,5 @@ def rows(given: argparse.Namespace) -> Iterator[list[str]]:
 
 if __name__ == "__main__":
     names = "steps", "CPU s", "residual, median", "largest", "deepest overlap (mm)"
-    given = options(__doc__, "python", scene="arch", seconds=4.0)
-    show([*names, "load on walls (kN)"], rows(given))
+    args = options(__doc__, "python", scene="arch", seconds=4.0)
+    show([*names, "load on walls (kN)"], rows(args))

@@ -58,7 +58,7 @@ def frames(run: Path, every: int) -> Iterator[Case]:
             yield Case(name, snapshot, scene.wall_segments(), contacts, left)
 
 
-class Answer(NamedTuple):
+class SolverResult(NamedTuple):
     """Reactions λ (k,) N·s, u (2n,) m/s if the solver has one, its CPU seconds if it had to run in
     another process, and its iterations (0: not said)."""
 
@@ -68,7 +68,7 @@ class Answer(NamedTuple):
     iterations: int = 0
 
 
-Solver = Callable[[float], Answer]
+Solver = Callable[[float], SolverResult]
 
 
 class Scaled(NamedTuple):
@@ -91,14 +91,14 @@ class Scaled(NamedTuple):
             return delassus, -self.rows @ self.left, _identity(k), none, infinity
         return _identity(n), -self.left, self.rows, -infinity, none
 
-    def answer(self, z: Any, y: Any | None = None, seconds: float | None = None) -> Answer:
+    def solution(self, z: Any, y: Any | None = None, seconds: float | None = None) -> SolverResult:
         """The answer that multipliers z (k,), and velocities y (2n,) if there are any, stand for."""
         velocity = None if y is None else np.asarray(y) * self.velocity
-        return Answer(np.asarray(z) * self.reaction, velocity, seconds)
+        return SolverResult(np.asarray(z) * self.reaction, velocity, seconds)
 
-    def of(self, dual: bool, x: Any, multipliers: Any) -> Answer:
+    def of(self, dual: bool, x: Any, multipliers: Any) -> SolverResult:
         """The answer that a solution of `program` stands for."""
-        return self.answer(x) if dual else self.answer(multipliers, x)
+        return self.solution(x) if dual else self.solution(multipliers, x)
 
 
 def _identity(size: int) -> Any:

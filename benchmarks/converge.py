@@ -23,36 +23,36 @@ MODELS = (
 FRAMES = 10
 
 
-def setting_of(model: str) -> measured.Setting:
+def setting_of(model: str) -> measured.RunSetting:
     """Read ENGINE:NUMBER."""
     engine, _, value = model.partition(":")
     if engine == measured.RIGID:
-        return measured.Setting(engine=engine, step_s=float(value))
-    return measured.Setting(engine=engine, stiffness_N_per_m=float(value))
+        return measured.RunSetting(engine=engine, step_s=float(value))
+    return measured.RunSetting(engine=engine, stiffness_N_per_m=float(value))
 
 
 def main() -> None:
     """Run every crowd by every model, one after the other, and compare them."""
-    given = options(
+    args = options(
         __doc__, "out", scene="scenes/arch.toml", crowds=10, duration=4.0, models=MODELS,
         read=False, store=(),
     )  # fmt: skip
-    frames = round(FRAMES * given.duration)
-    scene = read_scene(given.scene).with_run(duration_s=given.duration, frames=frames)
-    settings = [setting_of(model) for model in given.models]
-    every = measured.runs_of(settings, measured.crowds_of(scene, given.crowds), given.out)
-    for _, _, run in [] if given.read else every:
+    frames = round(FRAMES * args.duration)
+    scene = read_scene(args.scene).with_run(duration_s=args.duration, frames=frames)
+    settings = [setting_of(model) for model in args.models]
+    every = measured.runs_of(settings, measured.crowds_of(scene, args.crowds), args.out)
+    for _, _, run in [] if args.read else every:
         print(run.folder, f"{run.record().cpu_seconds:.2f} s", flush=True)
     found = measured.measure_whole_runs(scene, every, read_only=True)
     head = ["model", "crowds", "CPU s", "with impulses (s)", *measured.heads_of(found)]
     print(describe(), table(head, measured.whole_runs_rows(found)), sep="\n\n")
-    write_points(given.out, found.points, measured.NAME, measured.WholeRunPoint)
-    if given.store:
-        kept = [one for one in read_points(STORED, measured.WholeRunPoint) if one.quantity not in given.store]
-        new = [one for one in found.points if one.quantity in given.store]
-        content = content_of([*kept, *new], measured.WholeRunPoint)
+    write_points(args.out, found.points, measured.NAME, measured.WholeRunPoint)
+    if args.store:
+        selected = [one for one in read_points(STORED, measured.WholeRunPoint) if one.quantity not in args.store]
+        new = [one for one in found.points if one.quantity in args.store]
+        content = content_of([*selected, *new], measured.WholeRunPoint)
         write_json(STORED, content)
-    measured.whole_runs_picture(found).savefig(given.out / "converge.png", dpi=120)
+    measured.whole_runs_picture(found).savefig(args.out / "converge.png", dpi=120)
 
 
 if __name__ == "__main__":

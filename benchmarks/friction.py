@@ -49,7 +49,7 @@ class Result(NamedTuple):
     reaction: tuple[Any, Any] | None = None
 
 
-class Rough(NamedTuple):
+class FrictionCase(NamedTuple):
     """A case with friction μ at all contacts, set up for the product and written out as matrices."""
 
     case: Case
@@ -58,11 +58,11 @@ class Rough(NamedTuple):
     local: LocalProblem
 
     @classmethod
-    def of(cls, case: Case, mu: float) -> Rough:
+    def of(cls, case: Case, mu: float) -> FrictionCase:
         law, left = ContactLaw(friction=mu), case.left_velocity
         problem = friction_problem(case.snapshot, case.contacts, left, law)
-        whole = GlobalProblem.of(case.snapshot, case.contacts, left, problem.friction)
-        return cls(case, law, problem, whole.local())
+        total = GlobalProblem.of(case.snapshot, case.contacts, left, problem.friction)
+        return cls(case, law, problem, total.local())
 
     def result(self, seconds: float, note: str, reaction: tuple[Any, Any]) -> Result:
         """What λ and τ (k,) N·s are worth."""
@@ -72,18 +72,18 @@ class Rough(NamedTuple):
         return Result(seconds, error * scale, note, reaction)
 
 
-def own(rough: Rough, _: float) -> Result:
+def own(frictional: FrictionCase, _: float) -> Result:
     """`solve`, from the snapshot on."""
-    case, law = rough.case, rough.law
-    given = {"left_velocity": case.left_velocity, "law": law, "tolerance": TARGET}
-    seconds, found = timed(partial(solve, case.snapshot, case.contacts, **given))
+    case, law = frictional.case, frictional.law
+    arguments = {"left_velocity": case.left_velocity, "law": law, "tolerance": TARGET}
+    seconds, found = timed(partial(solve, case.snapshot, case.contacts, **arguments))
     reaction = found.reaction, found.friction.tangential
-    return rough.result(seconds, f"{found.status}, {found.solver}", reaction)
+    return frictional.result(seconds, f"{found.status}, {found.solver}", reaction)
 
 
-def plain(rough: Rough, limit: float) -> Result:
+def plain(frictional: FrictionCase, limit: float) -> Result:
     """Non-smooth Gauss–Seidel, forward and back, from zero, up to the limit."""
-    k, core = len(rough.case.contacts), rough.problem.in_core(rough.case.snapshot)
+    k, core = len(frictional.case.contacts), frictional.problem.in_core(frictional.case.snapshot)
     along, across = np.zeros(k), np.zeros(k)
     started, pairs, error = time.process_time(), 0, np.inf
     while error > TARGET and time.process_time() - started < limit:
@@ -91,29 +91,29 @@ def plain(rough: Rough, limit: float) -> Result:
         along, across, error = found.reaction, found.tangential, found.error
         pairs += found.cost
     seconds = time.process_time() - started
-    return rough.result(seconds, f"{2 * pairs} sweeps", (along, across))
+    return frictional.result(seconds, f"{2 * pairs} sweeps", (along, across))
 
 
-def siconos(rough: Rough, limit: float, solver: str) -> Result:
+def siconos(frictional: FrictionCase, limit: float, solver: str) -> Result:
     """One of Siconos' solvers in the system's Python, asked for ever less until 1e-10 is met or its
     iterations have taken the limit."""
-    local, best = rough.local, Result(np.inf, np.inf, "no answer")
+    local, best = frictional.local, Result(np.inf, np.inf, "no answer")
 
-    def asked(tolerance: float, iterations: int) -> Result:
-        given = local.delassus, local.free, solver, tolerance, iterations, local.friction
-        reaction, seconds = peers.siconos(*given)
-        return rough.result(seconds, f"asked {tolerance:.0e}", tuple(reaction.reshape(-1, 2).T))
+    def requested(tolerance: float, iterations: int) -> Result:
+        inputs = local.delassus, local.free, solver, tolerance, iterations, local.friction
+        reaction, seconds = peers.siconos(*inputs)
+        return frictional.result(seconds, f"asked {tolerance:.0e}", tuple(reaction.reshape(-1, 2).T))
 
     try:
-        trial = asked(1e-16, TRIAL)
-        most = max(int(limit * TRIAL / max(trial.seconds, 1e-3)), TRIAL)
+        trial = requested(1e-16, TRIAL)
+        maximum = max(int(limit * TRIAL / max(trial.seconds, 1e-3)), TRIAL)
         for tolerance in (1e-8, 1e-10, 1e-12):
-            one = asked(tolerance, most)
+            one = requested(tolerance, maximum)
             best = min(best, one, key=lambda result: result.residual)
             if one.residual <= TARGET:
                 break
             if one.seconds > 0.5 * limit:
-                return best._replace(note=f"not within {most} iterations")
+                return best._replace(note=f"not within {maximum} iterations")
     except ImportError:
         return best._replace(note=f"{peers.MISSING}: {peers.INSTALL_SICONOS}")
     except subprocess.CalledProcessError:
@@ -121,34 +121,34 @@ def siconos(rough: Rough, limit: float, solver: str) -> Result:
     return best
 
 
-def cases(given: argparse.Namespace) -> Iterator[Case]:
+def cases(args: argparse.Namespace) -> Iterator[Case]:
     """The families and the frames of runs that were asked for."""
-    for family, size in itertools.product(given.families, given.sizes):
+    for family, size in itertools.product(args.families, args.sizes):
         yield FAMILIES[family](size)._replace(name=f"{family} {size}")
-    for run in given.runs:
-        yield from frames(Path(run), given.every)
+    for run in args.runs:
+        yield from frames(Path(run), args.every)
 
 
 def main() -> None:
     """Measure and print a table, one line per case, coefficient and solver."""
-    given = options(
+    args = options(
         __doc__, families=("heap", "jammed"), sizes=(594,), mu=(0.05, 0.1, 0.2, 0.3, 0.5, 1.0),
         runs=(), every=10, siconos=("NSGS",), limit=60.0, plain=True,
         out=Path("out/benchmark/friction.csv"),
     )  # fmt: skip
-    if unknown := set(given.families) - set(FAMILIES):
+    if unknown := set(args.families) - set(FAMILIES):
         sys.exit(f"families: {', '.join(unknown)}. There are: {', '.join(FAMILIES)}")
-    solvers = {"solve": own} | ({"Gauss–Seidel": plain} if given.plain else {})
-    solvers |= {f"Siconos {name}": partial(siconos, solver=name) for name in given.siconos}
+    solvers = {"solve": own} | ({"Gauss–Seidel": plain} if args.plain else {})
+    solvers |= {f"Siconos {name}": partial(siconos, solver=name) for name in args.siconos}
     print(describe(), file=sys.stderr)
     rows: list[list[Any]] = []
-    for case, mu in itertools.product(cases(given), given.mu):
-        rough = Rough.of(case, mu)
+    for case, mu in itertools.product(cases(args), args.mu):
+        problem = FrictionCase.of(case, mu)
         for name, solver in solvers.items():
-            found = solver(rough, given.limit)
+            found = solver(problem, args.limit)
             line = [case.name, len(case.contacts), mu, name, f"{found.seconds:.4g}"]
             rows.append([*line, f"{found.residual:.1e}", found.note])
-            write_rows(given.out, COLUMNS, rows)
+            write_rows(args.out, COLUMNS, rows)
             print(*rows[-1], sep=" | ", flush=True)
 
 

@@ -45,8 +45,8 @@ def row(engine: str, stiffness: float, found: Comparison, mu: float) -> list[obj
     across = (match.penalty * match.contacts.tangent).sum(1)
     pressed = match.in_penalty & (normal > 1e-3 * normal.mean())
     mobilised = np.abs(across[pressed]) / (mu * normal[pressed])
-    held = Equilibrium.with_friction(rigid.contacts, rigid.answer)
-    intervals, window = Intervals(held), rigid.window or 1.0
+    equilibrium = Equilibrium.with_friction(rigid.contacts, rigid.solution)
+    intervals, window = Intervals(equilibrium), rigid.window or 1.0
     weights = [weights_of_contacts(rigid.contacts, one) for one in range(len(rigid.contacts))]
     here = both[match.in_rigid]  # of the rigid contacts, in their order of ids
     order, mean = np.argsort(keys_of(rigid)), float(normal[pressed].mean())
@@ -55,29 +55,29 @@ def row(engine: str, stiffness: float, found: Comparison, mu: float) -> list[obj
         spans = (intervals.of(weight, tangential=tangential) for weight in weights)
         ends = np.array([(span.lower, span.upper) for span in spans]) / window
         beyond.append(outside(value[both], ends[order][here]).max(initial=0.0) / mean)
-    assert rigid.answer.friction is not None
+    assert rigid.solution.friction is not None
     return [
         engine, f"{stiffness:g}", len(both), int((~both).sum()), f"{mobilised.mean():.2f}",
-        f"{(mobilised >= SLIDES).mean():.2f}", f"{(rigid.answer.friction.state >= 2).mean():.2f}",
-        f"{determinacy_of(held).determined.mean():.2f}", *(f"{one:.1e}" for one in beyond),
+        f"{(mobilised >= SLIDES).mean():.2f}", f"{(rigid.solution.friction.state >= 2).mean():.2f}",
+        f"{determinacy_of(equilibrium).determined.mean():.2f}", *(f"{one:.1e}" for one in beyond),
     ]  # fmt: skip
 
 
-def rows(given: argparse.Namespace) -> Iterator[list[object]]:
+def rows(args: argparse.Namespace) -> Iterator[list[object]]:
     """Run the engines; a row for each and each stiffness."""
-    for engine, stiffness in itertools.product(given.engines, given.stiffness):
-        scene = make("jam", given.disks)
-        scene = scene.with_contact(friction=given.mu, stiffness_N_per_m=stiffness)
-        scene = scene.with_run(duration_s=given.seconds, frames=2)
-        folder = given.out / f"{engine}_{stiffness:g}"
+    for engine, stiffness in itertools.product(args.engines, args.stiffness):
+        scene = make("jam", args.disks)
+        scene = scene.with_contact(friction=args.mu, stiffness_N_per_m=stiffness)
+        scene = scene.with_run(duration_s=args.seconds, frames=2)
+        folder = args.out / f"{engine}_{stiffness:g}"
         if not (folder / "run.json").exists():
             simulate(scene, engine, folder)
-        yield row(engine, stiffness, compare_run(folder, time=given.seconds), given.mu)
+        yield row(engine, stiffness, compare_run(folder, time=args.seconds), args.mu)
 
 
 if __name__ == "__main__":
-    asked = options(
+    args = options(
         __doc__, engines=("lammps",), stiffness=(1e6, 1e7, 1e8), disks=40, mu=0.3, seconds=8.0,
         out=Path("out/benchmark/friction_engines"),
     )  # fmt: skip
-    show(COLUMNS, rows(asked))
+    show(COLUMNS, rows(args))

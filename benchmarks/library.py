@@ -58,97 +58,97 @@ def main() -> None:
     kind = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=kind)
     tasks = parser.add_subparsers(dest="task", required=True)
-    write, answers, judged = (tasks.add_parser(name) for name in ("write", "answer", "score"))
-    for task in (write, answers):
+    write, solution_files, judged = (tasks.add_parser(name) for name in ("write", "answer", "score"))
+    for task in (write, solution_files):
         task.add_argument("--only", nargs="*", help="problems; all if left out")
     write.add_argument("--jobs", type=int, help="processes; as many as cores if left out")
     names = list(dict.fromkeys([*SMOOTH, *ROUGH]))
-    answers.add_argument("--solvers", nargs="*", choices=names, default=names)
-    for task in (answers, judged):
+    solution_files.add_argument("--solvers", nargs="*", choices=names, default=names)
+    for task in (solution_files, judged):
         task.add_argument("library", type=Path)
         task.add_argument("--limit", type=float, default=20.0, help="CPU seconds")
     judged.add_argument("answers", type=Path, nargs="+")
-    for task, out in ((write, "library"), (answers, "out/answers"), (judged, "scores")):
+    for task, out in ((write, "library"), (solution_files, "out/answers"), (judged, "scores")):
         task.add_argument("--out", type=Path, default=Path(out))
-    given = parser.parse_args()
+    args = parser.parse_args()
     try:
-        {"write": written, "answer": answered, "score": scored}[given.task](given)
+        {"write": written, "answer": answered, "score": scored}[args.task](args)
     except (ValueError, OSError, ImportError) as error:
         sys.exit(f"library: {error}")
 
 
-def written(given: argparse.Namespace) -> None:
+def written(args: argparse.Namespace) -> None:
     """Write the library."""
     names = {problem.name: problem for problem in PROBLEMS}
-    for name in given.only or ():
+    for name in args.only or ():
         if name not in names:
             raise ValueError(f"only: {name}. There are: {', '.join(names)}")
-    chosen = [problem for name, problem in names.items() if not given.only or name in given.only]
+    chosen = [problem for name, problem in names.items() if not args.only or name in args.only]
     with contextlib.ExitStack() as stack:
-        alone = given.jobs == 1 or len(chosen) == 1
-        executor = None if alone else stack.enter_context(workers(given.jobs))
-        print(write_library(given.out, chosen, executor, stack.enter_context(progress())))
+        alone = args.jobs == 1 or len(chosen) == 1
+        executor = None if alone else stack.enter_context(workers(args.jobs))
+        print(write_library(args.out, chosen, executor, stack.enter_context(progress())))
 
 
-def scored(given: argparse.Namespace) -> None:
+def scored(args: argparse.Namespace) -> None:
     """Judge answers."""
-    if not 0 < given.limit < math.inf:
-        raise ValueError(f"limit: {given.limit:g}; a finite number above 0 is needed")
+    if not 0 < args.limit < math.inf:
+        raise ValueError(f"limit: {args.limit:g}; a finite number above 0 is needed")
     with progress() as bars:
-        found = score(given.library, given.answers, bars)
-    write_text(given.out / "scores.csv", found.to_csv(index=False))
-    for rough in (False, True):
-        say(with_friction(found, rough), rough, given.limit)
-    print(given.out / "scores.csv")
-    write_picture(given.out / "profile.png", lambda: profile_picture(found))
+        found = score(args.library, args.solutions, bars)
+    write_text(args.out / "scores.csv", found.to_csv(index=False))
+    for frictional in (False, True):
+        say(with_friction(found, frictional), frictional, args.limit)
+    print(args.out / "scores.csv")
+    write_picture(args.out / "profile.png", lambda: profile_picture(found))
 
 
 def say(scores: pd.DataFrame, friction: bool, limit: float) -> None:
     """Print a line for each solver, the fastest first."""
     if scores.empty:
         return
-    taken = means(times(scores), limit).sort_values()
+    used = means(times(scores), limit).sort_values()
     rows = []
-    for name, mean in taken.items():
+    for name, mean in used.items():
         of = scores[scores.solver == name]
         right, wrong = (of[of.verdict == one] for one in ("right", "wrong"))
         counts = str(len(right)), str(len(wrong))
-        numbers = mean, mean / taken.min(), right.residual.max()
+        numbers = mean, mean / used.min(), right.residual.max()
         rows.append([name, *counts, *(number(float(one), 2) for one in numbers)])
     kind = "with friction (residual alone)" if friction else "without friction"
     head = ["solver", "right", "wrong", "mean CPU s", "times the best", "worst residual"]
     show(head, rows, title=f"{scores.problem.nunique()} problems {kind}")
 
 
-def answered(given: argparse.Namespace) -> None:
+def answered(args: argparse.Namespace) -> None:
     """Run the solvers that there are, problem by problem."""
     print(describe(), file=sys.stderr)
     missing: set[str] = set()
-    for entry in read_manifest(given.library):
-        if given.only and entry["name"] not in given.only:
+    for entry in read_manifest(args.library):
+        if args.only and entry["name"] not in args.only:
             continue
-        read = read_problem(given.library / entry["file"])
+        read = read_problem(args.library / entry["file"])
         walls, left = read.setting.walls, read.left_velocity
         case = Case(entry["name"], read.snapshot, walls, read.contacts, left)
         mu, contestants = entry["friction"], ROUGH if entry["friction"] else SMOOTH
-        rough = friction.Rough.of(case, mu) if mu else None
-        for name in given.solvers:
-            file = given.out / name / entry["file"]
+        frictional = friction.FrictionCase.of(case, mu) if mu else None
+        for name in args.solvers:
+            file = args.out / name / entry["file"]
             if name not in contestants or name in missing or file.exists():
                 continue
-            seconds, reaction, said = (
-                rubbing(rough, name, given.limit)
-                if rough
-                else smooth(case, SMOOTH[name], given.limit)
+            seconds, reaction, message = (
+                solved_with_friction(frictional, name, args.limit)
+                if frictional
+                else smooth(case, SMOOTH[name], args.limit)
             )
-            if said.startswith(MISSING):
-                print(f"{name}: {said}", file=sys.stderr)
+            if message.startswith(MISSING):
+                print(f"{name}: {message}", file=sys.stderr)
                 missing.add(name)
                 continue
             if reaction is not None:
                 write_answer(file, np.column_stack(reaction).ravel(), seconds)
-                said = f"{seconds:.2g} s, {said}"
-            print(f"{case.name}: {name}: {said}", flush=True)
+                message = f"{seconds:.2g} s, {message}"
+            print(f"{case.name}: {name}: {message}", flush=True)
 
 
 Found = tuple[float, tuple | None, str]
@@ -164,10 +164,10 @@ def smooth(case: Case, solver: str, limit: float) -> Found:
     return best.seconds, reaction, f"{best.residual:.0e}, {best.variant}"
 
 
-def rubbing(rough: friction.Rough, solver: str, limit: float) -> Found:
+def solved_with_friction(frictional: friction.FrictionCase, solver: str, limit: float) -> Found:
     """The same with friction; short runs are repeated, since they are noisy."""
-    run = partial(ROUGH[solver], rough, limit)
-    if solver == "Siconos LEMKE" and len(rough.case.contacts) > MOST_DENSE:
+    run = partial(ROUGH[solver], frictional, limit)
+    if solver == "Siconos LEMKE" and len(frictional.case.contacts) > MOST_DENSE:
         return math.nan, None, f"not asked for more than {MOST_DENSE} contacts"
     found = run()
     if found.reaction is None:

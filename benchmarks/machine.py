@@ -32,28 +32,28 @@ def describe() -> str:
     )
 
 
-def options(words: str | None, *places: str, **defaults: Any) -> argparse.Namespace:
+def options(words: str | None, *positions: str, **defaults: Any) -> argparse.Namespace:
     """Read the options of a script; words: its docstring, which says what they mean.
 
-    places: names of paths that must be given, "…" after the name of several.
+    positions: names of paths that must be given, "…" after the name of several.
     defaults: an option of the type of its default: a tuple takes several values, a dict some of its
         keys (all by default), False is a switch, True one that is set, a type has no default."""
     kind = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(description=words, formatter_class=kind)
-    for name in places:
+    for name in positions:
         several = {"nargs": "*"} if name.endswith("…") else {}
         parser.add_argument(name.rstrip("…"), type=Path, **several)
     for name, value in defaults.items():
-        given: dict[str, Any] = {"default": value, "type": type(value)}
+        arguments: dict[str, Any] = {"default": value, "type": type(value)}
         if isinstance(value, bool):
-            given = {"action": argparse.BooleanOptionalAction, "default": value}
+            arguments = {"action": argparse.BooleanOptionalAction, "default": value}
         elif isinstance(value, type):
-            given = {"type": value}
+            arguments = {"type": value}
         elif isinstance(value, dict):
-            given = {"default": list(value), "nargs": "*", "choices": list(value)}
+            arguments = {"default": list(value), "nargs": "*", "choices": list(value)}
         elif isinstance(value, tuple):
-            given |= {"nargs": "*", "type": type(value[0]) if value else str}
-        parser.add_argument(f"--{name.replace('_', '-')}", **given)
+            arguments |= {"nargs": "*", "type": type(value[0]) if value else str}
+        parser.add_argument(f"--{name.replace('_', '-')}", **arguments)
     return parser.parse_args()
 
 
@@ -99,7 +99,7 @@ def timed(call: Callable[[], Any]) -> tuple[float, Any]:
     return time.process_time() - started, found
 
 
-def least(call: Callable[[], Any]) -> tuple[float, Any]:
+def shortest_time(call: Callable[[], Any]) -> tuple[float, Any]:
     """CPU seconds of the fastest of several calls, the more the shorter they are, and what the first
     one gave."""
     seconds, found = timed(call)
@@ -120,11 +120,11 @@ def in_turn(calls: Mapping[Any, Callable[[], Any]], turns: int) -> dict[Any, lis
     return found
 
 
-def apart(call: Callable[..., Any], *given: Any) -> Any:
+def in_process(call: Callable[..., Any], *value: Any) -> Any:
     """What a function gives in a process of its own with one BLAS thread.
 
     Raises BrokenProcessPool if the process is ended, as for want of memory."""
     os.environ.update(ONE_THREAD)
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(1, mp_context=context) as alone:
-        return alone.submit(call, *given).result()
+        return alone.submit(call, *value).result()

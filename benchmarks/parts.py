@@ -40,7 +40,7 @@ from analysis.scene.drive import Drive
 from analysis.scene.rooms import Crowd, room
 from analysis.scene.scene import Scene, read_scene
 from analysis.scene.shipped_scenes import make
-from benchmarks.machine import apart, describe, in_turn, least, options, table, timed
+from benchmarks.machine import describe, in_process, in_turn, options, shortest_time, table, timed
 from benchmarks.problems.families import FAMILIES
 from nscd import ContactLaw, Snapshot, Walls, _core, find_contacts, solve
 from nscd.arrays import Floats
@@ -85,8 +85,8 @@ def floor(seed: int) -> tuple[Walls, Drive]:
     outer = [(x, 0), (0, 0), (0, y), (x, y), (x, 2.0)]
     lines += [np.array(pair, dtype=float) for pair in pairwise(outer)]
     for _ in range(200 - len(lines)):
-        place = random.uniform(1.0, [x - 1.0, y - 1.0])
-        lines.append(np.stack([place, place + np.array([0.4, 0.3])]))
+        position = random.uniform(1.0, [x - 1.0, y - 1.0])
+        lines.append(np.stack([position, position + np.array([0.4, 0.3])]))
     ends = np.array(lines)
     drive = Drive(
         speed_m_per_s=1.3, relaxation_time_s=0.5, door_start_m=(x, 0.0), door_end_m=(x, 2.0),
@@ -95,20 +95,20 @@ def floor(seed: int) -> tuple[Walls, Drive]:
     return Walls(start=ends[:, 0], end=ends[:, 1]), drive
 
 
-def ways(given: argparse.Namespace) -> str:
+def ways(args: argparse.Namespace) -> str:
     """Time floors."""
     rows = []
-    for seed in range(given.repeats):
+    for seed in range(args.repeats):
         walls, drive = floor(seed)
-        place = np.random.default_rng(seed).uniform(0.3, [35.7, 23.7], (1000, 2))
+        anchor = np.random.default_rng(seed).uniform(0.3, [35.7, 23.7], (1000, 2))
         seconds, routed = timed(partial(drive.routed, walls, 0.25))
-        look, _ = timed(partial(routed.desired_velocity, place))
-        lost = int((routed.way.at(place, 0, routed.way.next) < 0).sum())
-        rows.append([len(walls), len(place), f"{seconds:.2f}", f"{look:.2g}", lost])
+        drive_time, _ = timed(partial(routed.desired_velocity, anchor))
+        lost = int((routed.way.at(anchor, 0, routed.way.next) < 0).sum())
+        rows.append([len(walls), len(anchor), f"{seconds:.2f}", f"{drive_time:.2g}", lost])
     return table(["walls", "people", "ways (CPU s)", "look (CPU s)", "people without a way"], rows)
 
 
-def runs(given: argparse.Namespace) -> str:
+def runs(args: argparse.Namespace) -> str:
     """Time 1 s of `arch`, where everybody sees the door and nobody has arms, with either."""
     plain = read_scene("arch").with_run(duration_s=1.0, frames=4)
     scenes = {
@@ -125,8 +125,8 @@ def runs(given: argparse.Namespace) -> str:
 
         for engine in ("lammps", "rigid"):
             calls = {name: partial(spent, scene, engine) for name, scene in scenes.items()}
-            least = {name: min(found) for name, found in in_turn(calls, given.repeats).items()}
-            over = (f"{seconds:.3g} ({seconds / least['plain']:.2f})" for seconds in least.values())
+            minimum = {name: min(found) for name, found in in_turn(calls, args.repeats).items()}
+            over = (f"{seconds:.3g} ({seconds / minimum['plain']:.2f})" for seconds in minimum.values())
             rows.append([engine, *over])
     return table(["engine", *(f"{name} (CPU s, over plain)" for name in scenes)], rows)
 
@@ -139,18 +139,18 @@ def looking(people: int) -> list[str]:
     motion.separate()
     every = int(RENEWED_S / motion.step + 1e-9)
     quiet: list[float] = []
-    looks: list[float] = []
-    while motion.time < QUEUED_S or len(looks) < LOOKS:
+    times: list[float] = []
+    while motion.time < QUEUED_S or len(times) < LOOKS:
         spent = [timed(motion.advance)[0] for _ in range(every)]
         if motion.time < QUEUED_S:
             continue
         quiet += spent[1:]  # the first one looks
-        place, asked = motion.position.copy(), (who.ids, motion.time, who.radius)
-        looks.append(timed(partial(drive.desired_velocity, place, *asked))[0])
+        position, requested = motion.position.copy(), (who.ids, motion.time, who.radius)
+        times.append(timed(partial(drive.desired_velocity, position, *requested))[0])
     contacts = sum(motion.advance().reaction > 0)
-    step, look = 1e3 * statistics.median(quiet), 1e3 * statistics.median(looks)
-    share = look / every / (step + look / every)
-    cells = f"{1e3 * motion.step:.2g}", f"{step:.2g}", f"{look:.2g}", f"{100 * share:.0f} %"
+    step, drive_time = 1e3 * statistics.median(quiet), 1e3 * statistics.median(times)
+    fraction = drive_time / every / (step + drive_time / every)
+    cells = f"{1e3 * motion.step:.2g}", f"{step:.2g}", f"{drive_time:.2g}", f"{100 * fraction:.0f} %"
     return [str(people), *cells, str(contacts)]
 
 
@@ -163,28 +163,28 @@ def leaving(**law: Any) -> float:
     return 1e3 * timed(lambda: [motion.advance() for _ in range(steps)])[0] / steps
 
 
-def drives(given: argparse.Namespace) -> str:
+def drives(args: argparse.Namespace) -> str:
     """Time the drive of who keep their distance."""
     names = ("people", "step (ms)", "CPU of it (ms)", "of a look (ms)", "share", "contacts")
-    rows = [apart(looking, people) for people in (given.people, MANY_LOOK)]
-    spent = in_turn({"plain": leaving, "at 0.1": partial(leaving, **DISTANCE)}, given.repeats)
+    rows = [in_process(looking, people) for people in (args.people, MANY_LOOK)]
+    spent = in_turn({"plain": leaving, "at 0.1": partial(leaving, **DISTANCE)}, args.repeats)
     plain, distant = (min(spent[name]) for name in ("plain", "at 0.1"))
     words = f"100 people: {plain:.3g} ms a step, {distant:.3g} at p 0.1: {distant / plain:.2f}"
     return f"{table(names, rows)}\n\n{words}"
 
 
-def crowd(people: int, wide: bool) -> Snapshot:
+def crowd(people: int, compound: bool) -> Snapshot:
     """Make people on a square grid 0.55 m apart, turned at random."""
     rng = np.random.default_rng(1)
     side = int(np.ceil(np.sqrt(people)))
-    place = 0.35 + 0.55 * np.column_stack(np.divmod(np.arange(people), side))
-    place += rng.uniform(-0.02, 0.02, place.shape)
-    if not wide:
+    index = 0.35 + 0.55 * np.column_stack(np.divmod(np.arange(people), side))
+    index += rng.uniform(-0.02, 0.02, index.shape)
+    if not compound:
         radius, mass = np.full(people, DISK_M), np.full(people, 75.0)
-        return Snapshot(position=place, radius=radius, mass=mass)
+        return Snapshot(position=index, radius=radius, mass=mass)
     angle = rng.uniform(-0.5, 0.5, people)
     way = np.column_stack([np.sin(angle), np.cos(angle)])
-    disks = (place[:, None] + PLACES_M[:, None] * way[:, None]).reshape(-1, 2)
+    disks = (index[:, None] + PLACES_M[:, None] * way[:, None]).reshape(-1, 2)
     radius = np.tile(RADII_M, people)
     mass = 75.0 * radius**2 / (RADII_M**2).sum()
     one = Snapshot(position=disks, radius=radius, mass=mass)
@@ -197,10 +197,10 @@ def into_the_corner(position: Floats) -> Floats:
     return np.ascontiguousarray(-1.5 * position / np.maximum(distance, 0.1))
 
 
-def pressed(people: int, wide: bool, steps: int, friction: float) -> list[float]:
+def pressed(people: int, compound: bool, steps: int, friction: float) -> list[float]:
     """Measure ms a step of a crowd that has met and ms a solution of its end, and count contacts."""
     push = Push(desired=into_the_corner, relaxation_time=0.5)
-    start = crowd(people, wide)
+    start = crowd(people, compound)
     motion = Motion(start, CORNER, step=STEP_S, push=push, friction=friction)
     motion.separate()
     for _ in range(round(MEETING_S / STEP_S)):
@@ -215,10 +215,10 @@ def pressed(people: int, wide: bool, steps: int, friction: float) -> list[float]
     return [1e3 * stepping / steps, 1e3 * solving / SOLUTIONS, len(contacts)]
 
 
-def bodies(given: argparse.Namespace) -> str:
+def bodies(args: argparse.Namespace) -> str:
     """Time disks and bodies of five, and their ratio."""
-    asked = given.steps, given.friction
-    rows = [pressed(given.people, wide, *asked) for wide in (False, True)]
+    requested = args.steps, args.friction
+    rows = [pressed(args.people, compound, *requested) for compound in (False, True)]
     ratio = [two / one for one, two in zip(*rows, strict=True)]
     named = zip(("disks", "bodies of five", "ratio"), [*rows, ratio], strict=True)
     cells = [(name, *(f"{value:.3g}" for value in row)) for name, row in named]
@@ -240,16 +240,16 @@ def cpu_seconds(engine: str, scene: str, guard: str, out: str) -> float:
     return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
 
 
-def guard(given: argparse.Namespace) -> str:
+def guard(args: argparse.Namespace) -> str:
     """Time runs with and without the guard."""
     rows = []
     for engine, scene in product(("lammps", "yade"), GUARDED):
         with tempfile.TemporaryDirectory() as out:
             calls = {word: partial(cpu_seconds, engine, scene, word, out) for word in ("no", "yes")}
-            spent = map(statistics.median, in_turn(calls, given.repeats).values())
+            spent = map(statistics.median, in_turn(calls, args.repeats).values())
         without, guarded = spent
-        share = f"{100 * (guarded / without - 1):+.1f} %"
-        rows.append([engine, scene, f"{without:.3f}", f"{guarded:.3f}", share])
+        fraction = f"{100 * (guarded / without - 1):+.1f} %"
+        rows.append([engine, scene, f"{without:.3f}", f"{guarded:.3f}", fraction])
     return table(["engine", "scene", "without (CPU s)", "with", "more"], rows)
 
 
@@ -262,13 +262,13 @@ def factorised(family: str, people: int) -> list[list[str]]:
     normals, mass = contacts.normal_matrix(people), np.repeat(crowd.mass, 2)
     theta = 10.0 ** draw.uniform(-DECADES, DECADES, len(contacts)) * mass.mean()
     pressed = normals.T @ sparse.diags_array(theta) @ normals
-    whole = sparse.csc_array(sparse.diags_array(mass) + pressed)
-    lower, right = sparse.coo_array(sparse.tril(whole)), draw.normal(size=2 * people)
+    full = sparse.csc_array(sparse.diags_array(mass) + pressed)
+    lower, right = sparse.coo_array(sparse.tril(full)), draw.normal(size=2 * people)
     second = np.where(contacts.is_wall, -1, contacts.second)
     ends = contacts.first.astype(np.int32), second.astype(np.int32)
     # the core makes the matrix itself, from contacts
     pairs = *ends, contacts.normal, crowd.position, crowd.radius, crowd.mass
-    given = spmatrix(lower.data, lower.row.tolist(), lower.col.tolist(), lower.shape)
+    inputs = spmatrix(lower.data, lower.row.tolist(), lower.col.tolist(), lower.shape)
 
     def solved(plan: object) -> Floats:
         x = matrix(right)
@@ -286,24 +286,24 @@ def factorised(family: str, people: int) -> list[list[str]]:
         ),
         (
             "CHOLMOD",
-            partial(cholmod.symbolic, given),
-            lambda plan: [cholmod.numeric(given, plan) for _ in range(2)],
+            partial(cholmod.symbolic, inputs),
+            lambda plan: [cholmod.numeric(inputs, plan) for _ in range(2)],
             solved,
         ),
     ):
-        one, plan = least(analyse)
-        two = 0.5 * least(partial(factorise, plan))[0]
-        three, x = least(partial(solve_with, plan))
-        size = abs(whole).sum(axis=1).max() * np.abs(x).max() + np.abs(right).max()
+        one, plan = shortest_time(analyse)
+        two = 0.5 * shortest_time(partial(factorise, plan))[0]
+        three, x = shortest_time(partial(solve_with, plan))
+        size = abs(full).sum(axis=1).max() * np.abs(x).max() + np.abs(right).max()
         times = (f"{1e3 * spent:.2g}" for spent in (one, two, three, one + 15 * two + 35 * three))
-        missed = f"{np.abs(whole @ x - right).max() / size:.0e}"
+        missed = f"{np.abs(full @ x - right).max() / size:.0e}"
         rows.append([family, str(people), name, *times, missed])
     return rows
 
 
-def factors(given: argparse.Namespace) -> str:
+def factors(args: argparse.Namespace) -> str:
     """Time the factorisation on a heap and on a jam, on one thread."""
-    rows = [row for name in ("heap", "jammed") for row in apart(factorised, name, given.people)]
+    rows = [row for name in ("heap", "jammed") for row in in_process(factorised, name, args.people)]
     names = ("crowd", "disks", "by", "analyse (ms)", "factorise", "solve", "in all", "residual")
     return table(names, rows)
 
@@ -311,7 +311,7 @@ def factors(given: argparse.Namespace) -> str:
 def solved_dump(dump: Path, workers: int, frames: int, out: Path) -> list[object]:
     """Time a whole dump to a table."""
     setting = setting_beside(dump, left_velocity="desired", contact_tolerance=TOUCH)
-    job = DumpToSolve(path=dump, setting=setting, tolerance=TOLERANCE, openness="none")
+    job = DumpToSolve(path=dump, setting=setting, tolerance=TOLERANCE, indeterminacy="none")
     # kernels are loaded before; of another dump to the cache, so that frames are found once more
     replace(job, time_step=1.0, parquet=is_parquet(out)).solve(range(frames - 3, frames))
     started, used = time.perf_counter(), sum(os.times()[:4])
@@ -321,19 +321,19 @@ def solved_dump(dump: Path, workers: int, frames: int, out: Path) -> list[object
     return [out.suffix[1:], workers, *spent, found.contacts, len(found.unsolved)]
 
 
-def dumps(given: argparse.Namespace) -> str:
+def dumps(args: argparse.Namespace) -> str:
     """Make the dumps unless the folder has them, and time each to both tables."""
     rows: list[list[object]] = []
     with tempfile.TemporaryDirectory() as brief:
-        folder = given.folder or Path(brief)
+        folder = args.folder or Path(brief)
         for name in ("arch", "jam"):
-            dump = folder / f"{name}_{given.people}_{given.frames}" / "bodies.dump"
+            dump = folder / f"{name}_{args.people}_{args.frames}" / "bodies.dump"
             if not dump.exists():
-                scene = make(name, given.people).with_run(frames=given.frames)
+                scene = make(name, args.people).with_run(frames=args.frames)
                 simulate(scene, "lammps", dump.parent)
             for kind, workers in product(("csv", "parquet"), (1, 2)):
                 out = folder / f"contacts.{kind}"
-                rows.append([name, *solved_dump(dump, workers, given.frames, out)])
+                rows.append([name, *solved_dump(dump, workers, args.frames, out)])
     names = ("wall s", "CPU s", "ms per frame", "contacts", "not solved")
     return table(["crowd", "table", "workers", *names], rows)
 
@@ -341,13 +341,13 @@ def dumps(given: argparse.Namespace) -> str:
 def main() -> None:
     """Print the tables."""
     parts = {one.__name__: one for one in (ways, runs, drives, bodies, guard, factors, dumps)}
-    given = options(
+    args = options(
         __doc__, what=parts, repeats=5, people=594, steps=100, friction=0.0, frames=1000,
         folder=Path,
     )  # fmt: skip
     print(describe())
-    for name in given.what:
-        print("", parts[name](given), sep="\n", flush=True)
+    for name in args.what:
+        print("", parts[name](args), sep="\n", flush=True)
 
 
 if __name__ == "__main__":

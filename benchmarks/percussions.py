@@ -19,7 +19,7 @@ import pandas as pd
 
 from analysis.support.files import write_text
 from benchmarks.cases import case_of, write_case
-from benchmarks.contest.compete import TARGET, Asked, Outcome, compete
+from benchmarks.contest.compete import TARGET, Outcome, Request, compete
 from benchmarks.contest.peers import CANONICAL, PEERS
 from benchmarks.contest.tables import exponents, picture, rows_of, summary
 from benchmarks.machine import describe, options
@@ -52,26 +52,26 @@ def first_solve() -> str:
     return f"A new process: import nscd and first solve of a heap of 594, {spent:.2f} s (wall)."
 
 
-def tighter(before: Outcomes) -> dict[str, Asked]:
+def tighter(before: Outcomes) -> dict[str, Request]:
     """What peers are asked on a large case, from what they did on fewer disks of the family."""
-    asked = {}
+    requested = {}
     for name, peer in PEERS.items():
         known = before[name].best if name in before else None
         if known and known.residual <= TARGET:
-            at = known.asked
-            ladder = tuple(a for a in peer.asked if a == at or (a > at) == peer.by_iterations)
-            asked[name] = Asked(ladder=ladder, variant=known.variant)
-    return asked
+            at = known.requested
+            ladder = tuple(a for a in peer.requested if a == at or (a > at) == peer.by_iterations)
+            requested[name] = Request(ladder=ladder, variant=known.variant)
+    return requested
 
 
-def every_tolerance(outcomes: Outcomes) -> dict[str, Asked]:
+def every_tolerance(outcomes: Outcomes) -> dict[str, Request]:
     """Every tolerance, each peer in its fastest variant on this case."""
-    asked = {"auto": Asked(0.0, PRECISION)}
+    target = {"auto": Request(0.0, PRECISION)}
     for name, peer in PEERS.items():
         best = outcomes[name].best if name in outcomes else None
         variant = best.variant if best else next(iter(peer.variants))
-        asked[name] = Asked(0.0, peer.asked if peer.by_iterations else PRECISION, variant)
-    return asked
+        target[name] = Request(0.0, peer.requested if peer.by_iterations else PRECISION, variant)
+    return target
 
 
 def save(out: Path, words: str, rows: Sequence[dict[str, Any]]) -> str:
@@ -86,38 +86,38 @@ def save(out: Path, words: str, rows: Sequence[dict[str, Any]]) -> str:
 
 def main() -> None:
     """Run the contest; print one table and write it with the machine to the output folder."""
-    given = options(
+    args = options(
         __doc__, sizes=(594, 5000), families=FAMILIES, peers=PEERS, solvers=dict.fromkeys(SOLVERS),
         seed=1, limit=20.0, precision=True, cases=Path, out=Path("out/benchmark"),
     )  # fmt: skip
     # ended from outside, it still ends the process that it waits for
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
-    given.out.mkdir(parents=True, exist_ok=True)
+    args.out.mkdir(parents=True, exist_ok=True)
     rows: list[dict[str, Any]] = []
     words, all_outcomes = first_solve(), {}
-    contestants = [*given.solvers, *((CANONICAL,) if "auto" in given.solvers else ()), *given.peers]
-    for family in given.families:
+    contestants = [*args.solvers, *((CANONICAL,) if "auto" in args.solvers else ()), *args.peers]
+    for family in args.families:
         outcomes: Outcomes = {}
-        for size in sorted(given.sizes):
-            case = case_of(family, size, given.cases, given.seed)
+        for size in sorted(args.sizes):
+            case = case_of(family, size, args.cases, args.seed)
             if (family, len(case.snapshot)) in all_outcomes:
                 continue  # a family that exists in one size
-            asked = tighter(outcomes) if len(case.snapshot) > ALL_VARIANTS else {}
+            requested = tighter(outcomes) if len(case.snapshot) > ALL_VARIANTS else {}
             print(f"{family} {len(case.snapshot)}", file=sys.stderr, flush=True)
-            some = {name: asked.get(name, Asked()) for name in contestants}
-            outcomes = {one: compete(case, one, given.limit, some[one]) for one in some}
+            some = {name: requested.get(name, Request()) for name in contestants}
+            outcomes = {one: compete(case, one, args.limit, some[one]) for one in some}
             all_outcomes[family, len(case.snapshot)] = outcomes
             rows += rows_of(case, list(outcomes.values()))
-            text = save(given.out, words, rows)
-    if given.precision:
+            text = save(args.out, words, rows)
+    if args.precision:
         columns = []
         for family in PRECISION_FAMILIES:
-            case = case_of(family, PRECISION_SIZE, given.cases)
-            asked = every_tolerance(all_outcomes.get((family, PRECISION_SIZE), {}))
+            case = case_of(family, PRECISION_SIZE, args.cases)
+            requested = every_tolerance(all_outcomes.get((family, PRECISION_SIZE), {}))
             print(f"work-precision {family}", file=sys.stderr, flush=True)
-            found = [compete(case, one, given.limit, asked[one]) for one in ("auto", *given.peers)]
+            found = [compete(case, one, args.limit, requested[one]) for one in ("auto", *args.peers)]
             columns.append((case, [outcome for outcome in found if outcome.attempts]))
-        picture(columns).savefig(given.out / "work_precision.png")
+        picture(columns).savefig(args.out / "work_precision.png")
     print(text)
 
 

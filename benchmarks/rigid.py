@@ -60,25 +60,25 @@ def overlap_of(frames: Sequence[Snapshot], scene: Scene) -> float:
 def main() -> None:
     """Print the table, row by row."""
     usual = tuple(title for title in MODELS if title != WITH_FRICTION)
-    given = options(
+    args = options(
         __doc__, scenes=SCENES, share=1.0, friction=0.0, models=usual, out=Path
     )  # share: of the simulated time
-    if unknown := set(given.models) - set(MODELS):
+    if unknown := set(args.models) - set(MODELS):
         sys.exit(f"models: {', '.join(unknown)}. There are: {', '.join(MODELS)}")
     work: list[tuple[float, float]] = []
-    show(COLUMNS, rows(given, work))
+    show(COLUMNS, rows(args, work))
     if len(work) > 1:
-        steps, taken = np.array(work).T
-        (start, step), _ = nnls(np.column_stack([1.0 / taken, steps / taken]), np.ones(len(taken)))
+        steps, used = np.array(work).T
+        (start, step), _ = nnls(np.column_stack([1.0 / used, steps / used]), np.ones(len(used)))
         print(f"\n{EXACT}: {start:.2g} s and {step:.2g} s for each disk and step")
 
 
-def rows(given: argparse.Namespace, work: list[tuple[float, float]]) -> Iterator[list[str]]:
+def rows(args: argparse.Namespace, work: list[tuple[float, float]]) -> Iterator[list[str]]:
     """A row for each scene and model; adds particle-steps and CPU seconds of EXACT to the work."""
-    out = given.out or Path(tempfile.mkdtemp())
-    for name in given.scenes:
-        scene = scene_of(name, given.share * SCENES[name]).with_contact(friction=given.friction)
-        for title in (title for title in MODELS if title in given.models):
+    out = args.out or Path(tempfile.mkdtemp())
+    for name in args.scenes:
+        scene = scene_of(name, args.share * SCENES[name]).with_contact(friction=args.friction)
+        for title in (title for title in MODELS if title in args.models):
             engine, change = MODELS[title]
             soft = engine != "rigid"
             made = scene.with_contact(**change) if soft else scene.with_run(**change)

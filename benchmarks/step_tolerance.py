@@ -78,18 +78,18 @@ def measured(scene: Scene, seconds: float) -> dict[str, Any]:
     return {"cost": cost, "worst": worst, "off": abs(off) / work, "values": values, "ways": ways}
 
 
-def rows(given: Any) -> Iterator[list[str]]:
+def rows(value: Any) -> Iterator[list[str]]:
     """A row for each case and tolerance, against the first tolerance."""
-    for case in given.cases:
-        found: dict[float, list[dict[str, Any]]] = {one: [] for one in given.tolerances}
-        for seed in range(1, given.seeds + 1):
-            scene = CASES[case](seed).with_contact(friction=given.friction)
-            for tolerance in given.tolerances:
+    for case in value.cases:
+        found: dict[float, list[dict[str, Any]]] = {one: [] for one in value.tolerances}
+        for seed in range(1, value.seeds + 1):
+            scene = CASES[case](seed).with_contact(friction=value.friction)
+            for tolerance in value.tolerances:
                 exact = scene.with_run(rigid_tolerance=tolerance)
-                found[tolerance].append(measured(exact, given.seconds))
-        first = found[given.tolerances[0]]
+                found[tolerance].append(measured(exact, value.seconds))
+        first = found[value.tolerances[0]]
         for tolerance, runs in found.items():
-            yield [case, f"{given.friction:g}", f"{tolerance:g}", *summary(runs, first)]
+            yield [case, f"{value.friction:g}", f"{tolerance:g}", *summary(runs, first)]
 
 
 def summary(runs: list[dict[str, Any]], first: list[dict[str, Any]]) -> Iterator[str]:
@@ -100,8 +100,8 @@ def summary(runs: list[dict[str, Any]], first: list[dict[str, Any]]) -> Iterator
     yield f"{min(ratio):.2f}"
     yield f"{max(now['worst'] for now in runs):.1e}"
     yield f"{max(now['off'] for now in runs):.1e}"
-    for place in range(len(QUANTITIES)):
-        own, exact = (np.array([one["values"][place] for one in some]) for some in (runs, first))
+    for index in range(len(QUANTITIES)):
+        own, exact = (np.array([one["values"][index] for one in some]) for some in (runs, first))
         if runs is first or not exact.any():
             yield f"{exact.mean():.3g}"
             continue
@@ -114,15 +114,15 @@ def summary(runs: list[dict[str, Any]], first: list[dict[str, Any]]) -> Iterator
 
 def main() -> None:
     """Print the table, and write it."""
-    given = options(
+    args = options(
         __doc__, cases=CASES, friction=0.3, seeds=10, tolerances=(1e-8, 1e-6, 1e-3, 1e-2),
         seconds=2.0, out=Path,
     )  # fmt: skip
-    kept: list[list[str]] = []
-    show(COLUMNS, (kept.append(row) or row for row in rows(given)))
-    if given.out:
-        with given.out.open("a", encoding="utf-8", newline="") as file:
-            csv.writer(file).writerows(([COLUMNS] if file.tell() == 0 else []) + kept)
+    selected: list[list[str]] = []
+    show(COLUMNS, (selected.append(row) or row for row in rows(args)))
+    if args.out:
+        with args.out.open("a", encoding="utf-8", newline="") as file:
+            csv.writer(file).writerows(([COLUMNS] if file.tell() == 0 else []) + selected)
 
 
 if __name__ == "__main__":

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from analysis.exposure.pedestrians import trajectory as trajectory
     from analysis.infer.inference import infer as infer
     from analysis.infer.inference import run_prior as run_prior
-    from analysis.infer.seen import see as see
+    from analysis.infer.observations import see as see
     from analysis.percussions import PercussionAnalysis as PercussionAnalysis
     from analysis.percussions import Setting as Setting
     from analysis.percussions import percussions_of as percussions_of

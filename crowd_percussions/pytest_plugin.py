@@ -12,8 +12,8 @@ def assert_forces_balance() -> Callable[..., None]:
     """Give what fails unless contact forces are those that the momentum of bodies needs; see `audit`."""
     from analysis.audit import audit
 
-    def check(*snapshots_and_contacts: object, **given: object) -> None:
-        found = audit(*snapshots_and_contacts, **given)  # type: ignore[arg-type]
+    def check(*snapshots_and_contacts: object, **inputs: object) -> None:
+        found = audit(*snapshots_and_contacts, **inputs)  # type: ignore[arg-type]
         assert found.status == "agrees", found.words
 
     return check

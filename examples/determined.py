@@ -27,10 +27,10 @@ contacts = find_contacts(ring, tolerance=1e-9)
 known = determinacy(contacts, len(ring))
 print(f"{len(contacts)} contacts, rank {known.rank}, determined: {known.determined.sum()}")
 
-answer = solve(ring, contacts)
-first = interval(contacts, answer, weights_of_contacts(contacts, 0))
+solution = solve(ring, contacts)
+first = interval(contacts, solution, weights_of_contacts(contacts, 0))
 ends = np.round([first.lower, first.upper], 6) + 0.0
-print(f"the first: {answer.reaction[0]:.1f} N·s, anything from {ends[0]:g} to {ends[1]:g} N·s")
-draw(ring, contacts, answer.reaction, label="N·s", title="one of many answers").figure.savefig(
+print(f"the first: {solution.reaction[0]:.1f} N·s, anything from {ends[0]:g} to {ends[1]:g} N·s")
+draw(ring, contacts, solution.reaction, label="N·s", title="one of many answers").figure.savefig(
     "determined.png"
 )

@@ -14,5 +14,5 @@ found = percussions_of(scene, scene.snapshot)
 write_problem(Path("gate.hdf5"), found, {"source": "a filmed crowd before a gate"})
 
 again = read_problem(Path("gate.hdf5")).solve()
-apart = float(np.abs(again.answer.right_velocity - found.answer.right_velocity).max())
-print(f"{len(found.contacts)} contacts, {found.answer.status}; u⁺ differs by {apart:.0e} m/s")
+difference = float(np.abs(again.solution.right_velocity - found.solution.right_velocity).max())
+print(f"{len(found.contacts)} contacts, {found.solution.status}; u⁺ differs by {difference:.0e} m/s")

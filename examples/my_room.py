@@ -14,5 +14,5 @@ universe = open_bodies("my_room/bodies.dump")
 last = PercussionAnalysis(universe, scene).run(start=-1).results.frames[0]
 at_walls = last.contacts.is_wall
 wall_load = last.pressing[at_walls, 0].sum()
-print(f"on the walls: {wall_load:.0f} N, {last.answer.status}")
+print(f"on the walls: {wall_load:.0f} N, {last.solution.status}")
 last.plot().figure.savefig("my_room.png")

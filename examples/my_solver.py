@@ -27,7 +27,7 @@ def gauss_seidel(sweeps):
     return velocity
 
 
-answer = solve(crowd, contacts, left_velocity=desired)
-errors = [float(np.abs(gauss_seidel(sweeps) - answer.right_velocity).max()) for sweeps in (10, 200)]
-print(f"solve: {answer.status}, off by at most {answer.velocity_error:.0e} m/s")
+solution = solve(crowd, contacts, left_velocity=desired)
+errors = [float(np.abs(gauss_seidel(sweeps) - solution.right_velocity).max()) for sweeps in (10, 200)]
+print(f"solve: {solution.status}, off by at most {solution.velocity_error:.0e} m/s")
 print(f"mine: off by {errors[0]:.0e} m/s after 10 sweeps, {errors[1]:.0e} after 200")

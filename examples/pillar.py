@@ -23,11 +23,11 @@ def squares(pillar, moved=(0.0, 0.0)):
     mass = np.where(here[:, 0], 1e9, 75.0)  # kg
     now = replace(crowd, position=crowd.position + here * moved, mass=mass)
     contacts = cp.find_contacts(now, walls, tolerance=0.005)
-    answer = cp.solve(now, contacts, left_velocity=left * ~here, tolerance=1e-10)
+    solution = cp.solve(now, contacts, left_velocity=left * ~here, tolerance=1e-10)
     its = here[contacts.first] | (here[contacts.second % 60] & ~contacts.is_wall[:, None])
-    force = np.where(its, 0.0, answer.impulse / tau)  # N
+    force = np.where(its, 0.0, solution.impulse / tau)  # N
     try:
-        slope = cp.gradient(answer, walls, impulse=2 * force / tau).position[pillar]
+        slope = cp.gradient(solution, walls, impulse=2 * force / tau).position[pillar]
     except cp.NoGradientError:  # a contact is about to open
         slope = np.full(2, np.nan)
     return (force**2).sum(), slope

@@ -10,13 +10,13 @@ from crowd_percussions import Snapshot, open_bodies, read_scene, simulate
 
 
 def standing(gap, seed, rows=4, along=12):
-    row, place = (one.ravel() for one in np.meshgrid(np.arange(rows), np.arange(along)))
+    row, index = (one.ravel() for one in np.meshgrid(np.arange(rows), np.arange(along)))
     shift = np.random.default_rng(seed).uniform(-0.25, 0.25, (row.size, 2)) * gap * (rows > 1)
     return Snapshot(
-        position=(0.4 + gap) * np.column_stack([place + 0.5 * (row % 2), 0.866 * row]) + shift,
-        velocity=np.outer(place == 0, [1.0, 0.0]),
+        position=(0.4 + gap) * np.column_stack([index + 0.5 * (row % 2), 0.866 * row]) + shift,
+        velocity=np.outer(index == 0, [1.0, 0.0]),
         radius=np.full(row.size, 0.2),
-        mass=np.where(place == 0, 1e4, 75.0),
+        mass=np.where(index == 0, 1e4, 75.0),
     )
 
 

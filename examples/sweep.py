@@ -11,8 +11,8 @@ SCENES, RADII, FRAMES = shipped("scenes"), (0.16, 0.18, 0.20), (400, 405, 410)
 
 
 def largest(radius, frame):
-    heads = read_heads(SCENES / "gate_excerpt.txt", frame)
-    crowd = import_crowd(heads, radius=radius, room=SCENES / "rooms" / "gate.toml", name="filmed")
+    tracked = read_heads(SCENES / "gate_excerpt.txt", frame)
+    crowd = import_crowd(tracked, radius=radius, room=SCENES / "rooms" / "gate.toml", name="filmed")
     return percussions_of(crowd.scene, crowd.scene.snapshot).largest  # N
 
 

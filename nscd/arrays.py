@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+Mask = NDArray[np.bool_]
 Indices = NDArray[np.int64]
 """Numbers of rows, and ids."""
 Index32 = NDArray[np.int32]
@@ -62,39 +62,39 @@ def whole_numbers(value: ArrayLike, shape: tuple[int, ...], name: str) -> Indice
 
     Raises ValueError naming the field where the shape is wrong, or a value is not a whole number or
     is beyond 2⁶³ − 1."""
-    given = _numbers(value, shape, name, "whole numbers")
+    checked = _numbers(value, shape, name, "whole numbers")
     with np.errstate(invalid="ignore"):
-        array = given.astype(np.int64, order="C")
-    if given.dtype.kind != "i":
+        array = checked.astype(np.int64, order="C")
+    if checked.dtype.kind != "i":
         # a float of 2⁶³ becomes another number on each processor
-        good = (given < TOO_LARGE) & (given >= -TOO_LARGE) & (given == np.floor(given))
-        _refuse_row(good, given, name, "is not a whole number below 2⁶³")
+        good = (checked < TOO_LARGE) & (checked >= -TOO_LARGE) & (checked == np.floor(checked))
+        _refuse_row(good, checked, name, "is not a whole number below 2⁶³")
     array.flags.writeable = False
     return array
 
 
-def flags(value: ArrayLike, shape: tuple[int, ...], name: str) -> Flags:
+def mask(value: ArrayLike, shape: tuple[int, ...], name: str) -> Mask:
     """Copy `value`, True and False or 1 and 0, to an array of bool of the given shape, set read-only.
 
     Raises ValueError naming the field for all else."""
-    given = _numbers(value, shape, name, "True and False", "biuf")
-    _refuse_row((given == 0) | (given == 1), given, name, "is not True or False")
-    array = given.astype(np.bool_, order="C")
+    checked = _numbers(value, shape, name, "True and False", "biuf")
+    _refuse_row((checked == 0) | (checked == 1), checked, name, "is not True or False")
+    array = checked.astype(np.bool_, order="C")
     array.flags.writeable = False
     return array
 
 
-def _refuse_row(good: Flags, given: NDArray[Any], name: str, what: str) -> None:
+def _refuse_row(good: Mask, array: NDArray[Any], name: str, what: str) -> None:
     if not good.all():
-        place = tuple(np.argwhere(~good)[0].tolist())
-        raise ValueError(f"{name}: {given[place]} in row {place[0]} {what}")
+        index = tuple(np.argwhere(~good)[0].tolist())
+        raise ValueError(f"{name}: {array[index]} in row {index[0]} {what}")
 
 
 def number(value: Any, name: str, need: str = "A finite number") -> float:
     """Take a finite float of at most 10¹⁰⁰.
 
     Raises ValueError naming the field, and what is needed, for all else."""
-    given, real = value, type(value) is float or isinstance(value, Real)  # the second takes 0.5 µs
+    original, real = value, type(value) is float or isinstance(value, Real)  # the second takes 0.5 µs
     if not real:
         plain = _bare(value, name)
         with contextlib.suppress(*NO_ARRAY):
@@ -105,7 +105,7 @@ def number(value: Any, name: str, need: str = "A finite number") -> float:
         with contextlib.suppress(OverflowError):  # of whole numbers
             made = float(value)
     if not -LARGEST <= made <= LARGEST:
-        raise ValueError(f"{name}: {shown(given)}. {need} is needed")
+        raise ValueError(f"{name}: {shown(original)}. {need} is needed")
     return made
 
 
@@ -192,8 +192,8 @@ def _bare(value: Any, name: str, row: int | None = None) -> Any:
 
 def _are_numbers(array: NDArray[Any], name: str) -> bool:
     """Tell whether an array of objects, as tables with missing values have them, has numbers only."""
-    for place, item in np.ndenumerate(array):
-        row = place[0] if place else 0
+    for index, item in np.ndenumerate(array):
+        row = index[0] if index else 0
         if item is None or type(item).__name__ in ("NAType", "NaTType"):
             raise ValueError(f"{name}: missing in row {row}. Each entry is needed")
         if not isinstance(item, Real) or isinstance(item, bool):

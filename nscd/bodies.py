@@ -43,20 +43,20 @@ class Bodies(Frozen):
     inertia: Floats
 
     def __post_init__(self) -> None:
-        put, b = object.__setattr__, len(self.ids)
+        set_field, b = object.__setattr__, len(self.ids)
         number = whole_numbers(self.number, (-1,), "number").astype(np.int32)
         if number.size and not 0 <= number.min() <= number.max() < b:
             raise ValueError(f"number: a body that does not exist, where there are {b}")
         number.flags.writeable = False
-        put(self, "number", number)
-        put(self, "ids", whole_numbers(self.ids, (b,), "ids"))
+        set_field(self, "number", number)
+        set_field(self, "ids", whole_numbers(self.ids, (b,), "ids"))
         for name, shape in (("mass", (b,)), ("centre", (b, 2)), ("inertia", (b,))):
-            put(self, name, read_only(getattr(self, name), shape, name))
+            set_field(self, name, read_only(getattr(self, name), shape, name))
 
     def __len__(self) -> int:
         return len(self.mass)
 
-    def told(self, mass: Floats) -> tuple[Index32, Floats, Floats, Floats]:
+    def as_core_arguments(self, mass: Floats) -> tuple[Index32, Floats, Floats, Floats]:
         """Give what the core is told of them, with masses (b,) kg."""
         return self.number, self.centre, mass, self.inertia
 
@@ -64,8 +64,8 @@ class Bodies(Frozen):
         """Compute (b,2) the mean of what disks of masses (n,) kg have, (n,2) in any unit."""
         base = np.empty((len(self), 2))
         base[self.number[::-1]] = values[::-1]  # the first disk's: exact where a body is one disk
-        share = mass / np.bincount(self.number, mass)[self.number]
-        change = share[:, None] * (values - base[self.number])
+        fraction = mass / np.bincount(self.number, mass)[self.number]
+        change = fraction[:, None] * (values - base[self.number])
         return base + np.column_stack([np.bincount(self.number, part) for part in change.T])
 
     def motion(self, snapshot: Snapshot, velocity: Floats) -> Floats:
@@ -118,23 +118,23 @@ class Snapshot(Frozen):
     bodies: Bodies | None = None
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "position", read_only(self.position, (-1, 2), "position"))
+        set_field = object.__setattr__
+        set_field(self, "position", read_only(self.position, (-1, 2), "position"))
         n = len(self.position)
         velocity = np.zeros((n, 2)) if self.velocity is _LEFT_OUT else self.velocity
-        put(self, "velocity", read_only(velocity, (n, 2), "velocity"))
+        set_field(self, "velocity", read_only(velocity, (n, 2), "velocity"))
         for name in ("radius", "mass"):
-            put(self, name, _positive(getattr(self, name), n, name))
+            set_field(self, name, _positive(getattr(self, name), n, name))
         spin = np.zeros(n) if self.spin is _LEFT_OUT else self.spin
-        put(self, "spin", read_only(spin, (n,), "spin"))
-        put(self, "time", number(self.time, "time", "A finite number of seconds"))
+        set_field(self, "spin", read_only(spin, (n,), "spin"))
+        set_field(self, "time", number(self.time, "time", "A finite number of seconds"))
         if self.drive is not None:
-            put(self, "drive", read_only(self.drive, (n, 2), "drive"))
+            set_field(self, "drive", read_only(self.drive, (n, 2), "drive"))
         ids = whole_numbers(np.arange(1, n + 1) if self.ids is _LEFT_OUT else self.ids, (n,), "ids")
         # sorting is left out where they rise, as in every dump
         if not (ids[1:] > ids[:-1]).all() and len(np.unique(ids)) != n:
             raise ValueError("ids: one distinct integer per disk is needed")
-        put(self, "ids", ids)
+        set_field(self, "ids", ids)
         if self.bodies is not None and len(self.bodies.number) != n:
             raise ValueError(f"bodies: of {len(self.bodies.number)} disks where there are {n}")
 
@@ -147,20 +147,20 @@ class Snapshot(Frozen):
         Disks get the velocities of the rigid motion with the same momentum and their spin. Raises
         ValueError for a body whose disks do not hang together or spin differently, and for an
         inertia that is not positive."""
-        ids, place = np.unique(whole_numbers(body, (len(self),), "body"), return_inverse=True)
+        ids, index = np.unique(whole_numbers(body, (len(self),), "body"), return_inverse=True)
         own, b = np.ones(len(ids)), len(ids)
         centre = np.zeros((b, 2))
-        of = Bodies(number=place.astype(np.int32), ids=ids, mass=own, centre=centre, inertia=own)
+        of = Bodies(number=index.astype(np.int32), ids=ids, mass=own, centre=centre, inertia=own)
         of = replace(of, centre=of.mean(self.position, self.mass))
-        off = self.position - of.centre[place]
+        off = self.position - of.centre[index]
         moment = self.inertia + self.mass * dots(off, off)
-        total, given = (np.bincount(place, part).astype(float) for part in (self.mass, moment))
+        total, moments = (np.bincount(index, part).astype(float) for part in (self.mass, moment))
         if inertia is not None:
-            given = read_only(inertia, (b,), "inertia")
-        if b and not given.min() > 0:
-            worst = int(np.argmin(given))
-            raise ValueError(f"body {ids[worst]}: inertia {given[worst]:g}. More than 0 is needed")
-        of = replace(of, mass=total, inertia=given)
+            moments = read_only(inertia, (b,), "inertia")
+        if b and not moments.min() > 0:
+            worst = int(np.argmin(moments))
+            raise ValueError(f"body {ids[worst]}: inertia {moments[worst]:g}. More than 0 is needed")
+        of = replace(of, mass=total, inertia=moments)
         self._check_whole(of)
         moving = of.of_disks(of.motion(self, self.velocity), self.position)
         return replace(self, velocity=moving, bodies=of)
@@ -169,16 +169,16 @@ class Snapshot(Frozen):
         """Raise ValueError for a body whose disks do not hang together, or spin differently."""
         order = np.argsort(of.number, kind="stable")
         ends = []
-        for apart in range(1, int(np.bincount(of.number).max(initial=0))):
-            one, other = order[:-apart], order[apart:]
+        for cycle in range(1, int(np.bincount(of.number).max(initial=0))):
+            one, other = order[:-cycle], order[cycle:]
             both = of.number[one] == of.number[other]
             one, other = one[both], other[both]
             if (uneven := self.spin[one] != self.spin[other]).any():
                 which = of.ids[of.number[one[uneven][0]]]
                 raise ValueError(f"spin: disks of body {which} turn differently")
-            least = np.minimum(self.radius[one], self.radius[other])
+            minimum = np.minimum(self.radius[one], self.radius[other])
             gap = lengths(self.position[one] - self.position[other])
-            near = gap - self.radius[one] - self.radius[other] <= NEAR * least
+            near = gap - self.radius[one] - self.radius[other] <= NEAR * minimum
             ends.append(np.column_stack([one[near], other[near]]).astype(np.int32))
         pairs = np.concatenate(ends) if ends else np.empty((0, 2), np.int32)
         label = _core.components(len(self), *np.ascontiguousarray(pairs.T))
@@ -189,11 +189,11 @@ class Snapshot(Frozen):
 
     def need_disks(self, who: str) -> None:
         """Raise ValueError, naming who needs it, where bodies have several disks."""
-        if self.wide is not None:
+        if self.compound is not None:
             raise ValueError(f"{who}: bodies of several disks, and it is for disks")
 
     @property
-    def wide(self) -> Bodies | None:
+    def compound(self) -> Bodies | None:
         """Give the bodies, but none where they are the disks."""
         of = self.bodies
         same = of is None or (

@@ -10,13 +10,13 @@ import numpy as np
 
 from nscd import _core
 from nscd.arrays import (
-    Flags,
     Floats,
     Frozen,
     Index32,
     Indices,
-    flags,
+    Mask,
     instance,
+    mask,
     number,
     read_only,
     whole_numbers,
@@ -51,20 +51,20 @@ class Contacts(Frozen):
 
     first: Indices
     second: Indices
-    is_wall: Flags
+    is_wall: Mask
     normal: Floats
     gap: Floats
     point: Floats
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "normal", read_only(self.normal, (-1, 2), "normal"))
+        set_field = object.__setattr__
+        set_field(self, "normal", read_only(self.normal, (-1, 2), "normal"))
         k = len(self.normal)
-        put(self, "gap", read_only(self.gap, (k,), "gap"))
-        put(self, "point", read_only(self.point, (k, 2), "point"))
+        set_field(self, "gap", read_only(self.gap, (k,), "gap"))
+        set_field(self, "point", read_only(self.point, (k, 2), "point"))
         for name in ("first", "second"):
-            put(self, name, whole_numbers(getattr(self, name), (k,), name))
-        put(self, "is_wall", flags(self.is_wall, (k,), "is_wall"))
+            set_field(self, name, whole_numbers(getattr(self, name), (k,), name))
+        set_field(self, "is_wall", mask(self.is_wall, (k,), "is_wall"))
         if k and min(self.first.min(), self.second.min()) < 0:
             raise ValueError("first, second: negative index")
         if np.any((self.first == self.second) & ~self.is_wall):
@@ -80,7 +80,7 @@ class Contacts(Frozen):
         walls = int(self.is_wall.sum())
         return f"<Contacts: {len(self) - walls} of two disks, {walls} with a wall>"
 
-    def select(self, keep: Flags | Indices) -> Contacts:
+    def select(self, keep: Mask | Indices) -> Contacts:
         """Choose contacts by a mask (k,) or by indices, in that order."""
         names = ("first", "second", "is_wall", "normal", "gap", "point")
         return Contacts(**{name: getattr(self, name)[keep] for name in names})
@@ -158,8 +158,8 @@ class Contacts(Frozen):
         row = np.concatenate([np.arange(k), np.flatnonzero(pairs)])
         columns = width * disks[:, None] + np.arange(width)
         values = np.concatenate([on_first, on_second[pairs]]).ravel()
-        places = np.repeat(row, width), columns.ravel()
-        return csr_array((values, places), shape=(k, width * n))
+        indices = np.repeat(row, width), columns.ravel()
+        return csr_array((values, indices), shape=(k, width * n))
 
     def islands(self, n: int) -> Index32:
         """Number (n,) the islands of the contact graph of n disks, which walls do not join."""
@@ -218,7 +218,7 @@ def find_contacts(snapshot: Snapshot, walls: Walls | None = None, *, tolerance: 
     if number(tolerance, "tolerance", "A length ≥ 0 m") < 0:
         raise ValueError(f"tolerance: {tolerance} m. A length ≥ 0 is needed")
     tolerance += _rounding(snapshot, walls)
-    found = _core.touching(
+    found = _core.find_contact_pairs(
         snapshot.position, snapshot.radius, connected(walls or NO_WALLS), tolerance,
         None if snapshot.bodies is None else snapshot.bodies.number,
     )  # fmt: skip
@@ -277,14 +277,14 @@ def levers(snapshot: Snapshot, contacts: Contacts) -> tuple[Floats, Floats]:
 def inverse_masses(snapshot: Snapshot, contacts: Contacts) -> Floats:
     """Compute w (k,) 1/kg, the diagonal of the Delassus operator: 1/m and lever² over inertia of both
     disks, or bodies."""
-    wide = snapshot.wide
-    if wide is None:
+    compound = snapshot.compound
+    if compound is None:
         return contacts.inverse_mass(snapshot.mass)
-    of, along = of_bodies(wide, contacts), levers(snapshot, contacts)[0]
+    of, along = of_bodies(compound, contacts), levers(snapshot, contacts)[0]
     other = np.where(of.is_wall, of.first, of.second)
     square = along * along
-    turning = square[:, 0] / wide.inertia[of.first] + square[:, 1] / wide.inertia[other]
-    return of.inverse_mass(wide.mass) + turning
+    turning = square[:, 0] / compound.inertia[of.first] + square[:, 1] / compound.inertia[other]
+    return of.inverse_mass(compound.mass) + turning
 
 
 def _rounding(snapshot: Snapshot, walls: Walls | None) -> float:

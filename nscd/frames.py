@@ -27,7 +27,7 @@ class Disks(NamedTuple):
     mass: Any
 
 
-class Asked(NamedTuple):
+class FrameOptions(NamedTuple):
     """Say what is asked.
 
     gap: m, up to which disks are in contact, see `find_contacts`
@@ -64,8 +64,8 @@ class Found(NamedTuple):
     velocity_error: Any
 
 
-def solve_frames(disks: Disks, walls: Walls | None, asked: Asked) -> Found:
+def solve_frames(disks: Disks, walls: Walls | None, options: FrameOptions) -> Found:
     """Solve contacts without dissipation, each frame for itself, with their certificate. Other threads
     go on meanwhile."""
-    found = _core.film(*disks, connected(walls or NO_WALLS), *asked)
+    found = _core.film(*disks, connected(walls or NO_WALLS), *options)
     return Found(**{name: getattr(found, name) for name in Found._fields})

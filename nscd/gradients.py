@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nscd.arrays import Flags, Floats, instance, number, read_only
+from nscd.arrays import Floats, Mask, instance, number, read_only
 from nscd.bodies import Walls
 from nscd.contacts import NO_WALLS
 from nscd.percussions import Percussions
@@ -41,7 +41,7 @@ class Gradient:
 
 
 def gradient(
-    answer: Percussions,
+    solution: Percussions,
     walls: Walls | None = None,
     *,
     velocity: ArrayLike | None = None,
@@ -63,8 +63,8 @@ def gradient(
     Only islands of carrying contacts that have a weight count. Raises NoGradientError naming the
     contact that is within the margin of another state, or where percussions of the island are not
     unique: such contacts open by any change. ValueError for an answer that is not of this kind."""
-    state = _State(instance(answer, Percussions, "answer"), number(margin, "margin", "A number"))
-    n, k = len(state.disks), len(answer.contacts)
+    state = _State(instance(solution, Percussions, "solution"), number(margin, "margin", "A number"))
+    n, k = len(state.disks), len(solution.contacts)
     of_u = np.zeros((n, 3))
     of_u[:, :2] = 0.0 if velocity is None else read_only(velocity, (n, 2), "velocity")
     of_u[:, 2] = 0.0 if spin is None else read_only(spin, (n,), "spin")
@@ -75,25 +75,25 @@ def gradient(
 class _State:
     """An answer by the states of its contacts."""
 
-    def __init__(self, answer: Percussions, margin: float) -> None:
-        self.disks, self.contacts = answer.snapshot, answer.contacts
+    def __init__(self, solution: Percussions, margin: float) -> None:
+        self.disks, self.contacts = solution.snapshot, solution.contacts
         self.disks.need_disks("gradient")
         self.margin, contacts = margin, self.contacts
-        if not answer.residual < 0.1 * margin:
+        if not solution.residual < 0.1 * margin:
             raise ValueError(
-                f"answer: residual {answer.residual:.1e}, where less than {0.1 * margin:.1e} is "
+                f"answer: residual {solution.residual:.1e}, where less than {0.1 * margin:.1e} is "
                 "needed: give solve a smaller tolerance"
             )
-        rough = answer.friction
+        friction_part = solution.friction
         self.normal, self.across = contacts.normal, contacts.tangent
-        self.along = answer.reaction
-        self.sideways = rough.tangential if rough else np.zeros(len(contacts))
-        self.friction = rough.coefficient if rough else np.zeros(len(contacts))
+        self.along = solution.reaction
+        self.sideways = friction_part.tangential if friction_part else np.zeros(len(contacts))
+        self.friction = friction_part.coefficient if friction_part else np.zeros(len(contacts))
         own = self.along[:, None] * self.normal + self.sideways[:, None] * self.across
-        size = float(np.abs(answer.impulse).max(initial=0.0))
-        if np.abs(own - answer.impulse).max(initial=0.0) > 1e-9 * size:
+        size = float(np.abs(solution.impulse).max(initial=0.0))
+        if np.abs(own - solution.impulse).max(initial=0.0) > 1e-9 * size:
             raise ValueError("answer: its contacts dissipate. Gradients are of inelastic ones")
-        self.u = np.column_stack([answer.right_velocity, answer.right_spin])
+        self.u = np.column_stack([solution.right_velocity, solution.right_spin])
         mass, inertia = self.disks.mass, self.disks.inertia
         self.mass = np.column_stack([mass, mass, inertia])
         zero, n = np.zeros(len(contacts)), len(self.disks)
@@ -103,32 +103,32 @@ class _State:
             contacts.rows(np.c_[way, one], np.c_[-way, two], n)
             for way, one, two in ((self.normal, zero, zero), (self.across, first, other))
         )  # C and T (k,3n)
-        taken = self.rows_n.T @ self.along + self.rows_t.T @ self.sideways
-        left = self.u + taken.reshape(-1, 3) / self.mass
+        impulses = self.rows_n.T @ self.along + self.rows_t.T @ self.sideways
+        left = self.u + impulses.reshape(-1, 3) / self.mass
         self.scale = float(np.abs(left[:, :2]).max(initial=0.0)) or 1.0
 
-    def _islands(self, of_u: Floats, of_p: Floats) -> Flags:
+    def _islands(self, of_u: Floats, of_p: Floats) -> Mask:
         """The disks (n,) of islands that have a weight; all contacts that carry join disks."""
         carrying = self.along > 0
         label = self.contacts.select(carrying).islands(len(self.disks))
-        wanted: Flags = np.array(of_u.any(1))
+        wanted: Mask = np.array(of_u.any(1))
         wanted[self.contacts.first[of_p.any(1) & carrying]] = True
         return np.isin(label, label[wanted])
 
-    def _check(self, mine: Flags) -> tuple[Flags, Flags]:
+    def _check(self, mine: Mask) -> tuple[Mask, Mask]:
         """Which contacts (k,) of some are closed, and which of these stick. Raise NoGradientError
         for one within the margin."""
         w = self.contacts.inverse_mass(self.disks.mass) / self.scale
         speed, sliding = (rows @ self.u.ravel() / self.scale for rows in (self.rows_n, self.rows_t))
-        closed, rough = self.along * w > self.margin, self.friction > 0
+        closed, frictional = self.along * w > self.margin, self.friction > 0
         slack = (self.friction * self.along - np.abs(self.sideways)) * w
-        stuck = closed & rough & (slack > self.margin)
+        stuck = closed & frictional & (slack > self.margin)
         opens = ~closed & (speed < -self.margin)
-        slides = closed & rough & ~stuck & (np.abs(sliding) > self.margin)
-        sound = opens | stuck | slides | (closed & ~rough)
+        slides = closed & frictional & ~stuck & (np.abs(sliding) > self.margin)
+        valid = opens | stuck | slides | (closed & ~frictional)
         for bad, what in (
             (~closed & ~opens, "open and closed"),
-            (closed & ~sound, "sticking and sliding"),
+            (closed & ~valid, "sticking and sliding"),
         ):
             if (bad := bad & mine).any():
                 raise NoGradientError(f"{self._named(int(np.argmax(bad)))} is between {what}")
@@ -150,9 +150,9 @@ class _State:
         ratio = np.where(slides, np.sign(self.sideways) * self.friction, 0.0)
         y, y_n, y_t = self._adjoint(inside, closed, stuck, ratio, of_u, of_p)
         # g's change is −y·(change of the equations), and what weights of p see of normals
-        apart, moving = map(contacts.deformation_velocity, (y, self.u))
-        of_n = self.along[:, None] * (of_p - apart[:, :2]) - y_n[:, None] * moving[:, :2]
-        of_t = self.sideways[:, None] * (of_p - apart[:, :2]) - y_t[:, None] * moving[:, :2]
+        closing, moving = map(contacts.deformation_velocity, (y, self.u))
+        of_n = self.along[:, None] * (of_p - closing[:, :2]) - y_n[:, None] * moving[:, :2]
+        of_t = self.sideways[:, None] * (of_p - closing[:, :2]) - y_t[:, None] * moving[:, :2]
         of_n += np.column_stack([of_t[:, 1], -of_t[:, 0]])
         position, start, end = self._of_places(of_n, closed, walls)
         turns = np.column_stack([self.sideways, y_t]) * closed[:, None]
@@ -166,7 +166,7 @@ class _State:
         )  # fmt: skip
 
     def _adjoint(
-        self, inside: Flags, closed: Flags, stuck: Flags, ratio: Floats, of_u: Floats, of_p: Floats
+        self, inside: Mask, closed: Mask, stuck: Mask, ratio: Floats, of_u: Floats, of_p: Floats
     ) -> tuple[Floats, Floats, Floats]:
         """Solve Kᵀ y = weights of (u, λ, τ) for y (n,3), (k,), (k,), 0 outside.
 
@@ -179,15 +179,15 @@ class _State:
             diags_array(size) @ rows @ diags_array(root * np.repeat(inside, 3))
             for rows in (self.rows_n, self.rows_t)
         )
-        held = vstack([rows_n[closed], rows_t[stuck]]).tocsr()
-        given = vstack([(rows_n + diags_array(ratio) @ rows_t)[closed], rows_t[stuck]]).tocsr()
+        constraints = vstack([rows_n[closed], rows_t[stuck]]).tocsr()
+        impulses = vstack([(rows_n + diags_array(ratio) @ rows_t)[closed], rows_t[stuck]]).tocsr()
         of_n, of_t = (size * (of_p * way).sum(1) for way in (self.normal, self.across))
         of_z = np.concatenate([(of_n + ratio * of_t)[closed], of_t[stuck]])
         right = np.where(np.repeat(inside, 3), root * of_u.ravel(), 0.0)
-        y_z = self._solved((given @ held.T).tocsc(), given @ right - of_z)
+        y_z = self._solved((impulses @ constraints.T).tocsc(), impulses @ right - of_z)
         y_n, y_t = np.zeros((2, len(self.contacts)))
         y_n[closed], y_t[stuck] = np.split(y_z, [int(closed.sum())])
-        y = root * (right - held.T @ y_z)
+        y = root * (right - constraints.T @ y_z)
         return y.reshape(-1, 3), size * y_n, size * y_t
 
     @staticmethod
@@ -210,7 +210,7 @@ class _State:
         return np.asarray(factor.solve(right))
 
     def _of_places(
-        self, of_n: Floats, closed: Flags, walls: Walls
+        self, of_n: Floats, closed: Mask, walls: Walls
     ) -> tuple[Floats, Floats, Floats]:
         """Turn derivatives by normals (k,2) into those by positions and ends of walls."""
         contacts, radius = self.contacts, self.disks.radius

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nscd.arrays import Flags, Floats, flag, number
+from nscd.arrays import Floats, Mask, flag, number
 from nscd.contacts import Contacts
 
 # A contact opens if it does so faster than this share of ‖u⁻‖∞: else it is at rest, or rounding.
@@ -75,7 +75,7 @@ class ContactLaw:
         dissipates = self.dissipation or self.tangential_dissipation or self.restitution is not None
         return not (dissipates or self.frictional or self.maintained)
 
-    def frictions(self, is_wall: Flags) -> Floats:
+    def frictions(self, is_wall: Mask) -> Floats:
         """Choose μ (k,) of contacts, with walls where is_wall (k,)."""
         at_walls = self.friction if self.wall_friction is None else self.wall_friction
         return np.where(is_wall, float(at_walls), float(self.friction))
@@ -91,7 +91,7 @@ class ContactLaw:
         )
         return np.full_like(inverse_mass, self.dissipation), np.full_like(inverse_mass, tangential)
 
-    def acting(
+    def active_dissipation(
         self, contacts: Contacts, inverse_mass: Floats, left: Floats
     ) -> tuple[Floats, Floats]:
         """Compute the k_n and k_t (k,) kg that act in a collision: none where C u⁻ < 0, unless the
@@ -101,6 +101,6 @@ class ContactLaw:
         normal, tangential = self.coefficients(inverse_mass)
         if self.maintained or not (normal.any() or tangential.any()):
             return normal, tangential
-        least = -AT_REST * float(np.abs(left).max(initial=0.0))
-        opens = contacts.approach_velocity(left) < least
+        minimum = -AT_REST * float(np.abs(left).max(initial=0.0))
+        opens = contacts.approach_velocity(left) < minimum
         return np.where(opens, 0.0, normal), np.where(opens, 0.0, tangential)

@@ -49,7 +49,7 @@ def first_order(
     Raises ValueError as `solve` does, and for bodies of several disks."""
     snapshot.need_disks("first_order")
     unit = replace(snapshot, mass=np.ones(len(snapshot)))
-    answer = solve(
+    solution = solve(
         unit,
         contacts,
         left_velocity=left_velocity,
@@ -57,11 +57,11 @@ def first_order(
         tolerance=1e-10,
     )
     return FirstOrderAnswer(
-        multiplier=answer.reaction,
-        right_velocity=answer.right_velocity,
-        residual=answer.residual,
-        status=answer.status,
-        reason=answer.reason,
+        multiplier=solution.reaction,
+        right_velocity=solution.right_velocity,
+        residual=solution.residual,
+        status=solution.status,
+        reason=solution.reason,
     )
 
 
@@ -246,8 +246,8 @@ def loehner_force(
         raise ValueError(f"tolerance: {tolerance} m. A length ≥ 0 is needed")
     if reading not in list(LoehnerReading):
         raise ValueError(f"reading: unknown {reading!r}. There are: {', '.join(LoehnerReading)}")
-    touching = pairs.gap <= tolerance
-    stronger = touching if reading == LoehnerReading.TEXT else ~touching
+    in_contact = pairs.gap <= tolerance
+    stronger = in_contact if reading == LoehnerReading.TEXT else ~in_contact
     case = np.where(stronger, 2.0, 1.0)
     first, second = pairs.first, np.where(pairs.is_wall, 0, pairs.second)
     radius_first, radius_second = snapshot.radius[first], snapshot.radius[second]

@@ -27,6 +27,6 @@ def nearest_on_segment(points: Floats, start: Floats, end: Floats) -> Floats:
     1]. A segment without length is its start."""
     along = end - start
     square = dots(along, along)
-    share = dots(points - start, along) / np.where(square > 0, square, 1.0)
-    nearest: Floats = start + np.clip(share, 0.0, 1.0)[:, None] * along
+    fraction = dots(points - start, along) / np.where(square > 0, square, 1.0)
+    nearest: Floats = start + np.clip(fraction, 0.0, 1.0)[:, None] * along
     return nearest

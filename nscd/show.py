@@ -67,11 +67,11 @@ def as_frame(cells: Mapping[str, Any]) -> pd.DataFrame:
             name="pandas",
         ) from None
     # without rows a list has no type: pandas would make it, and what is joined to it, numbers
-    kept = {
+    settings = {
         name: cell if len(cell) else np.array(cell, dtype=getattr(cell, "dtype", object))
         for name, cell in cells.items()
     }
-    return pd.DataFrame(kept)
+    return pd.DataFrame(settings)
 
 
 def as_html(title: str, frame: pd.DataFrame) -> str:

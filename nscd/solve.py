@@ -1,5 +1,5 @@
 """`solve`: percussions of a snapshot, with a certificate recomputed from the answer. They are solved
-in the native core: `nscd/core/answer.cpp`, and with friction `nscd/core/friction_answer.cpp`, have the
+in the native core: `nscd/core/impact_solver.cpp`, and with friction `nscd/core/friction_solver.cpp`, have the
 way from one method to the next."""
 
 import time
@@ -52,7 +52,7 @@ NUMBERS = (
 )  # fmt: skip
 
 
-class Search(TypedDict, total=False):
+class SolveOptions(TypedDict, total=False):
     """Say how the answer is searched for.
 
     canonical: whether λ is to be the one of least elastic energy where contacts are redundant,
@@ -77,7 +77,7 @@ def solve(
     tolerance: float = 1e-8,
     solver: str = "auto",
     guess: Percussions | None = None,
-    **search: Unpack[Search],
+    **search: Unpack[SolveOptions],
 ) -> Percussions:
     """Compute the percussions of contacts for a left velocity, with their certificate.
 
@@ -88,7 +88,7 @@ def solve(
         the status is `inaccurate`
     solver: of `nscd.solve.SOLVERS`; "auto" takes the cheapest that serves
     guess: the answer of a similar problem with the same contacts, which makes this one cheaper
-    search: see `Search`
+    search: see `SolveOptions`
 
     M(u⁺ − u⁻) + Dᵀp = 0, p_n = k_n max(C(u⁺ + u⁻), 0) + λ, 0 ≤ λ ⟂ −C u⁺ ≥ 0 (paper eq. (1),
     corrected, see `ContactLaw`; C u⁺ = 0 where the law says `maintained`). u⁺ is unique, λ is not
@@ -121,40 +121,40 @@ def solve(
     [0.25, 0.75]"""
     started = time.perf_counter()
     law = INELASTIC if law is None else instance(law, ContactLaw, "law")
-    canonical, starts, threads = _read(search) if search else (True, 1, 1)
+    canonical, starts, threads = _read_options(search) if search else (True, 1, 1)
     _check(snapshot, contacts, law, tolerance, solver)
-    left = _unread(snapshot, left_velocity)
-    asked: dict[str, Any] = {}
+    left = _unchecked_velocity(snapshot, left_velocity)
+    arguments: dict[str, Any] = {}
     if guess is not None and len(instance(guess, Percussions, "guess").reaction) == len(contacts):
-        asked["guess"] = guess.reaction
-    if (wide := snapshot.wide) is not None:
+        arguments["guess"] = guess.reaction
+    if (compound := snapshot.compound) is not None:
         if solver in FIRST_ORDER:
             raise ValueError(f"solver: {solver} is for disks, not for bodies of several")
-        asked |= {"bodies": wide.told(wide.mass), "spin": snapshot.spin}
+        arguments |= {"bodies": compound.as_core_arguments(compound.mass), "spin": snapshot.spin}
     if not law.plain:
-        asked |= _told(snapshot, contacts, _left(snapshot, left), law, solver) | {"starts": starts}
-    found = _core.solve_impact(
+        arguments |= _core_arguments(snapshot, contacts, _left_velocity(snapshot, left), law, solver) | {"starts": starts}
+    fields = _core.solve_impact(
         contacts.first, contacts.second, contacts.is_wall, contacts.normal, snapshot.position,
-        snapshot.radius, snapshot.mass, left, tolerance=tolerance, least=canonical,
-        threads=threads, solver=_core.Solver[solver.upper()], **asked,
+        snapshot.radius, snapshot.mass, left, tolerance=tolerance, canonical=canonical,
+        threads=threads, solver=_core.Solver[solver.upper()], **arguments,
     )  # fmt: skip
-    if found is None:
+    if fields is None:
         _refuse(snapshot, contacts, left_velocity)
-    status, reason = _status_of(found, tolerance)
-    name, why = CHOICES[found.method]
-    shared = f", {found.threads} threads" if found.threads > 1 else ""
-    change, spin, friction = found.energy_change, found.right_spin, found.friction
-    grew = change > 1e-9 * found.energy
+    status, reason = _status_of(fields, tolerance)
+    name, why = CHOICES[fields.method]
+    threads_used = f", {fields.threads} threads" if fields.threads > 1 else ""
+    change, spin, friction = fields.energy_change, fields.right_spin, fields.friction
+    grew = change > 1e-9 * fields.energy
     return Percussions(
-        **{name: getattr(found, name) for name in NUMBERS},
+        **{name: getattr(fields, name) for name in NUMBERS},
         right_spin=snapshot.spin if spin is None else spin,
-        canonical=found.canonical,
-        iterations=found.iterations,
-        friction=_friction_part(friction, asked["friction"], starts) if friction else None,
+        canonical=fields.canonical,
+        iterations=fields.iterations,
+        friction=_friction_part(friction, arguments["friction"], starts) if friction else None,
         status=status,
         reason=reason,
         warnings=(f"energy grew by {change:.3g} J: {GAIN}",) if grew else (),
-        choice=why.format(n=found.disks) + shared,
+        choice=why.format(n=fields.disks) + threads_used,
         solver=name or solver,
         seconds=time.perf_counter() - started,
         snapshot=snapshot,
@@ -166,7 +166,7 @@ def _refuse(snapshot: Snapshot, contacts: Contacts, left: ArrayLike | None) -> N
     """Raise ValueError for a disk that does not exist, a velocity that cannot be computed with, or a
     contact within a body."""
     contacts.check_disks(len(snapshot))
-    _left(snapshot, left)
+    _left_velocity(snapshot, left)
     pairs, of = contacts.select(~contacts.is_wall), snapshot.bodies
     if of is not None and (of.number[pairs.first] == of.number[pairs.second]).any():
         raise ValueError("contacts: two disks of one body")
@@ -176,49 +176,49 @@ def _refuse(snapshot: Snapshot, contacts: Contacts, left: ArrayLike | None) -> N
 def _friction_part(of: _core.FrictionSolution, coefficient: Floats, starts: int) -> FrictionPart:
     begun = f"random states {of.seed}" if of.seed else "convex programme"
     names = "tangential", "state", "signorini", "cone", "dissipation", "natural_map", "spread"
-    given = {name: getattr(of, name) for name in names}
+    inputs = {name: getattr(of, name) for name in names}
     start = "rest" if of.seed < 0 else begun
-    return FrictionPart(coefficient=coefficient, start=start, starts=starts, **given)
+    return FrictionPart(coefficient=coefficient, start=start, starts=starts, **inputs)
 
 
-def _told(
+def _core_arguments(
     snapshot: Snapshot, contacts: Contacts, left: Floats, law: ContactLaw, solver: str
 ) -> dict[str, Any]:
     """What the core is told of a law with dissipation or friction: μ (k,), k_n and k_t (k,) kg of
     contacts that do not open, and spins where something acts across."""
     contacts.check_disks(len(snapshot))
-    if (wide := snapshot.wide) is not None:
-        left = wide.of_disks(wide.motion(snapshot, left), snapshot.position)
-    along, across = law.acting(contacts, inverse_masses(snapshot, contacts), left)
-    told: dict[str, Any] = {"maintained": law.maintained}
+    if (compound := snapshot.compound) is not None:
+        left = compound.of_disks(compound.motion(snapshot, left), snapshot.position)
+    along, across = law.active_dissipation(contacts, inverse_masses(snapshot, contacts), left)
+    arguments: dict[str, Any] = {"maintained": law.maintained}
     if along.any() or across.any():
         if solver in FIRST_ORDER:
             raise ValueError(f"solver: {solver} is for contacts without dissipation")
-        told |= {"along": along, "across": across}
+        arguments |= {"along": along, "across": across}
     if across.any() or law.frictional:
-        told["spin"] = snapshot.spin
+        arguments["spin"] = snapshot.spin
     if law.frictional:
-        told["friction"] = law.frictions(contacts.is_wall)
-    return told
+        arguments["friction"] = law.frictions(contacts.is_wall)
+    return arguments
 
 
-def _left(snapshot: Snapshot, given: ArrayLike | None) -> Floats:
-    if given is None:
+def _left_velocity(snapshot: Snapshot, velocity: ArrayLike | None) -> Floats:
+    if velocity is None:
         return snapshot.velocity
-    return read_only(given, (len(snapshot), 2), "left_velocity")
+    return read_only(velocity, (len(snapshot), 2), "left_velocity")
 
 
-def _unread(snapshot: Snapshot, given: ArrayLike | None) -> Floats:
+def _unchecked_velocity(snapshot: Snapshot, velocity: ArrayLike | None) -> Floats:
     """The left velocities, not copied where the core, which looks at each number, can take them as they
     are."""
-    if type(given) is not np.ndarray or given.dtype != np.float64 or not given.flags.c_contiguous:
-        return _left(snapshot, given)
-    return given if given.shape == (len(snapshot), 2) else _left(snapshot, given)
+    if type(velocity) is not np.ndarray or velocity.dtype != np.float64 or not velocity.flags.c_contiguous:
+        return _left_velocity(snapshot, velocity)
+    return velocity if velocity.shape == (len(snapshot), 2) else _left_velocity(snapshot, velocity)
 
 
-def _read(search: Search) -> tuple[bool, int, int]:
+def _read_options(search: SolveOptions) -> tuple[bool, int, int]:
     for name in search:
-        if name not in Search.__annotations__:
+        if name not in SolveOptions.__annotations__:
             raise TypeError(f"solve() got an unexpected keyword argument {name!r}")
     starts = count(search["starts"], "starts") if "starts" in search else 1
     threads = count(search["threads"], "threads") if "threads" in search else 1

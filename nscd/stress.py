@@ -17,7 +17,13 @@ from nscd.bodies import Snapshot
 from nscd.contacts import Contacts
 
 __all__ = [
-    "FlowField", "Kernel", "StressField", "branches", "flow_field", "smear", "stress_field",
+    "FlowField",
+    "Kernel",
+    "StressField",
+    "branches",
+    "coarse_grain",
+    "flow_field",
+    "stress_field",
     "virial",
 ]  # fmt: skip
 
@@ -96,7 +102,7 @@ class FlowField:
     gradient: Floats
 
 
-def smear(
+def coarse_grain(
     position: ArrayLike, values: ArrayLike, kernel: Kernel, at: ArrayLike
 ) -> tuple[Floats, Floats]:
     """Compute Σ_i values_i φ(x − x_i), shape (m,d), and its gradient (m,d,2) at points.
@@ -109,7 +115,7 @@ def smear(
     kernel. Raises ValueError for wrong shapes and non-finite numbers."""
     points, where = read_only(at, (-1, 2), "at"), read_only(position, (-1, 2), "position")
     what = read_only(values, (len(where), -1), "values")
-    found = _core.smear(points, where, what, kernel.width, kernel.reach, kernel.compact)
+    found = _core.coarse_grain(points, where, what, kernel.width, kernel.reach, kernel.compact)
     return found.field, found.gradient.reshape(*found.field.shape, 2)
 
 
@@ -133,7 +139,7 @@ def stress_field(
     p = read_only(impulse, (len(contacts), 2), "impulse")
     contacts.check_disks(len(snapshot))
     start, branch = _centres(snapshot)[contacts.first], branches(snapshot, contacts)
-    found = _core.smear_stress(
+    found = _core.coarse_grain_stress(
         points, start, branch, p, contacts.is_wall, kernel.width, kernel.reach, kernel.compact
     )
     size = float((np.hypot(*p.T) * np.hypot(*branch.T)).sum())
@@ -156,8 +162,8 @@ def branches(snapshot: Snapshot, contacts: Contacts) -> Floats:
 
 def _centres(snapshot: Snapshot) -> Floats:
     """Where (n,2) m each disk, or the body that it is joined to, has its centre of mass."""
-    wide = snapshot.wide
-    return snapshot.position if wide is None else wide.centre[wide.number]
+    compound = snapshot.compound
+    return snapshot.position if compound is None else compound.centre[compound.number]
 
 
 def virial(snapshot: Snapshot, contacts: Contacts, impulse: ArrayLike) -> Floats:
@@ -178,11 +184,11 @@ def flow_field(snapshot: Snapshot, velocity: ArrayLike, kernel: Kernel, at: Arra
     velocity: (n,2) m/s
     at: (m,2) m
 
-    ρ = Σmφ, ρu = Σmu_iφ, ∂u_a/∂x_b = (∂(ρu_a)/∂x_b − u_a ∂ρ/∂x_b)/ρ. Raises ValueError as `smear`
+    ρ = Σmφ, ρu = Σmu_iφ, ∂u_a/∂x_b = (∂(ρu_a)/∂x_b − u_a ∂ρ/∂x_b)/ρ. Raises ValueError as `coarse_grain`
     does."""
     u = read_only(velocity, (len(snapshot), 2), "velocity")
     mass = snapshot.mass[:, None]
-    field, slope = smear(snapshot.position, np.hstack([mass, mass * u]), kernel, at)
+    field, slope = coarse_grain(snapshot.position, np.hstack([mass, mass * u]), kernel, at)
     density = np.where(field[:, 0] > 0, field[:, 0], np.nan)
     velocity_field = field[:, 1:] / density[:, None]
     gradient = slope[:, 1:] - velocity_field[:, :, None] * slope[:, :1]

@@ -48,8 +48,8 @@ def percussions(tmp_path):
 
     def call(*words, timeout=600):
         words = [str(word) for word in words]
-        status, said, printed = in_fork(lambda: as_program(words, tmp_path), timeout)
-        return subprocess.CompletedProcess(["percussions", *words], status, printed, said)
+        status, message, printed = in_fork(lambda: as_program(words, tmp_path), timeout)
+        return subprocess.CompletedProcess(["percussions", *words], status, printed, message)
 
     return call
 
@@ -67,9 +67,9 @@ def refused(tmp_path, monkeypatch, capsys):
             main()
         assert end.value.code in (1, 2)
         every = capsys.readouterr().err.strip().splitlines()
-        (said,) = [one for one in every if not one.startswith("note: ")]
+        (sentences,) = [one for one in every if not one.startswith("note: ")]
         assert sorted(tmp_path.rglob("*")) == before
-        return said
+        return sentences
 
     return line
 

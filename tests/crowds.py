@@ -45,11 +45,11 @@ def lattice(seed, n=25, decades=0.0, rows=6):
     return disks_at(sites[chosen], velocity, mass=mass)
 
 
-def part_of_a_lattice(seed, n, kept, decades=0.15):
+def part_of_a_lattice(seed, n, selected, decades=0.15):
     """Disks on a share of the sites of a triangular lattice: pairs, chains, rings and jams, in random
     motion; masses over so many decades to both sides of 60 kg."""
     rng = np.random.default_rng(seed)
-    i, j = (k.ravel() for k in np.indices(2 * [int(np.ceil(np.sqrt(n / kept)))]))
+    i, j = (k.ravel() for k in np.indices(2 * [int(np.ceil(np.sqrt(n / selected)))]))
     sites = np.column_stack([0.5 * i + 0.25 * (j % 2), 0.25 * np.sqrt(3) * j])
     chosen, velocity = rng.permutation(len(sites))[:n], rng.normal(size=(n, 2))
     return disks_at(sites[chosen], velocity, mass=60.0 * 10.0 ** rng.uniform(-decades, decades, n))
@@ -125,9 +125,9 @@ def frame(step, rows, columns=PEOPLE, kind="ATOMS"):
     )
 
 
-def two_people(first=(2, 0), apart=0.5, radius=0.25):
+def two_people(first=(2, 0), difference=0.5, radius=0.25):
     """A dump of one who goes to another (m, m/s), 75 kg each."""
-    rows = [[1, 0, 0, radius, 75, *first], [2, apart, 0, radius, 75, 0, 0]]
+    rows = [[1, 0, 0, radius, 75, *first], [2, difference, 0, radius, 75, 0, 0]]
     return frame(0, rows)
 
 

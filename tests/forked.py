@@ -39,13 +39,13 @@ def python(code, *words, cwd=None, timeout=600, **environment):
 
 def in_fork(program, longest_s):
     """Call `program`, which returns an exit status, in a fork: its status, stderr and stdout."""
-    with tempfile.TemporaryFile() as printed, tempfile.TemporaryFile() as said:
+    with tempfile.TemporaryFile() as printed, tempfile.TemporaryFile() as message:
         child = os.fork()
         if not child:
             status = INTERNAL
             try:
                 os.dup2(printed.fileno(), 1)
-                os.dup2(said.fileno(), 2)
+                os.dup2(message.fileno(), 2)
                 sys.stdout = os.fdopen(1, "w", encoding="utf-8", closefd=False)
                 sys.stderr = os.fdopen(2, "w", encoding="utf-8", closefd=False)
                 status = program()
@@ -55,7 +55,7 @@ def in_fork(program, longest_s):
                 os._exit(status)
         status = os.waitstatus_to_exitcode(_waited(child, longest_s))
         texts = []
-        for file in (said, printed):
+        for file in (message, printed):
             file.seek(0)
             texts.append(file.read().decode("utf-8"))
     return status, *without_warnings(*texts)

@@ -77,8 +77,8 @@ def by_column(table):
     """A table with each cell under its head; anything else as it is."""
     if not {"head", "rows"} <= table.keys():
         return table
-    heads = [plain(head) for head in table["head"]]
-    rows = [dict(zip(heads, row, strict=True)) for row in table["rows"]]
+    positions = [plain(head) for head in table["head"]]
+    rows = [dict(zip(positions, row, strict=True)) for row in table["rows"]]
     firsts = [plain(str(row[0])) for row in table["rows"]]
     return {"rows": dict(zip(firsts, rows, strict=True)) if len(set(firsts)) == len(rows) else rows}
 
@@ -118,8 +118,8 @@ def differences(old, new, where=""):
             return
         if len(old) != len(new):
             yield f"{where}: {len(old)} entries became {len(new)}"
-        for place, (a, b) in enumerate(zip(old, new, strict=False)):
-            yield from differences(a, b, f"{where}[{place}]")
+        for index, (a, b) in enumerate(zip(old, new, strict=False)):
+            yield from differences(a, b, f"{where}[{index}]")
     elif isinstance(old, str) and isinstance(new, str):
         if numbers_in(old) != numbers_in(new):
             yield f"{where}: {old!r} became {new!r}"

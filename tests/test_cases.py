@@ -70,8 +70,8 @@ def test_case(percussions, tmp_path, case):
         if not run.get("writes", True):
             assert set(tmp_path.rglob("*")) == before
             if status:
-                said = [one for one in made.stderr.splitlines() if not one.startswith("note: ")]
-                assert len(said) == 1, said
+                sentences = [one for one in made.stderr.splitlines() if not one.startswith("note: ")]
+                assert len(sentences) == 1, sentences
         for value in run.get("values", []):
             within, right = value.pop("within", 1e-6), value.pop("are")
             found = numbers_of(tmp_path, **value)

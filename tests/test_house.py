@@ -14,6 +14,23 @@ COMMANDS = ROOT / "analysis" / "cli"
 # Lines of the product, in Python and C++, and of the tests: less is the aim.
 PRODUCT_LINES, TEST_LINES = 70_400, 29_700
 PRODUCT = (*PACKAGES, "yade_scripts", "benchmarks", "examples")
+# Words that names of functions, variables, classes and fields do not take again: each meant many things.
+PRIVATE = set(
+    re.findall(
+        r"\w+",
+        """acting answer answers apart asked astray climb close_all close_set drifts firm_up freed gain_nothing heads held kept
+        likeness look looks off_by offer openness price put reel reels rough rubbed rubbing rung said seen settle smear taken
+        told touching whole wide""",
+    )
+)
+# Where such a word is the key of a file or an option of a command, which stay.
+KEYS = {
+    "analysis/advice/choice.py: likeness", "analysis/advice/library.py: likeness",
+    "analysis/cli/compare.py: openness", "analysis/cli/runs.py: openness", "analysis/cli/scenes.py: apart",
+    "analysis/infer/inference.py: seen", "analysis/paper/continuum/fig7_border.py: apart",
+    "analysis/percussions/own.py: apart", "analysis/percussions/solving.py: apart",
+    "analysis/stability/case.py: said", "analysis/stability/case.py: whole",
+}  # fmt: skip
 # Imports go one way, from the ground up; folders of one rank know nothing of each other, and
 # neither do two of one line.
 RANKS = [
@@ -81,12 +98,12 @@ def test_every_rank_is_of_something():
     assert [name for rank in RANKS for name in rank if not (ROOT / name).exists()] == []
 
 
-def place(path):
+def rank_of(path):
     """The rank of a file: of its own entry, or of the nearest folder above that has one."""
     name = path.relative_to(ROOT)
     for candidate in (name, *name.parents):
-        for rank, places in enumerate(RANKS):
-            if str(candidate) in places:
+        for rank, indices in enumerate(RANKS):
+            if str(candidate) in indices:
                 return rank, str(candidate)
     raise AssertionError(f"{name}: its folder has no rank")
 
@@ -95,9 +112,9 @@ def test_imports_go_one_way_and_never_in_a_circle():
     known = modules()
     graph = {name: set(imported(path, known)) - {name} for name, path in known.items()}
     for name, path in known.items():
-        rank, home = place(path)
+        rank, home = rank_of(path)
         for module in graph[name]:
-            other, there = place(known[module])
+            other, there = rank_of(known[module])
             assert other < rank or there == home, f"{path.relative_to(ROOT)} imports {module}"
     list(graphlib.TopologicalSorter(graph).static_order())
 
@@ -111,8 +128,8 @@ def lines_of(function):
 
 
 def parameters_of(function):
-    given = function.args
-    names = [arg.arg for arg in (*given.posonlyargs, *given.args, *given.kwonlyargs)]
+    inputs = function.args
+    names = [arg.arg for arg in (*inputs.posonlyargs, *inputs.args, *inputs.kwonlyargs)]
     return len([name for name in names if name not in ("self", "cls")])
 
 
@@ -129,7 +146,7 @@ def test_functions_are_short_and_take_few_parameters():
     assert not large
 
 
-def said(path):
+def texts_of(path):
     """The texts of a file, X for a value; without docstrings, but for those of commands."""
     inner = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -148,7 +165,7 @@ def said(path):
 
 
 def test_messages_are_short_sentences_without_semicolons():
-    texts = [one for path in sources(*PACKAGES, "yade_scripts") for one in said(path)]
+    texts = [one for path in sources(*PACKAGES, "yade_scripts") for one in texts_of(path)]
     plain = [one for one in texts if " | " not in one]  # no table of columns
     assert [one for one in plain if re.search(r"\w\W?; ", one)] == []
     split = (re.split(r"(?<=[.?!])\s+|\n\n", one) for one in plain)
@@ -162,3 +179,24 @@ def test_the_whole_is_no_larger():
 
     assert total(*PRODUCT) <= PRODUCT_LINES
     assert total("tests") <= TEST_LINES
+
+
+def names_in(path):
+    """What a file names: in Python what it binds, in C++ every identifier."""
+    text = path.read_text(encoding="utf-8")
+    if path.suffix != ".py":
+        yield from re.findall(r"\w+", re.sub(r'"(?:\\.|[^"\\\n])*"|//[^\n]*', "", text))
+        return
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            yield node.name
+        elif isinstance(node, ast.arg):
+            yield node.arg
+        elif isinstance(getattr(node, "ctx", None), ast.Store):
+            yield getattr(node, "id", getattr(node, "attr", ""))
+
+
+def test_names_are_words_of_the_field():
+    files = sources(*PRODUCT, "tests", kinds=(".py", ".cpp", ".hpp"))
+    found = {f"{path.relative_to(ROOT)}: {name}" for path in files for name in names_in(path) if name.strip("_") in PRIVATE}
+    assert found - KEYS == set()

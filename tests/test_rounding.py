@@ -31,7 +31,7 @@ MADE_EXACTLY = """analysis/scene/**/*.py analysis/explore/*.py analysis/engines/
     nscd/segments.py nscd/contacts.py nscd/laws.py nscd/frames.py nscd/solve.py"""
 # Force laws of soft bodies, fields and social forces, how people look: numbers that are shown, or compared
 # with a tolerance.
-SHOWN = {"law.py", "plausible.py", "smear.cpp", "soft.cpp"}
+SHOWN = {"law.py", "plausible.py", "coarse_grain.cpp", "soft.cpp"}
 OF_LIBM = re.compile(r"std::(pow|hypot|exp|log|a?(sin|cos|tan)|cbrt|erf|fma)\w*\(")
 CODE = "import json; from tests.test_rounding import made; print(json.dumps(made()))"
 
@@ -57,8 +57,8 @@ def test_what_must_be_exact_is_made_of_operations_that_are():
         tree = ast.parse(text)
         parts = [part for part in ast.walk(tree) if isinstance(part, ast.FunctionDef)]
         says = [one for one in parts if "every processor" in str(ast.get_source_segment(text, one))]
-        said = {node for part in says for node in ast.walk(part)}
-        wrong = (node for node in ast.walk(tree) if rounded_differently(node) and node not in said)
+        stated = {node for part in says for node in ast.walk(part)}
+        wrong = (node for node in ast.walk(tree) if rounded_differently(node) and node not in stated)
         found += [f"{path.name}:{node.lineno}" for node in wrong if path.name not in SHOWN]
     for path in (ROOT / "nscd/core").glob("*.[ch]pp"):
         lines = enumerate(path.read_text(encoding="utf-8").splitlines(), start=1)
@@ -78,8 +78,8 @@ def made():
     for name, family in FAMILIES.items():
         case = family(60, 3)
         disks, left = case.snapshot, case.left_velocity
-        answer = solve(disks, case.contacts, left_velocity=left, law=ContactLaw(friction=0.3))
-        arrays = disks.position, disks.mass, left, answer.impulse, answer.right_velocity
+        solution = solve(disks, case.contacts, left_velocity=left, law=ContactLaw(friction=0.3))
+        arrays = disks.position, disks.mass, left, solution.impulse, solution.right_velocity
         parts[name] = b"".join(array.tobytes() for array in arrays)
     with tempfile.TemporaryDirectory() as folder:
         for name, scene in scenes.items():

@@ -76,12 +76,12 @@ def main(words):
         if words[0].endswith(".toml")
         else HERE.parent / "scenes" / f"{words[0]}.toml"
     )
-    given = dict(word.split("=", 1) if "=" in word else (word, "") for word in words[1:])
-    out = Path(given.pop("out", Path("out") / path.stem / "yade"))
-    guarded = given.pop("guard", "yes")
+    arguments = dict(word.split("=", 1) if "=" in word else (word, "") for word in words[1:])
+    out = Path(arguments.pop("out", Path("out") / path.stem / "yade"))
+    guarded = arguments.pop("guard", "yes")
     if guarded not in ("yes", "no"):
         raise SceneFileError(f"guard={guarded}: there are yes and no")
-    scene = read_scene(path, given)
+    scene = read_scene(path, arguments)
     disks = read_disks(path.parent / scene["disks"]["data"], scene["disks"].get("bodies"))
     complete_drive(scene.get("drive", {}), disks.bodies.mass)
     penalty = penalty_of(scene, disks)
@@ -121,10 +121,10 @@ def main(words):
         sys.exit(STOPPED)
 
 
-def runner(name, dead=True, **given):
+def runner(name, dead=True, **arguments):
     """What calls crowd_NAME of the main module; updateGlobals looks for new names at each call."""
     command = f"crowd_{name}()"
-    return PyRunner(command=command, iterPeriod=1, updateGlobals=False, dead=dead, **given)
+    return PyRunner(command=command, iterPeriod=1, updateGlobals=False, dead=dead, **arguments)
 
 
 class Crowd:
@@ -135,7 +135,7 @@ class Crowd:
     same numbers."""
 
     def __init__(self, scene, disks, penalty, guarded):
-        self.guarded, self.broken, self.seen = guarded, "", (-1, ())
+        self.guarded, self.broken, self.latest = guarded, "", (-1, ())
         self.scene, self.disks, self.penalty = scene, disks, penalty
         self.law = law_of(scene, penalty)
         self.motion = Motion(disks, O.materials.append(self.law.disk))
@@ -146,9 +146,9 @@ class Crowd:
         self.law.walls = set(self.walls.numbers)
         self.arms = Arms(scene["contact"], disks.radius, self.motion, self.walls)
         self.weight = disks.mass[:, None] * acceleration(scene)
-        self.held = np.zeros((len(disks.ids), 2))
+        self.driving = np.zeros((len(disks.ids), 2))
         # what is done after a step, in this order, each at an interval of its own
-        self.after = {name: runner(name) for name in ("add_impulses", "write", "drive", "look")}
+        self.after = {name: runner(name) for name in ("add_impulses", "write", "drive", "observe")}
         O.engines = [
             ForceResetter(),
             collider,
@@ -175,10 +175,10 @@ class Crowd:
         self._let_go_of_touching(force)
         self._write(0, self.disks.position, self.disks.velocity, self.disks.spin, force)
         if self.guarded:
-            stored = sum(self.law.energy(i) for i in self.walls.touching()) + self.arms.energy()
-            self.guard = Guard(self.scene, self.disks, self.penalty, stored, self._apart)
+            stored = sum(self.law.energy(i) for i in self.walls.wall_contacts()) + self.arms.energy()
+            self.guard = Guard(self.scene, self.disks, self.penalty, stored, self._check_apart)
             self.guard.moved = self.walls.moved
-            self._every(self.guard.interval, "look")
+            self._every(self.guard.interval, "observe")
         self.motion.first_half_step(self.penalty.time_step, force)
         self.walls.begin(self.penalty.time_step)
         O.dt = self.penalty.time_step
@@ -200,7 +200,7 @@ class Crowd:
     def _let_go_of_touching(self, force):
         """Take away the damping of disks that touch without overlap: a contact begins with an
         overlap, as in LAMMPS."""
-        for interaction in self.walls.touching():
+        for interaction in self.walls.wall_contacts():
             if interaction.geom.penetrationDepth <= 0:
                 for body, sign in ((interaction.id1, 1.0), (interaction.id2, -1.0)):
                     if body not in self.walls.numbers:
@@ -217,38 +217,38 @@ class Crowd:
                 for body, way in ((interaction.id1, -force), (interaction.id2, force)):
                     O.forces.addF(body, way)
 
-    def look(self):
+    def observe(self):
         """Called after a step at the guard's interval: stop a run that cannot be right."""
         step, dt = O.iter, self.penalty.time_step
-        broken = self.guard.look(self._position, self.motion.velocity, lambda: self._instant()[1])
+        broken = self.guard.observe(self._position, self.motion.velocity, lambda: self._instant()[1])
         if broken:
             kind, words = broken
             self.broken = f"GUARD {kind} at t = {step * dt:.6g} s (step {step}): {words}"
             O.pause()
 
-    def _apart(self):
+    def _check_apart(self):
         """The smallest distance of the centres of two disks that touch (m)."""
-        touching = [one for one in self.walls.touching() if one.id2 not in self.walls.numbers]
-        lengths = (one.geom.refR1 + one.geom.refR2 - one.geom.penetrationDepth for one in touching)
+        in_contact = [one for one in self.walls.wall_contacts() if one.id2 not in self.walls.numbers]
+        lengths = (one.geom.refR1 + one.geom.refR2 - one.geom.penetrationDepth for one in in_contact)
         return min(lengths, default=math.inf)
 
     def _position(self):
         """Where the disks are, (n,2) m; of this step, where it has been asked for."""
-        return self.seen[1][2] if self.seen[0] == O.iter else self.motion.position()
+        return self.latest[1][2] if self.latest[0] == O.iter else self.motion.position()
 
     def _instant(self):
         """See Motion.instant."""
-        if self.seen[0] != O.iter:
-            self.seen = O.iter, self.motion.instant(self.penalty.time_step)
-        return self.seen[1]
+        if self.latest[0] != O.iter:
+            self.latest = O.iter, self.motion.instant(self.penalty.time_step)
+        return self.latest[1]
 
     def add_impulses(self):
         """Called after every step where impulses are summed."""
         written = O.iter % self.penalty.frame_interval == 0
         self._add_impulses(0.5 if written else 1.0)
 
-    def _add_impulses(self, share):
-        self.impulses.add(self.walls.touching(), self.arms.pushes, share)
+    def _add_impulses(self, fraction):
+        self.impulses.add(self.walls.wall_contacts(), self.arms.pushes, fraction)
 
     def write(self):
         """Called after the step of a frame."""
@@ -267,13 +267,13 @@ class Crowd:
             # within a step O.time is that of the step before
             time = O.iter * self.penalty.time_step
             at = (values[self.disks.bodies.of] for values in (centre, velocity))
-            self.held = drive_force(self.scene["drive"], self.disks, *at, time)
-        self.motion.hold(self.held + self.weight)
+            self.driving = drive_force(self.scene["drive"], self.disks, *at, time)
+        self.motion.apply_forces(self.driving + self.weight)
 
     def _write(self, step, position, velocity, spin, force):
-        drive = self.held if "drive" in self.scene else None
+        drive = self.driving if "drive" in self.scene else None
         self.dumps.write_bodies(step, position, velocity, spin, force, drive)
-        self.dumps.write_contacts(step, self.walls.touching())
+        self.dumps.write_contacts(step, self.walls.wall_contacts())
         if self.impulses:
             self.impulses.write(step)
             self._add_impulses(0.5)

@@ -16,37 +16,37 @@ class Arms:
         self.radius, self.motion, self.walls = radius, motion, walls
         self.looked, self.near, self.pushes = -1, np.empty((0, 2), int), []
 
-    def look(self):
+    def observe(self):
         """Find who is near whom (k,2), bodies, as the collider has; a disk is before a wall."""
         self.looked, n = self.walls.collider.numAction, len(self.radius)
-        near = np.array([(one.id1, one.id2) for one in O.interactions.all(onlyReal=False)], int)
-        near = np.sort(near.reshape(-1, 2), axis=1)
-        self.near = near[near[:, 0] < n]
+        neighbours = np.array([(one.id1, one.id2) for one in O.interactions.all(onlyReal=False)], int)
+        neighbours = np.sort(neighbours.reshape(-1, 2), axis=1)
+        self.near = neighbours[neighbours[:, 0] < n]
 
     def reached(self):
         """The bodies (k,2) within reach, the gap (k,) m and unit vectors (k,2) from the first to the
         second."""
         if self.looked != self.walls.collider.numAction:
-            self.look()
-        place, n = self.motion.position(), len(self.radius)
+            self.observe()
+        position, n = self.motion.position(), len(self.radius)
         first, second = self.near.T
         wall, where = second >= n, np.empty((len(first), 2))
-        where[~wall] = place[second[~wall]]
+        where[~wall] = position[second[~wall]]
         start, end = self.walls.ends[second[wall] - n].swapaxes(0, 1)
         along = end - start
-        share = ((place[first[wall]] - start) * along).sum(1) / (along**2).sum(1)
-        where[wall] = start + np.clip(share, 0.0, 1.0)[:, None] * along
-        way = where - place[first]
-        apart = np.hypot(*way.T)
+        fraction = ((position[first[wall]] - start) * along).sum(1) / (along**2).sum(1)
+        where[wall] = start + np.clip(fraction, 0.0, 1.0)[:, None] * along
+        way = where - position[first]
+        distance = np.hypot(*way.T)
         gap = (
-            apart - self.radius[first] - np.where(wall, 0.0, self.radius[np.where(wall, 0, second)])
+            distance - self.radius[first] - np.where(wall, 0.0, self.radius[np.where(wall, 0, second)])
         )
         some = gap < self.reach
         some[wall & some] = [
-            all(joint.is_mine(*place[disk]) for joint in self.walls.joints.get(body, ()))
+            all(joint.is_mine(*position[disk]) for joint in self.walls.joints.get(body, ()))
             for disk, body in self.near[wall & some]
         ]
-        return self.near[some], gap[some], way[some] / apart[some, None]
+        return self.near[some], gap[some], way[some] / distance[some, None]
 
     def press(self):
         """Called when YADE has evaluated its contacts: push."""

@@ -80,7 +80,7 @@ class Impulses:
         self.dumps, self.file, self.time_step = dumps, file, time_step
         self.sums = {}
 
-    def add(self, interactions, pushes, share):
+    def add(self, interactions, pushes, fraction):
         """Add the forces of a step over a share of it; pushes: first, second, and what the first
         does to the second, x, y."""
         forces = [
@@ -91,8 +91,8 @@ class Impulses:
             if first > second:
                 first, second, x, y = second, first, -x, -y
             had = self.sums.setdefault((first, second), [0.0, 0.0])
-            had[0] += share * self.time_step * x
-            had[1] += share * self.time_step * y
+            had[0] += fraction * self.time_step * x
+            had[1] += fraction * self.time_step * y
 
     def write(self, step):
         """One frame: the sums since the last one, the smaller id first, walls last."""

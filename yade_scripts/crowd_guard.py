@@ -34,7 +34,7 @@ def interval_of(scene, disks, penalty):
 
 
 class Guard:
-    """What a sound run keeps to. `look` gives the reason why it is not sound any more, or None."""
+    """What a sound run keeps to. `observe` gives the reason why it is not sound any more, or None."""
 
     def __init__(self, scene, disks, penalty, stored, centres_apart):
         """stored: the energy (J) of the overlaps at the start; centres_apart: a function for the
@@ -61,7 +61,7 @@ class Guard:
             [[float(word) for word in line.split()] for line in disks.box[:2]]
         ).T
 
-    def look(self, position, velocity, centres):
+    def observe(self, position, velocity, centres):
         """The kind of what is broken and a sentence, or None. position and velocity (n,2) of disks and
         velocities (b,2) of bodies' centres are functions."""
         kinetic = utils.kineticEnergy()
@@ -85,12 +85,12 @@ class Guard:
         return 2 * (math.sqrt(self.desired * kinetic) - kinetic) / self.relaxation_time
 
     def _energy(self, kinetic, position):
-        most, margin = self.start + self.given, self.margin
+        maximum, margin = self.start + self.given, self.margin
         if self.weight.any():
             fallen = float((self.weight * (position() - self.disks.position)).sum())
-            most, margin = most + fallen, margin + ENERGY_SHARE * abs(fallen)
-        if kinetic > most + margin:
-            can = f"the start and what drives it can give {max(most, 0.0):.6g} J"
+            maximum, margin = maximum + fallen, margin + ENERGY_SHARE * abs(fallen)
+        if kinetic > maximum + margin:
+            can = f"the start and what drives it can give {max(maximum, 0.0):.6g} J"
             return "energy", f"kinetic energy {kinetic:.6g} J, {can}"
         return None
 
@@ -99,11 +99,11 @@ class Guard:
         # half the smallest radius have 1.5 at least
         if utils.maxOverlapRatio() <= 2 - CENTRES_SHARE:
             return None
-        share = self.centres_apart() / self.disks.radius.min()
-        if not share >= CENTRES_SHARE:
+        fraction = self.centres_apart() / self.disks.radius.min()
+        if not fraction >= CENTRES_SHARE:
             return (
                 "overlap",
-                f"two centres are {share:.3g} of the smallest radius apart, at least "
+                f"two centres are {fraction:.3g} of the smallest radius apart, at least "
                 f"{CENTRES_SHARE:g} are needed",
             )
         return None
@@ -124,7 +124,7 @@ class Guard:
         before, self.before = self.before, position
         passed = np.zeros(len(position), bool)
         for start, end in self.walls + self.moved()[:, None]:
-            sides = [_turn(end - start, place - start) for place in (before, position)]
+            sides = [_turn(end - start, location - start) for location in (before, position)]
             ends = [_turn(position - before, corner - before) for corner in (start, end)]
             passed |= (sides[0] * sides[1] < 0) & (ends[0] * ends[1] <= 0)
         if passed.any():
@@ -137,11 +137,11 @@ class Guard:
         # nobody can be faster than this: then there is no need to look at each
         if math.sqrt(2 * kinetic / disks.masses_met()[0]) * dt <= STEP_SHARE * disks.radius.min():
             return None
-        share = float((np.hypot(*velocity().T) / disks.radius).max()) * dt
-        if not share <= STEP_SHARE:
+        fraction = float((np.hypot(*velocity().T) / disks.radius).max()) * dt
+        if not fraction <= STEP_SHARE:
             return (
                 "speed",
-                f"a disk moves {share:.3g} of its radius in a step, "
+                f"a disk moves {fraction:.3g} of its radius in a step, "
                 f"at most {STEP_SHARE:g} are allowed",
             )
         return None

@@ -95,8 +95,8 @@ class Hertz:
         young = 1.5 * disks
         common = {"poisson": 0.0, "frictionAngle": 0.0, "density": 1.0}
         self.disk = FrictMat(young=young, **common)
-        share = walls / (math.sqrt(2) * disks)
-        self.wall = FrictMat(young=beside(young, share * young), **common)
+        fraction = walls / (math.sqrt(2) * disks)
+        self.wall = FrictMat(young=beside(young, fraction * young), **common)
         damping = math.sqrt(5 / 6) * penalty.damping_ratio
         self.physics = Ip2_FrictMat_FrictMat_MindlinPhys(
             betan=MatchMaker(algo="val", val=damping), betas=MatchMaker(algo="val", val=0.0)

@@ -98,17 +98,17 @@ class Motion:
         torque = np.array([O.forces.t(disk)[2] for disk in range(len(of))])
         torque = np.bincount(of, torque + off[:, 0] * force[:, 1] - off[:, 1] * force[:, 0])
         force = np.column_stack([np.bincount(of, part) for part in force.T])
-        for state, given, turning in zip(self.movers, force.tolist(), torque.tolist(), strict=True):
-            state.vel = state.vel + half / state.mass * Vector3(*given, 0.0)
+        for state, inputs, turning in zip(self.movers, force.tolist(), torque.tolist(), strict=True):
+            state.vel = state.vel + half / state.mass * Vector3(*inputs, 0.0)
             state.angVel = state.angVel + half / state.inertia[2] * Vector3(0.0, 0.0, turning)
             state.pos = state.pos + time_step * state.vel
             state.ori = Quaternion(Vector3(0, 0, 1), time_step * state.angVel[2]) * state.ori
         if self.disks.joined:
             spin = self._spins()
             centre = np.array([tuple(state.pos.xy()) for state in self.movers])
-            place = self._placed(centre, off, time_step * spin)
-            moves = self._carried(self._in_plane(self.moves), spin, place - centre[of])
-            for row in zip(self.states, place.tolist(), moves, spin[of], strict=True):
+            position = self._placed(centre, off, time_step * spin)
+            moves = self._carried(self._in_plane(self.moves), spin, position - centre[of])
+            for row in zip(self.states, position.tolist(), moves, spin[of], strict=True):
                 row[0].pos = Vector3(*row[1], 0.0)
                 self._send(row[0], *row[2:])
 
@@ -134,7 +134,7 @@ class Motion:
     def _columns(self, x, y):
         return np.stack([np.fromiter(values, float, len(values)) for values in (x, y)], axis=1)
 
-    def hold(self, forces):
+    def apply_forces(self, forces):
         """Set the forces (n,2) N that act on the disks until the next call."""
         setter = O.forces.setPermF
         for body, (x, y) in enumerate(forces.tolist()):

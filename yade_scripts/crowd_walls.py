@@ -52,11 +52,11 @@ def joints_of(walls):
             for other, (low, high) in enumerate(ends):
                 if other == number:
                     continue
-                touching = [_apart(point, corner) <= SAME_POINT_M for corner in (low, high)]
-                if any(touching):
-                    others.append(high - low if touching[0] else low - high)
+                in_contact = [_distance(point, corner) <= SAME_POINT_M for corner in (low, high)]
+                if any(in_contact):
+                    others.append(high - low if in_contact[0] else low - high)
                     first = first and number < other
-                elif _apart(point, _nearest(point, low, high)) <= SAME_POINT_M:
+                elif _distance(point, _nearest(point, low, high)) <= SAME_POINT_M:
                     inner = True
             if others or inner:
                 mine = others if first and not inner else None
@@ -64,14 +64,14 @@ def joints_of(walls):
     return found
 
 
-def _apart(one, other):
+def _distance(one, other):
     return math.hypot(*(one - other))
 
 
 def _nearest(point, low, high):
     along = high - low
-    share = min(max((point - low) @ along / (along @ along), 0.0), 1.0)
-    return low + share * along
+    fraction = min(max((point - low) @ along / (along @ along), 0.0), 1.0)
+    return low + fraction * along
 
 
 class Giving:
@@ -89,8 +89,8 @@ class Giving:
     def change(self, force, time_step):
         """What a step (s) under a force (2,) N changes the speed by; the damper acts on the mean of the
         speeds before and after it."""
-        given = force @ self.normal - self.spring * self.s - self.damper * self.speed
-        return time_step * given / (self.mass + 0.5 * time_step * self.damper)
+        inputs = force @ self.normal - self.spring * self.s - self.damper * self.speed
+        return time_step * inputs / (self.mass + 0.5 * time_step * self.damper)
 
     def go(self, change, time_step):
         """Change the speed, with which YADE moves the box in this step."""
@@ -171,15 +171,15 @@ class Walls:
         if self.looked != self.collider.numAction:
             self._look_for_ends()
         for disk, wall in self.near_ends:
-            interaction, place = O.interactions[disk, wall], self.states[disk].pos
-            mine = all(joint.is_mine(place[0], place[1]) for joint in self.joints[wall])
+            interaction, position = O.interactions[disk, wall], self.states[disk].pos
+            mine = all(joint.is_mine(position[0], position[1]) for joint in self.joints[wall])
             if interaction.isReal and not mine:
                 self.double.add(frozenset((disk, wall)))
                 # the law has given this to the second body, and the opposite to the first
                 force = interaction.phys.normalForce + interaction.phys.shearForce
                 force = -force if disk == interaction.id2 else force
                 O.forces.addF(disk, force)
-                O.forces.addT(disk, (interaction.geom.contactPoint - place).cross(force))
+                O.forces.addT(disk, (interaction.geom.contactPoint - position).cross(force))
 
     def _look_for_ends(self):
         """Find the disks that may pass the end of a wall before the collider runs again: it runs
@@ -194,7 +194,7 @@ class Walls:
                 if any(joint.is_beyond(x, y, 2 * self.collider.verletDist) for joint in joints):
                     self.near_ends.append((disk, wall))
 
-    def touching(self):
+    def wall_contacts(self):
         """The contacts, each once."""
         real = [interaction for interaction in O.interactions if interaction.isReal]
         if not self.double:

@@ -75,15 +75,15 @@ class Disks:
         return met.min(), body.mass.max()
 
 
-def read_scene(path, given):
-    """The scene file's tables, with the numbers in `given` (name → text) in their place."""
+def read_scene(path, arguments):
+    """The scene file's tables, with the numbers in `arguments` (name → text) in their place."""
     try:
         scene = tomllib.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
         raise SceneFileError(f"{path}: {error.strerror}") from None
     except tomllib.TOMLDecodeError as error:
         raise SceneFileError(f"{path}: {error}") from None
-    for name, text in given.items():
+    for name, text in arguments.items():
         if name not in NUMBERS:
             raise SceneFileError(
                 f"{name}={text}: unknown. There are: {', '.join([*NUMBERS, 'out'])}"
@@ -134,9 +134,9 @@ def limit_drive(scene, time_step):
     """Have the drive evaluated at the latest after a twentieth of its relaxation time."""
     drive = scene["drive"]
     tau = drive["relaxation_time_s"]
-    most = max(1, int(0.05 * (min(tau, 1.0) if "distance" in drive else tau) / time_step + 1e-9))
-    every = scene["run"].get("drive_interval_steps", most)
-    scene["run"]["drive_interval_steps"] = min(every, most)
+    maximum = max(1, int(0.05 * (min(tau, 1.0) if "distance" in drive else tau) / time_step + 1e-9))
+    every = scene["run"].get("drive_interval_steps", maximum)
+    scene["run"]["drive_interval_steps"] = min(every, maximum)
 
 
 def fastest(drive):
@@ -196,18 +196,18 @@ def read_disks(path, bodies=None):
     # products, since processors round a power differently
     volume = 4.0 * np.pi / 3.0 * (radius * radius * radius)
     mass = np.array([float(f"{m:.13g}") for m in atoms[:, 3] * volume])
-    ids, place, velocity, spin = (
+    ids, position, velocity, spin = (
         atoms[:, 0].astype(int),
         atoms[:, 4:6],
         motion[:, 1:3],
         motion[:, 6],
     )
-    alone = Bodies(ids, mass, place, 0.5 * mass * radius**2, velocity, spin, np.arange(len(ids)))
+    alone = Bodies(ids, mass, position, 0.5 * mass * radius**2, velocity, spin, np.arange(len(ids)))
     return Disks(
         ids=ids,
         radius=radius,
         mass=mass,
-        position=place,
+        position=position,
         velocity=velocity,
         spin=spin,
         bodies=read_bodies(path.parent / bodies, ids, rows["Molecules"]) if bodies else alone,
@@ -315,7 +315,7 @@ LAWS = {
 
 def penalty_of(scene, disks):
     """The numbers of the scene's contact law and run: the rules of the LAMMPS decks."""
-    contact, run, (least, most_met) = scene["contact"], scene["run"], disks.masses_met()
+    contact, run, (minimum, most_met) = scene["contact"], scene["run"], disks.masses_met()
     k, (damping, springs_of) = contact["stiffness_N_per_m"], LAWS[contact["law"]]
     # a dashpot on approach only: its restitution is the root of that of one that never pulls
     power = 0.5 if damping == "apart" else 1.0
@@ -324,12 +324,12 @@ def penalty_of(scene, disks):
     friction = contact.get("friction", 0.0)
     tangential = contact.get("tangential_ratio", 2 / 7) if friction else 0.0
     # the dashpot of hertz grows with the masses: every contact has the same damping ratio
-    most = ratio if damping == "tangent" else ratio * math.sqrt(most_met / least)
+    maximum = ratio if damping == "tangent" else ratio * math.sqrt(most_met / minimum)
     springs, wall_springs, stiffest = springs_of(k, wall_k, float(disks.radius.mean()))
     if "arm_reach_m" in contact:
         stiffest = max(stiffest, contact["arm_force_N"] / contact["arm_reach_m"])
     safe = min(
-        STEP_FRACTION * math.sqrt(least / stiffest) / max(1.0, 2 * most),
+        STEP_FRACTION * math.sqrt(minimum / stiffest) / max(1.0, 2 * maximum),
         CROSSING_FRACTION * disks.radius.min() / (speed_most(scene, disks) + 1e-300),
     )
     wall_damping = 2 * ratio * math.sqrt(wall_k * most_met)
@@ -355,7 +355,7 @@ def penalty_of(scene, disks):
         damping_ratio=ratio,
         tangential_stiffness=tangential * k,
         wall_tangential_stiffness=tangential * wall_k,
-        restitution=(restitution_of(most) ** power, restitution_of(ratio) ** power),
+        restitution=(restitution_of(maximum) ** power, restitution_of(ratio) ** power),
         damping=2 * ratio * math.sqrt(k * most_met / 2),
         wall_damping=wall_damping,
         springs=springs,
@@ -416,9 +416,9 @@ class Distance:
 
     def wanted(self, position, radius, time):
         """Desired velocities (n,2) m/s of people at (n,2) m with radii (n,) m at a time (s)."""
-        place, size = np.ascontiguousarray(position), np.ascontiguousarray(radius)
-        count, now = ctypes.c_size_t(len(place)), ctypes.c_double(time)
-        where = self._at(place), self._at(size), now, self._at(velocity := np.empty_like(place))
+        location, size = np.ascontiguousarray(position), np.ascontiguousarray(radius)
+        count, now = ctypes.c_size_t(len(location)), ctypes.c_double(time)
+        where = self._at(location), self._at(size), now, self._at(velocity := np.empty_like(location))
         if not self.core.nscd_drive_desired(self.law, count, *where):
             raise RuntimeError(self.core.nscd_message().decode())
         return velocity
@@ -459,8 +459,8 @@ def direction_to(door, aim, position):
     if aim == "centre":
         start = end = 0.5 * (start + end)
     along = end - start
-    share = np.clip((position - start) @ along / max(along @ along, 1e-30), 0.0, 1.0)
-    way = start + share[:, None] * along - position
+    fraction = np.clip((position - start) @ along / max(along @ along, 1e-30), 0.0, 1.0)
+    way = start + fraction[:, None] * along - position
     distance = np.hypot(*way.T)
     gone |= distance == 0
     return np.where(gone[:, None], outward, way / np.where(distance > 0, distance, 1.0)[:, None])

@@ -74,14 +74,14 @@ def asked_error(text: str) -> float:
     below 1 (100 %)."""
     number = text.strip()
     try:
-        share = float(number[:-1]) / 100 if number.endswith("%") else float(number)
+        fraction = float(number[:-1]) / 100 if number.endswith("%") else float(number)
     except ValueError:
-        share = float("nan")
-    if not 0 < share < 1:
+        fraction = float("nan")
+    if not 0 < fraction < 1:
         raise ValueError(
             f"error: {text!r}. A share above 0 and below 1 is needed, such as 5% or 0.05"
         )
-    return share
+    return fraction
 
 
 # So many of the errors that were predicted are to be within the factor: nearly all, since a choice
@@ -148,9 +148,9 @@ def rates_of(entries: Sequence[Entry]) -> Rates:
 def _predicted(entry: Entry, curves: Curves) -> Iterable[tuple[str, float, float]]:
     """What, measured and expected error of every point that matters."""
     for point in entry.points:
-        known = point.status == PointStatus.OK and point.numerical_error is not None
-        known = known and point.model_error is not None and point.load == curves.load
-        if not known or (point.error_sum or 0.0) > NO_USE:
+        finite = point.status == PointStatus.OK and point.numerical_error is not None
+        finite = finite and point.model_error is not None and point.load == curves.load
+        if not finite or (point.error_sum or 0.0) > NO_USE:
             continue
         if point.method == "rigid":
             assert point.tolerance is not None
@@ -216,7 +216,7 @@ def timing_of(scene: Scene, stiffness: float, step_s: float, whole_run: bool) ->
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Known:
+class AdviceContext:
     """What is known of a scene for a question: the curves to read, the factors between what is read
     and what is promised, and the entries that prices are fitted to."""
 
@@ -250,28 +250,28 @@ class Known:
                 )
 
     def _soft(self, method: str, law: str) -> Iterator[Candidate]:
-        scene, question, likeness = self.scene, self.question, self.curves.likeness
-        free, price = question.against == "rigid", price_of(method, law, self.priced)
-        shares = [share for share in self.curves.shares(method, law) if share <= LONGEST]
+        scene, question, similarity = self.scene, self.question, self.curves.likeness
+        free, cost = question.against == "rigid", price_of(method, law, self.priced)
+        fractions = [ratio for ratio in self.curves.shares(method, law) if ratio <= LONGEST]
         # an impact is the same at every stiffness, only sooner over
-        for stiffer in STIFFER if free and likeness.driven else (1.0,):
+        for stiffer in STIFFER if free and similarity.driven else (1.0,):
             stiffness = stiffer * scene.contact.stiffness_N_per_m
             stiff = scene.with_contact(law=law, stiffness_N_per_m=stiffness)
-            safe, hardness = penalty_of(stiff).safe_time_step, likeness.hardness * stiffer**0.5
-            for share in shares:
-                errors = self.curves.soft(method, law, share, hardness)
-                if errors is None or price is None:
+            safe, hardness = penalty_of(stiff).safe_time_step, similarity.hardness * stiffer**0.5
+            for fraction in fractions:
+                errors = self.curves.soft(method, law, fraction, hardness)
+                if errors is None or cost is None:
                     continue
                 model = self.safety.model * errors.model if free else 0.0
-                timing = timing_of(scene, stiffness, share * safe, question.whole_run)
+                timing = timing_of(scene, stiffness, fraction * safe, question.whole_run)
                 yield Candidate(
                     method=method,
                     law=law,
                     time_step_s=timing.step_s,
-                    time_step_share=share,
+                    time_step_share=fraction,
                     stiffness_N_per_m=stiffness,
                     numerical_error=errors.numerical,
                     model_error=errors.model,
                     promised_error=self.safety.numerical * errors.numerical + model,
-                    cpu_seconds=price.of(len(scene.snapshot) * timing.steps),
+                    cpu_seconds=cost.of(len(scene.snapshot) * timing.steps),
                 )

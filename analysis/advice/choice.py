@@ -11,15 +11,15 @@ import numpy as np
 from analysis.advice.candidates import (
     LOADS,
     TRIED,
+    AdviceContext,
     Candidate,
-    Known,
     Question,
     Safety,
     asked_error,
     safety_of,
     timing_of,
 )
-from analysis.advice.library import Curves, Entry, Library, Likeness, likeness_of, stored_library
+from analysis.advice.library import Curves, Entry, Library, Similarity, likeness_of, stored_library
 from analysis.engines import PENALTY, EngineError
 from analysis.engines import engine as find_engine
 from analysis.engines.penalty import penalty_of
@@ -89,11 +89,11 @@ ARMS_CHANGE = (
 def _arms(scene: Scene) -> str:
     """Say whether anybody could reach anybody, or a wall, without a touch."""
     crowd, walls = scene.snapshot, connected(scene.wall_segments())
-    near, _ = ARMS.reached(crowd.position, crowd.radius, walls)
-    apart = int((near.gap > scene.analysis.contact_tolerance_m).sum())
-    if not apart and scene.drive is None:
+    neighbours, _ = ARMS.reached(crowd.position, crowd.radius, walls)
+    detached = int((neighbours.gap > scene.analysis.contact_tolerance_m).sum())
+    if not detached and scene.drive is None:
         return f"arms: who does not touch is farther than {ARMS.reach:g} m, nobody is to be reached"
-    return f"arms: {apart} pairs that do not touch are within {ARMS.reach:g} m. {ARMS_CHANGE}"
+    return f"arms: {detached} pairs that do not touch are within {ARMS.reach:g} m. {ARMS_CHANGE}"
 
 
 # What bodies of three disks change (docs/results/shoulders.md).
@@ -118,18 +118,18 @@ def _islands(window: windows.Window) -> Iterator[str]:
 
 def _idle(window: windows.Window) -> Iterator[str]:
     snapshot, contacts = window.scene.snapshot, window.contacts
-    answer = percussions_of(window.setting, snapshot, window.law, canonical=False).answer
-    if answer.status != Status.SOLVED:
-        why = f"the solution is {answer.status}: {answer.reason}"
+    solution = percussions_of(window.setting, snapshot, window.law, canonical=False).solution
+    if solution.status != Status.SOLVED:
+        why = f"the solution is {solution.status}: {solution.reason}"
         yield f"disks that carry nothing: not known, {why}"
         return
-    impulse = np.hypot(*answer.impulse.T)
+    impulse = np.hypot(*solution.impulse.T)
     loaded, pairs = impulse > NOTHING * impulse.max(initial=0.0), ~contacts.is_wall
-    carries, touching = np.zeros(len(snapshot), dtype=bool), np.zeros(len(snapshot), dtype=bool)
-    for disks, chosen in ((carries, loaded), (touching, np.ones_like(loaded))):
+    carries, in_contact = np.zeros(len(snapshot), dtype=bool), np.zeros(len(snapshot), dtype=bool)
+    for disks, chosen in ((carries, loaded), (in_contact, np.ones_like(loaded))):
         disks[contacts.first[chosen]] = True
         disks[contacts.second[chosen & pairs]] = True
-    if idle := int((touching & ~carries).sum()):
+    if idle := int((in_contact & ~carries).sum()):
         yield f"disks that touch others and carry nothing: {idle} of {len(snapshot)}"
     if unloaded := int((~loaded).sum()):
         yield f"contacts that carry nothing: {unloaded} of {len(contacts)}"
@@ -165,7 +165,7 @@ def tried(scene: Scene, question: Question) -> list[Point]:
     judge = windows.Judge(window=window, name=scene.name, rigid=rigid)
     found: list[Point] = []
     if "rigid" in question.methods and question.against == "rigid":
-        found += [point for answer in solve_rigid(window) for point in judge.points(answer)]
+        found += [point for solution in solve_rigid(window) for point in judge.points(solution)]
     for law in soft.LAWS["lammps"]:
         if engines := [m for m in question.methods if law in question.laws(m, scene)]:
             found += _stepped(judge, law, engines)
@@ -185,20 +185,20 @@ def _stepped(judge: windows.Judge, law: str, engines: Iterable[str]) -> Iterator
         return
     own, looser = (window.quantities(motion, stiffness) for motion in reference)
     model = windows.Converged(own=own, looser=looser, wrong="the time step is too long: wrong")
-    for share in SHARES:
+    for fraction in SHARES:
         near: list[list[Point]] = []
         for times in NEARBY:
             tried = Method(
-                method="", law=law, stiffness_N_per_m=stiffness, time_step_share=times * share
+                method="", law=law, stiffness_N_per_m=stiffness, time_step_share=times * fraction
             )
-            said: dict[str, Any] = {"law": law, "stiffness_N_per_m": stiffness, "time_step_share": share}
+            message: dict[str, Any] = {"law": law, "stiffness_N_per_m": stiffness, "time_step_share": fraction}
             with np.errstate(all="ignore"):
                 values = window.quantities(soft.leapfrog(soft.scene_of(window, tried)), stiffness)
-                answers = (
-                    windows.Answer(method=one, **said, cpu_seconds=None, values=values, model=model)
+                solutions = (
+                    windows.MethodResult(method=one, **message, cpu_seconds=None, values=values, model=model)
                     for one in engines
                 )
-                near.append([point for answer in answers for point in judge.points(answer)])
+                near.append([point for solution in solutions for point in judge.points(solution)])
         yield from map(_cautious, *near)
 
 
@@ -241,7 +241,7 @@ class Advice:
     measured: machine and date of what was read, and of what prices were fitted to."""
 
     scene: Scene
-    likeness: Likeness
+    likeness: Similarity
     question: Question
     choice: Candidate | None  # None where nothing reaches the asked error
     better: Candidate | None
@@ -293,8 +293,8 @@ def advise(
     within = [c for c in found if c.promised_error <= question.error]
     choice, better = _cheapest(within), None
     if choice is not None:
-        least = BETTER * choice.promised_error
-        better = _cheapest(c for c in found if c.promised_error <= least)
+        minimum = BETTER * choice.promised_error
+        better = _cheapest(c for c in found if c.promised_error <= minimum)
     by_method = (_cheapest(c for c in within if c.method == m) for m in question.methods)
     return Advice(
         scene=scene,
@@ -315,7 +315,7 @@ def advise(
 
 def _what_is_known(
     scene: Scene, question: Question, library: Library, chart: Sequence[Point] | None
-) -> Known:
+) -> AdviceContext:
     """What a chart of the scene says, what is found by trying it, or what the library does."""
     priced, safety, entries = library.entries, Safety(), library.entries
     if chart is not None:
@@ -326,7 +326,7 @@ def _what_is_known(
     curves = Curves(likeness=likeness_of(scene), load=question.load, entries=entries)
     if entries is library.entries:
         safety = safety_of(library.rates, curves)
-    return Known(scene=scene, question=question, curves=curves, safety=safety, priced=priced)
+    return AdviceContext(scene=scene, question=question, curves=curves, safety=safety, priced=priced)
 
 
 def _check_points(scene: Scene, points: Sequence[Point]) -> None:
@@ -344,9 +344,9 @@ def _cheapest(candidates: Iterable[Candidate]) -> Candidate | None:
     known = list(candidates)
     if not known:
         return None
-    least = min(c.cpu_seconds for c in known)
+    minimum = min(c.cpu_seconds for c in known)
     return min(
-        (c for c in known if c.cpu_seconds <= (1 + MARGIN) * least),
+        (c for c in known if c.cpu_seconds <= (1 + MARGIN) * minimum),
         key=lambda c: (c.promised_error, c.cpu_seconds),
     )
 
@@ -376,7 +376,7 @@ def headline(advice: Advice) -> str:
 
 
 def _choice_words(choice: Candidate, question: Question) -> str:
-    return f"{setting(choice)}: error of {question.quantity} {_offer(choice)}"
+    return f"{setting(choice)}: error of {question.quantity} {_candidate_words(choice)}"
 
 
 def _nothing_like(advice: Advice) -> str:
@@ -387,7 +387,7 @@ def _nothing_like(advice: Advice) -> str:
     return "the mechanics does not determine it, or no method asked about could be tried"
 
 
-def _offer(candidate: Candidate) -> str:
+def _candidate_words(candidate: Candidate) -> str:
     promise = percent(candidate.promised_error, 2)
     return f"at most {promise}, {seconds(candidate.cpu_seconds)} CPU"
 
@@ -422,10 +422,10 @@ def _choice(advice: Advice) -> Iterator[str]:
         yield "next better: nothing promises half that error"
     else:
         times = better.cpu_seconds / choice.cpu_seconds
-        yield f"next better: {setting(better)}: {_offer(better)} ({times:.2g} times the price)"
+        yield f"next better: {setting(better)}: {_candidate_words(better)} ({times:.2g} times the price)"
     for other in advice.by_method:
         if other != choice:
-            yield f"or with {setting(other)}: {_offer(other)}"
+            yield f"or with {setting(other)}: {_candidate_words(other)}"
 
 
 def _curve(advice: Advice) -> Iterator[str]:
@@ -448,16 +448,16 @@ def _curve(advice: Advice) -> Iterator[str]:
 RIGID = "rigid"
 
 
-def methods_here(asked: Sequence[str] | None = None) -> tuple[str, ...]:
+def methods_here(requested: Sequence[str] | None = None) -> tuple[str, ...]:
     """Give the methods asked for; all that are installed by default. Raises ValueError for an
     unknown one."""
-    if not asked:
+    if not requested:
         return RIGID, *soft.soft_engines()
     known = (RIGID, *soft.LAWS)
-    for name in asked:
+    for name in requested:
         if name not in known:
             raise ValueError(f"method: unknown {name!r}. There are: {', '.join(known)}")
-    return tuple(dict.fromkeys(asked))
+    return tuple(dict.fromkeys(requested))
 
 
 def scene_within(

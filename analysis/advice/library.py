@@ -27,7 +27,7 @@ ISOSTATIC = 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Likeness:
+class Similarity:
     """Dimensionless numbers of a scene and its window.
 
     depth: how many disks a push passes through: contacts between the two disks farthest apart in
@@ -43,7 +43,7 @@ class Likeness:
     damping_ratio: float  # ζ at the asked restitution
     hardness: float  # how often a push can cross the crowd in the window, √(m̄/k) a disk: ∝ √k
 
-    def distance(self, other: Likeness) -> float:
+    def distance(self, other: Similarity) -> float:
         """Compute how unlike: root of the sum of squares of log₂ of the ratios of depth, links,
         door, mass ratio and ζ; infinite between an impact and a driven crowd. Hardness is no part:
         curves run over it."""
@@ -56,7 +56,7 @@ class Likeness:
         return float(np.linalg.norm(np.log2(mine) - np.log2(others)))
 
 
-def likeness_of(scene: Scene) -> Likeness:
+def likeness_of(scene: Scene) -> Similarity:
     """Compute the numbers of a scene.
 
     Raises ValueError for a scene with friction or a body force, which nothing was measured with,
@@ -81,7 +81,7 @@ def likeness_of(scene: Scene) -> Likeness:
         widths = [np.hypot(*np.subtract(*exit_.door)) for exit_ in drive.doors]
         door = float(min(widths)) / diameter
     lasts = Window(scene=scene).duration(contact.stiffness_N_per_m)
-    return Likeness(
+    return Similarity(
         driven=drive is not None,
         disks=len(snapshot),
         depth=depth,
@@ -113,12 +113,12 @@ def _longest_way(contacts: Contacts, n: int) -> int:
     pairs = contacts.select(~contacts.is_wall)
     graph = coo_array((np.ones(len(pairs)), (pairs.first, pairs.second)), shape=(n, n)).tocsr()
     longest = 0
-    seen = np.zeros(n, dtype=bool)
+    visited = np.zeros(n, dtype=bool)
     for disk in range(n):
-        if seen[disk]:
+        if visited[disk]:
             continue
         order, _ = breadth_first_order(graph, disk, directed=False)
-        seen[order] = True
+        visited[order] = True
         order, before = breadth_first_order(graph, int(order[-1]), directed=False)
         steps = np.zeros(n, dtype=np.int64)
         for reached in order[1:]:
@@ -138,7 +138,7 @@ class Entry:
     that stiffness, and its points."""
 
     name: str
-    likeness: Likeness
+    likeness: Similarity
     stiffness_N_per_m: float  # noqa: N815  (the unit is newton)
     window_s: float
     points: tuple[Point, ...]
@@ -156,7 +156,7 @@ class Entry:
         )
 
     def hardness(self, point: Point) -> float:
-        """Compute the hardness (see `Likeness`) of a point's contacts."""
+        """Compute the hardness (see `Similarity`) of a point's contacts."""
         assert point.stiffness_N_per_m is not None
         stiffer = point.stiffness_N_per_m / self.stiffness_N_per_m
         return self.likeness.hardness * float(stiffer**0.5)
@@ -221,7 +221,7 @@ class Curves:
     """The measured curves of one quantity (its points' load) that are read for a scene of a
     likeness."""
 
-    likeness: Likeness
+    likeness: Similarity
     load: str
     entries: Sequence[Entry]
 
@@ -253,7 +253,7 @@ class Curves:
         points = (p for entry, _ in self.read for p in self._points_with(entry, method="rigid"))
         return sorted({(p.solver, p.tolerance) for p in points if p.tolerance is not None})
 
-    def soft(self, method: str, law: str, share: float, hardness: float) -> Errors | None:
+    def soft(self, method: str, law: str, fraction: float, hardness: float) -> Errors | None:
         """Expect errors of an engine at a share of the safe step, with contacts of a hardness:
         geometric means over the scenes read, each interpolated in log hardness.
 
@@ -262,7 +262,7 @@ class Curves:
         logs, weights = [], []
         for entry, weight in self.read:
             points = self._points_with(entry, method=method, law=law)
-            run = sorted((p for p in points if p.time_step_share == share), key=entry.hardness)
+            run = sorted((p for p in points if p.time_step_share == fraction), key=entry.hardness)
             if not run or hardness < SOFTER * entry.hardness(run[0]):
                 continue
             errors = _between(entry, run, points, hardness)
@@ -315,9 +315,9 @@ def _between(
     credited with less model error than a harder one: a load that rings can come out right by
     luck."""
     known = [entry.hardness(point) for point in run]
-    place = int(np.clip(np.searchsorted(known, hardness), 1, max(len(run) - 1, 1)))
-    beside = run[place - 1 : place + 1]
-    at, numerical, model = known[place - 1 : place + 1], [], []
+    index = int(np.clip(np.searchsorted(known, hardness), 1, max(len(run) - 1, 1)))
+    beside = run[index - 1 : index + 1]
+    at, numerical, model = known[index - 1 : index + 1], [], []
     for point, hard in zip(beside, at, strict=True):
         if point.status != PointStatus.OK or None in (point.numerical_error, point.model_error):
             return None

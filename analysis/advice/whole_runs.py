@@ -17,7 +17,7 @@ from analysis.scene.law import AS_HERTZ
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
 from analysis.work_precision.point import read_points
-from analysis.work_precision.whole_runs import RIGID, Setting, WholeRunPoint
+from analysis.work_precision.whole_runs import RIGID, RunSetting, WholeRunPoint
 
 FILE = "whole_runs.json"
 # What the product brings along (benchmarks/converge.py).
@@ -41,7 +41,7 @@ class MotionCandidate:
 
     bias, crowds: what was measured, and on how many crowds"""
 
-    setting: Setting  # as it is run on this scene
+    setting: RunSetting  # as it is run on this scene
     error: float  # share, what was measured at most: the farther end of the 90 % interval
     bias: float
     crowds: int
@@ -62,7 +62,7 @@ class MotionAdvice:
 
     scene: Scene
     quantity: str
-    asked: float
+    requested: float
     choice: MotionCandidate | None  # None where nothing that was measured is within the error
     found: Sequence[MotionCandidate]  # all candidates, from cheap to dear
     measured: Sequence[WholeRunPoint]
@@ -70,7 +70,7 @@ class MotionAdvice:
 
     def content(self) -> dict[str, object]:
         """Give it as advice.json has it."""
-        about = {"scene": self.scene.name, "quantity": self.quantity, "asked_error": self.asked}
+        about = {"scene": self.scene.name, "quantity": self.quantity, "asked_error": self.requested}
         known = {"found": self.found, "why_not": self.why_not, "measured": self.measured}
         return about | {"choice": self.choice} | known
 
@@ -95,7 +95,7 @@ def advise_motion(
     return MotionAdvice(
         scene=scene,
         quantity=quantity,
-        asked=error,
+        requested=error,
         choice=next(within, None),
         found=found,
         measured=measured,
@@ -154,7 +154,7 @@ def _candidates(
 def motion_lines(advice: MotionAdvice) -> list[str]:
     """Write the question, the choice and every candidate, a line each."""
     words = QUANTITIES[advice.quantity][1]
-    lines = [f"{advice.scene.name}: {words}, within {percent(advice.asked, 2)}"]
+    lines = [f"{advice.scene.name}: {words}, within {percent(advice.requested, 2)}"]
     if advice.why_not:
         return [*lines, f"nothing is known: {advice.why_not}"]
     if advice.choice is not None:
@@ -162,7 +162,7 @@ def motion_lines(advice: MotionAdvice) -> list[str]:
     else:
         best = min(advice.found, key=lambda one: one.error, default=None)
         reaches = f". The best, {best.words}" if best else ": no method asked about was measured"
-        lines.append(f"nothing that was measured reaches {percent(advice.asked, 2)}{reaches}")
+        lines.append(f"nothing that was measured reaches {percent(advice.requested, 2)}{reaches}")
     lines += ["", "measured, from cheap to dear (an error at most: the end of a 90 % interval):"]
     lines += [f"{'→' if one == advice.choice else ' '} {one.words}" for one in advice.found]
     first = advice.measured[0]
@@ -197,7 +197,7 @@ class BodyAdvice:
 
     scene: Scene
     quantity: str
-    asked: float
+    requested: float
     body: how_soft.Body
     softness: tuple[float, float]  # s with the stiffest and with the softest of these bodies
     rigid: how_soft.RigidOver | None
@@ -210,7 +210,7 @@ class BodyAdvice:
         return {
             "scene": self.scene.name,
             "quantity": self.quantity,
-            "asked_error": self.asked,
+            "asked_error": self.requested,
             "body": self.body,
             "softness": self.softness,
             "rigid_over_body": self.rigid,
@@ -247,17 +247,17 @@ def advise_bodies(
     for name in methods:
         if name != "rigid" and softest <= valid_to(quantity):
             offered.append((expected_seconds(soft, name), name, words))
-    price, engine, words = min(offered, default=(0.0, "", ""))
+    cost, engine, words = min(offered, default=(0.0, "", ""))
     return BodyAdvice(
         scene=scene,
         quantity=quantity,
-        asked=error,
+        requested=error,
         body=known[body],
         softness=(hardest, softest),
         rigid=rigid,
         engine=engine,
         command=f"percussions run {scene.name} --engine {engine}{words}" if engine else "",
-        cpu_seconds=price,
+        cpu_seconds=cost,
     )
 
 
@@ -288,16 +288,16 @@ def body_lines(advice: BodyAdvice) -> Iterator[str]:
     softest = advice.softness[1]
     yield (
         f"{advice.scene.name}: {advice.quantity} of bodies of {stiffness} kN/m ({body.words}, "
-        f"{body.source}), within {percent(advice.asked, 2)}"
+        f"{body.source}), within {percent(advice.requested, 2)}"
     )
     yield f"s = N F/(k r) = {interval(advice.softness, 2)}: {how_soft.judged(softest)}"
     if rigid is None:
         yield "rigid disks: not measured against bodies so soft"
     else:
-        within = "within" if rigid.worst <= advice.asked else "not within"
+        within = "within" if rigid.worst <= advice.requested else "not within"
         yield (
             f"rigid disks: {signed(rigid.mean)} ({signed(rigid.low)} to {signed(rigid.high)}), "
-            f"{within} {percent(advice.asked, 2)}"
+            f"{within} {percent(advice.requested, 2)}"
         )
     if advice.engine:
         yield f"advised: {advice.command} (about {seconds(advice.cpu_seconds)} CPU)"

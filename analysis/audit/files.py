@@ -15,10 +15,10 @@ from analysis.audit.judge import Audit
 from analysis.audit.record import Record
 from analysis.dumps import DumpError, open_bodies
 from analysis.dumps.foreign import wall_fixes
-from analysis.dumps.held import OwnContacts, open_contacts
 from analysis.dumps.index import index_dump
+from analysis.dumps.own_contacts import OwnContacts, open_contacts
 from analysis.film.files import bare, empty
-from analysis.film.frame import Frames
+from analysis.film.frame import FrameRange
 from analysis.pages import drawing
 from analysis.pages.html import render, write_pictures
 from analysis.pages.numbers import significant
@@ -45,33 +45,33 @@ def open_record(
     setting = setting.of_dump(trajectory)
     impulses = path in own[:1]
     index = index_dump(path, "ENTRIES") if impulses else open_contacts(path, columns, trajectory)
-    held = OwnContacts(index, empty(found or bare(file), "dump"), False, setting.standing)
-    held.wall_fixes = wall_fixes(() if "is_wall" in index.columns else trajectory.ts.data)
-    numbers = Frames.parse(frames or "::1").of(range(int(trajectory.n_frames)), file)
+    checked = OwnContacts(index, empty(found or bare(file), "dump"), False, setting.standing)
+    checked.wall_fixes = wall_fixes(() if "is_wall" in index.columns else trajectory.ts.data)
+    numbers = FrameRange.parse(frames or "::1").of(range(int(trajectory.n_frames)), file)
     if missing := {trajectory.steps[k] for k in numbers} - {*index.steps}:
         raise DumpError(f"{path}: step {min(missing)} of {file} is missing")
     if np.isnan(trajectory[numbers[0]].time):
         raise DumpError(f"{file}: its frames have no times. Give --time-step")
     how: Any = {"acceleration": acceleration, "impulses": impulses}
-    record = read_record(held, trajectory, setting, numbers, **how)
-    if not (held.is_whole or impulses):
+    record = read_record(checked, trajectory, setting, numbers, **how)
+    if not (checked.is_whole or impulses):
         push = float(np.nansum(record.force * record.normal))
         if not push and len(record.times) > 1 + record.moved:  # walls alone, whose normals are not known
             needed = record.needed()
             push = float(np.nansum(needed * record.sums(record.force)[: len(needed)]))
         if push < 0:
-            held.sign, others = 1.0, held.wall_fixes or held.standing is not None
-            record = read_record(held, trajectory, setting, numbers, **how) if others else replace(record, force=-record.force)
-        note(path, f"fx fy read as the force on the {'second' if held.sign > 0 else 'first'}, as contacts push")
+            checked.sign, others = 1.0, checked.wall_fixes or checked.standing is not None
+            record = read_record(checked, trajectory, setting, numbers, **how) if others else replace(record, force=-record.force)
+        note(path, f"fx fy read as the force on the {'second' if checked.sign > 0 else 'first'}, as contacts push")
     return record, setting
 
 
 def write_audit(found: Audit, name: str, folder: Path, command: str) -> list[Path]:
     """Write `audit.json` and `index.html` with its picture; return their paths."""
-    page, seen = WORDS["page"], significant(found.smallest_fault, 2)
+    page, smallest_fault = WORDS["page"], significant(found.smallest_fault, 2)
     rows = [[one.name, ", also ".join(one.faults.values()) or "right", *map(significant, one[1:])] for one in found.fits[:12]]
     first = Section(
-        number="result", title="Result", introduction=[page["lead"].format(seen=seen)],
+        number="result", title="Result", introduction=[page["lead"].format(seen=smallest_fault)],
         words=[f"**{found.words[0].upper()}{found.words[1:]}.**"], warnings=[f"{one}." for one in found.remarks],
         pictures=[Picture(name="forces", caption=page["forces"], figure=_picture(found))],
     )  # fmt: skip

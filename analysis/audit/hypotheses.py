@@ -12,7 +12,7 @@ from scipy.sparse import coo_array, hstack
 from scipy.sparse.linalg import lsqr
 
 from analysis.audit.record import Record
-from nscd.arrays import Flags, Floats
+from nscd.arrays import Floats, Mask
 
 WORDS = tomllib.loads(Path(__file__).with_name("words.toml").read_text(encoding="utf-8"))
 # Frames after the start of an interval at which its forces may be listed, and at which they should be.
@@ -57,9 +57,9 @@ def fault(name: str, key: str = "", **values: Any) -> dict[str, str]:
     return {name: WORDS["faults"][key or name].format(**values)}
 
 
-def percent(share: float) -> str:
+def percent(fraction: float) -> str:
     """Write a share for a message."""
-    return f"{100 * share:.3g} %" if share >= 1e-9 else "0 %"
+    return f"{100 * fraction:.3g} %" if fraction >= 1e-9 else "0 %"
 
 
 def variants(record: Record) -> Iterator[tuple[dict[str, str], Floats]]:
@@ -71,9 +71,9 @@ def variants(record: Record) -> Iterator[tuple[dict[str, str], Floats]]:
         yield fault("one side", end="first"), record.sums(none, -force)
         yield fault("one side", end="second"), record.sums(force, np.where(pairs[:, None], none, -force))
     along = np.nan_to_num((force * record.normal).sum(axis=1))
-    pulls, share = along < 0, (along < 0).sum() / max(1, np.count_nonzero(along))
-    if 0 < share < 1:
-        turned = fault("signs of contacts", share=percent(min(share, 1 - share)))
+    pulls, fraction = along < 0, (along < 0).sum() / max(1, np.count_nonzero(along))
+    if 0 < fraction < 1:
+        turned = fault("signs of contacts", share=percent(min(fraction, 1 - fraction)))
         yield turned, record.sums(np.where(pulls[:, None], -force, force))
     yield fault("axes"), record.sums(force[:, ::-1])
     back = pairs & (first > second)
@@ -118,23 +118,23 @@ def _weight(faults: dict[str, str]) -> int:
     return len(faults) + ("substeps" in faults)
 
 
-def at_shift(record: Record, sums: Floats, shift: float) -> tuple[Floats, Flags]:
+def at_shift(record: Record, sums: Floats, shift: float) -> tuple[Floats, Mask]:
     """Take the forces (i,n,2) N listed at a shift, and which intervals have them."""
     at, last = np.arange(len(record.durations)) + record.moved + shift, len(sums) - 1
     early, late = (each(at).astype(int).clip(0, last) for each in (np.floor, np.ceil))
     return 0.5 * (sums[early] + sums[late]), (at >= 0) & (at <= last)
 
 
-def fit_all(record: Record, named: list[Any], keep: Flags | None = None) -> list[Fit]:
+def fit_all(record: Record, named: list[Any], keep: Mask | None = None) -> list[Fit]:
     """Fit every variant at every shift by least squares of impulses, the best first; of the bodies and
     intervals (i,n) to keep. named: see `factors`."""
     needed, weight, found = record.needed(), record.durations[:, None, None], []
     here = ~np.isnan(needed).any(axis=2) & (True if keep is None else keep)
     for faults, sums in variants(record):
         for shift in SHIFTS:
-            given, good = at_shift(record, sums, shift)
+            values, good = at_shift(record, sums, shift)
             some = here & good[:, None]
-            a, b = (weight * needed)[some].ravel(), (weight * given)[some].ravel()
+            a, b = (weight * needed)[some].ravel(), (weight * values)[some].ravel()
             if len(a) < (FEWEST if keep is not None else 1) or not (a.any() and b.any()):
                 continue
             size, factor = float(np.linalg.norm(a)), float(a @ b / (b @ b))
@@ -167,16 +167,16 @@ def with_rows_missing(record: Record, named: list[Any], within: float) -> Iterat
     listed."""
     needed, sums, (lone, on_wall) = record.needed(), record.sums(record.force), record.unlisted
     cases = [("walls missing", on_wall), ("contacts missing", lone | on_wall)]
-    for wide, name, missing in ((wide, *case) for wide in (0, 1) for case in cases):
-        around, good = np.pad(missing, ((wide, 3 * wide), (0, 0))), []
-        near = np.lib.stride_tricks.sliding_window_view(around, 2 + 2 * wide + record.moved, axis=0).any(axis=-1)
-        keep: Flags = ~np.asarray(near)[: len(needed)]
+    for width, name, missing in ((wide_case, *case) for wide_case in (0, 1) for case in cases):
+        around, good = np.pad(missing, ((width, 3 * width), (0, 0))), []
+        near = np.lib.stride_tricks.sliding_window_view(around, 2 + 2 * width + record.moved, axis=0).any(axis=-1)
+        keep: Mask = ~np.asarray(near)[: len(needed)]
         fits = fit_all(record, named, keep) if not keep.all() else []
-        fits = [one for one in fits if wide or one.shift in NOW]
+        fits = [one for one in fits if width or one.shift in NOW]
         for one in chosen(fits, within):
-            given, here = at_shift(record, sums, one.shift)
-            off, all_ = (np.nan_to_num(x)[here] ** 2 for x in (needed - one.factor * given, needed))
-            enough = all_[keep[here]].sum() >= LEFT * all_.sum() and given[here][keep[here]].any()
+            values, here = at_shift(record, sums, one.shift)
+            off, all_ = (np.nan_to_num(x)[here] ** 2 for x in (needed - one.factor * values, needed))
+            enough = all_[keep[here]].sum() >= LEFT * all_.sum() and values[here][keep[here]].any()
             if enough and off[~keep[here]].sum() >= ELSEWHERE * off.sum():
                 good.append(one.plus(fault(name)))
         yield [one.plus(fault(name)) for one in fits[:5]], good
@@ -191,27 +191,27 @@ def _with_tangential(record: Record, shift: float) -> Fit | None:
     the first frames. None where a pair has another part, or equations are too few."""
     f, n, _ = record.momentum.shape
     across = record.normal[:, :1] * record.force[:, 1:] - record.normal[:, 1:] * record.force[:, :1]
-    most = int(np.searchsorted(np.cumsum(np.bincount(record.frame, minlength=f)), MOST_ROWS))
-    turned = 0.5 * np.diff(record.turning, axis=0)[:most] / record.durations[:most, None]  # N, of discs
+    maximum = int(np.searchsorted(np.cumsum(np.bincount(record.frame, minlength=f)), MOST_ROWS))
+    turned = 0.5 * np.diff(record.turning, axis=0)[:maximum] / record.durations[:maximum, None]  # N, of discs
     largest, pairs = float(np.abs(record.force).max()), record.second >= 0
     lone = np.abs(across[:, 0]) <= ALONG * largest
     if record.moved or not np.nan_to_num(turned).any() or not (pairs.any() and lone[pairs].all()):
         return None
-    a = np.concatenate([record.needed()[:most], turned[..., None]], axis=2)
+    a = np.concatenate([record.needed()[:maximum], turned[..., None]], axis=2)
     here, torque = ~np.isnan(a.ravel()), -np.nan_to_num(across) / largest
     sums = np.concatenate([record.sums(record.force / largest), record.sums(torque, torque)], axis=2)
     tangent = np.column_stack([-record.normal[:, 1], record.normal[:, 0]])
-    columns, unknown = [coo_array(at_shift(record, sums, shift)[0][:most].reshape(-1, 1))], 0
+    columns, unknown = [coo_array(at_shift(record, sums, shift)[0][:maximum].reshape(-1, 1))], 0
     for early in (0, 1) if shift == 0.5 else (int(shift),):
         at = record.frame - early
-        for place, sign in ((record.first, -1.0), (record.second, 1.0)):
-            who = np.flatnonzero(lone & (at >= 0) & (at < len(a)) & (place >= 0))
-            row, unknown = (at[who] * n + place[who]) * 3, max(unknown, len(who))
+        for position, sign in ((record.first, -1.0), (record.second, 1.0)):
+            who = np.flatnonzero(lone & (at >= 0) & (at < len(a)) & (position >= 0))
+            row, unknown = (at[who] * n + position[who]) * 3, max(unknown, len(who))
             for axis, value in enumerate((*(sign * tangent[who].T), -np.ones(len(who)))):
                 columns.append(coo_array((value, (row + axis, who)), shape=(a.size, len(at))))
     if (spare := int(here.sum()) - unknown - 1) < SPARE * here.sum():
         return None
     matrix = hstack([columns[0], sum(columns[2:], columns[1])]).tocsr()[here]
     x, _, _, left, *_ = lsqr(matrix, a.ravel()[here], atol=1e-7, btol=1e-7, iter_lim=200)
-    share = float(left / np.sqrt(spare) / np.sqrt((a.ravel()[here] ** 2).mean()))
-    return Fit(fault("normal part only"), float(x[0] / largest), shift, share)
+    fraction = float(left / np.sqrt(spare) / np.sqrt((a.ravel()[here] ** 2).mean()))
+    return Fit(fault("normal part only"), float(x[0] / largest), shift, fraction)

@@ -100,10 +100,10 @@ def judge(
 ) -> Audit:
     """Judge the contacts of a record, see `audit`."""
     needed = record.needed() if len(record.times) > 1 + record.moved else np.zeros((0, 1, 2))
-    most, size = (float(np.abs(np.nan_to_num(x)).max(initial=0.0)) for x in (record.force, needed))
-    still = size <= max(NOTHING * most, 0.0 if record.stated else record.noise)
+    maximum, size = (float(np.abs(np.nan_to_num(x)).max(initial=0.0)) for x in (record.force, needed))
+    still = size <= max(NOTHING * maximum, 0.0 if record.stated else record.noise)
     pace, left = record.pace
-    why = "frames" if not len(needed) else "no force" if not most else "still" if still else ""
+    why = "frames" if not len(needed) else "no force" if not maximum else "still" if still else ""
     if not why and left <= ASTRAY and abs(pace - 1) > 3 * left + SURE:
         # bodies that as good as rest only need what holds their weight, whatever their pace
         change = np.linalg.norm(np.nan_to_num(np.diff(record.momentum, axis=0)) / record.durations[:, None, None])
@@ -123,25 +123,25 @@ def judge(
         rows = tested.with_rows_missing(record, named, found[0].residual / tested.ALIKE)
         found = next((good for _, good in islice(rows, 4) if good), found)
     shift = next((fit.shift for fit in (*found, *fits) if fit.shift in tested.NOW), 0.5)
-    given, here = tested.at_shift(record, record.sums(record.force), shift)
-    needed, given, weight = needed[here], given[here], record.durations[here][:, None, None]
-    off, all_ = (np.linalg.norm(np.nan_to_num(weight * x)) for x in (needed - given, needed))
+    values, here = tested.at_shift(record, record.sums(record.force), shift)
+    needed, values, weight = needed[here], values[here], record.durations[here][:, None, None]
+    off, all_ = (np.linalg.norm(np.nan_to_num(weight * x)) for x in (needed - values, needed))
     best = {one.name: one for one in reversed([*fits, *found])}
-    seen = (found[0].residual if found else 1.0) * float(np.sqrt(np.nanmean(needed**2)))
+    observed = (found[0].residual if found else 1.0) * float(np.sqrt(np.nanmean(needed**2)))
     verdict = Audit(
         status="unknown", fits=tuple(sorted(best.values(), key=lambda one: one.residual)),
-        residual=float(off / (all_ or 1.0)), smallest_fault=max(record.noise, seen), needed=needed, given=given,
+        residual=float(off / (all_ or 1.0)), smallest_fault=max(record.noise, observed), needed=needed, given=values,
     )  # fmt: skip
     if not found:
         return _unexplained(verdict, record, within)
-    faults, share = found[0].faults, percent(found[0].residual)
+    faults, fraction = found[0].faults, percent(found[0].residual)
     one = np.ptp([fit.factor for fit in found]) <= tested.SAME_FACTOR * abs(found[0].factor)
     remarks, factor = tuple(_remarks(record, found[0], friction)), found[0].factor if one else float("nan")
     verdict = replace(verdict, remarks=remarks, factor=factor)
     if not faults:
-        return replace(verdict, status="agrees", words=WORDS["agrees"].format(share=share))
+        return replace(verdict, status="agrees", words=WORDS["agrees"].format(share=fraction))
     what = ". Or ".join(". Also ".join(one.faults.values()) for one in found)
-    words = WORDS["alike" if len(found) > 1 else "differs"].format(what=what, share=share)
+    words = WORDS["alike" if len(found) > 1 else "differs"].format(what=what, share=fraction)
     return replace(verdict, status="differs", words=words, faults=tuple(faults) if len(found) == 1 else ())
 
 
@@ -167,23 +167,23 @@ def _unexplained(verdict: Audit, record: Record, within: float) -> Audit:
 def _remarks(record: Record, best: Fit, friction: float | None) -> list[str]:
     """Count contacts that pull, and those outside the friction cone, and hold spins against torques."""
     along, force = (record.force * record.normal).sum(axis=1), np.hypot(*record.force.T)
-    known, said = ~np.isnan(along) & (force > 0), []
-    if known.any() and "signs of contacts" not in best.faults and (pulls := float((best.factor * along[known] < 0).mean())):
-        said.append(WORDS["pull"].format(share=percent(pulls)))
-    if friction is not None and known.any():
+    finite, sentences = ~np.isnan(along) & (force > 0), []
+    if finite.any() and "signs of contacts" not in best.faults and (pulls := float((best.factor * along[finite] < 0).mean())):
+        sentences.append(WORDS["pull"].format(share=percent(pulls)))
+    if friction is not None and finite.any():
         across = np.sqrt(np.maximum(force**2 - along**2, 0.0))
-        out = float((across > 1.001 * friction * np.abs(along) + 1e-6 * force)[known].mean())
-        said += [WORDS["cone"].format(share=percent(out), friction=friction)] if out else []
+        out = float((across > 1.001 * friction * np.abs(along) + 1e-6 * force)[finite].mean())
+        sentences += [WORDS["cone"].format(share=percent(out), friction=friction)] if out else []
     turned = np.diff(record.turning, axis=0)
     if record.moved or np.isnan(along).any() or {*best.faults} - {"sign", "impulse", "units", "substeps"}:
-        return said
+        return sentences
     torque = record.normal[:, 1] * record.force[:, 0] - record.normal[:, 0] * record.force[:, 1]
     sums = record.sums(best.factor * torque[:, None], best.factor * torque[:, None])
-    given, good = tested.at_shift(record, sums, best.shift)
-    a, b = (given[..., 0] * record.durations[:, None])[good].ravel(), turned[good].ravel()
+    values, good = tested.at_shift(record, sums, best.shift)
+    a, b = (values[..., 0] * record.durations[:, None])[good].ravel(), turned[good].ravel()
     size = np.linalg.norm(record.sums(record.force)) * abs(best.factor) * float(np.median(record.durations))
     if np.linalg.norm(a) > TURNS * size and b.any():
         inertia = float(a @ b / (b @ b))
         off = float(np.linalg.norm(a - inertia * b) / np.linalg.norm(a))
-        said.append(WORDS["spins"].format(share=percent(off), inertia=inertia))
-    return said
+        sentences.append(WORDS["spins"].format(share=percent(off), inertia=inertia))
+    return sentences

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nscd import Snapshot, Walls, find_contacts
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Floats, Indices, Mask
 from nscd.contacts import NO_WALLS, sum_at_disks
 
 # Bodies this near, as a share of the smallest radius, may touch.
@@ -39,7 +39,7 @@ class Record:
     mass: Floats
     external: Floats
     turning: Floats
-    unlisted: Flags
+    unlisted: Mask
     frame: Indices
     first: Indices
     second: Indices
@@ -88,15 +88,15 @@ def record_of(
     labels = [one.ids if one.bodies is None else one.bodies.ids[one.bodies.number] for one in snapshots]
     ids = np.unique(np.concatenate(labels))
     f, n = len(times), len(ids)
-    momentum, acting, place = np.zeros((3, f, n, 2))
+    momentum, active, position = np.zeros((3, f, n, 2))
     turning, mass, unlisted, parts = np.zeros((f, n)), np.zeros((f, n)), np.zeros((2, f, n), bool), []
     for frame, (now, table, label) in enumerate(zip(snapshots, contacts, labels, strict=True)):
         of, m = np.searchsorted(ids, label), now.mass[:, None]
         pushed = external(now) if callable(external) else 0.0 if external is None else external
         np.add.at(momentum[frame], of, m * (now.velocity if has_velocity else now.position))
-        np.add.at(acting[frame], of, np.broadcast_to(np.asarray(pushed, dtype=float), (len(of), 2)))
+        np.add.at(active[frame], of, np.broadcast_to(np.asarray(pushed, dtype=float), (len(of), 2)))
         np.add.at(mass[frame], of, now.mass)
-        np.add.at(place[frame], of, m * now.position)
+        np.add.at(position[frame], of, m * now.position)
         turning[frame, of] = now.mass * now.radius * now.spin if now.bodies is None else 0.0
         listed = _listed(table, frame, now, walls or NO_WALLS)
         unlisted[:, frame] = _unlisted(now, walls, of, listed, n)
@@ -106,22 +106,22 @@ def record_of(
         momentum[1:] = momentum[0] + np.cumsum(mass[1:, :, None] * walls.shortest(way).reshape(-1, n, 2), axis=0)  # fmt: skip
     momentum[mass == 0] = np.nan
     if has_velocity:
-        rest["pace"] = _pace(times, momentum / mass[..., None], place / mass[..., None], walls or NO_WALLS)
+        rest["pace"] = _pace(times, momentum / mass[..., None], position / mass[..., None], walls or NO_WALLS)
     names = ("frame", "first", "second", "force", "normal")
     columns: dict[str, Any] = {name: np.concatenate(each) for name, each in zip(names, zip(*parts, strict=True), strict=True)}
-    return Record(times=times, momentum=momentum, mass=mass.max(axis=0), external=acting, turning=turning,
+    return Record(times=times, momentum=momentum, mass=mass.max(axis=0), external=active, turning=turning,
                   unlisted=unlisted, moved=not has_velocity, stated=external is not None, **columns, **rest)  # fmt: skip
 
 
-def _pace(times: Floats, velocity: Floats, place: Floats, walls: Walls) -> tuple[float, float]:
+def _pace(times: Floats, velocity: Floats, position: Floats, walls: Walls) -> tuple[float, float]:
     """Fit how far bodies move to the mean of their velocities at both ends of each interval."""
-    moved = walls.shortest(np.diff(place, axis=0).reshape(-1, 2)).ravel()
-    said = (0.5 * (velocity[1:] + velocity[:-1]) * np.diff(times)[:, None, None]).ravel()
-    moved, said = (x[np.isfinite(moved + said)] for x in (moved, said))
-    if not (moved.any() and said.any()):
+    moved = walls.shortest(np.diff(position, axis=0).reshape(-1, 2)).ravel()
+    message = (0.5 * (velocity[1:] + velocity[:-1]) * np.diff(times)[:, None, None]).ravel()
+    moved, message = (x[np.isfinite(moved + message)] for x in (moved, message))
+    if not (moved.any() and message.any()):
         return 1.0, 0.0
-    pace = float(moved @ said / (said @ said))
-    return pace, float(np.linalg.norm(moved - pace * said) / np.linalg.norm(moved))
+    pace = float(moved @ message / (message @ message))
+    return pace, float(np.linalg.norm(moved - pace * message) / np.linalg.norm(moved))
 
 
 def _listed(table: Any, frame: int, now: Snapshot, walls: Walls) -> tuple[Any, ...]:
@@ -153,7 +153,7 @@ def _listed(table: Any, frame: int, now: Snapshot, walls: Walls) -> tuple[Any, .
 
 def _unlisted(
     now: Snapshot, walls: Walls | None, of: Indices, listed: tuple[Any, ...], n: int
-) -> Flags:
+) -> Mask:
     """Which bodies (2,n) touch another, or more walls than are listed, with no row for it."""
     found = find_contacts(now, walls, tolerance=NEAR * float(now.radius.min(initial=1.0)))
     _, first, second, *_ = listed

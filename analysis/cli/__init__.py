@@ -53,10 +53,10 @@ def main() -> None:
 
 def _refuse_little_memory() -> None:
     """End where the libraries would find no room to begin, and try without end."""
-    most, _ = resource.getrlimit(resource.RLIMIT_AS)
-    if most != resource.RLIM_INFINITY and most < LEAST_MEMORY:
+    maximum, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if maximum != resource.RLIM_INFINITY and maximum < LEAST_MEMORY:
         _say(
-            f"memory is limited to {most >> 20} MB of address space (ulimit -v). At least "
+            f"memory is limited to {maximum >> 20} MB of address space (ulimit -v). At least "
             f"{LEAST_MEMORY >> 20} MB are needed"
         )
         sys.exit(OUT_OF_MEMORY)

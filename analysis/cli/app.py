@@ -47,8 +47,8 @@ class _Commands(TyperGroup):
 class OneCommand(TyperCommand):
     """A command whose arguments stand in its help by name, without their types of Python."""
 
-    def __init__(self, *given: Any, **named: Any) -> None:
-        super().__init__(*given, **named)
+    def __init__(self, *arguments: Any, **named: Any) -> None:
+        super().__init__(*arguments, **named)
         for one in (one for one in self.params if one.param_type_name == "argument"):
             vars(one)["display_type_rich"] = lambda ctx: ""
 
@@ -134,11 +134,11 @@ class _Lines:
         self.first: dict[str, tuple[float, float]] = {}  # time and share of a label's first report
         self.label, self.share, self.at = "", 0.0, self.started
 
-    def report(self, label: str, share: float) -> None:
+    def report(self, label: str, fraction: float) -> None:
         now = time.monotonic()
-        self.first.setdefault(label, (now, share))
-        if (label, share) != (self.label, self.share):
-            self.label, self.share, self.at = label, share, now
+        self.first.setdefault(label, (now, fraction))
+        if (label, fraction) != (self.label, self.share):
+            self.label, self.share, self.at = label, fraction, now
 
     def beat(self, ended: threading.Event) -> None:
         while not ended.wait(BETWEEN_LINES_S):
@@ -245,9 +245,9 @@ def show(
     from rich.text import Text
 
     table = Table(title=title or None, title_justify="left")
-    for place, name in enumerate(head):
+    for index, name in enumerate(head):
         table.add_column(
-            Text(name), justify="left" if place < numbers_from else "right", overflow="fold"
+            Text(name), justify="left" if index < numbers_from else "right", overflow="fold"
         )
     for row in rows:
         table.add_row(*map(Text, row))

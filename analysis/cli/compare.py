@@ -30,7 +30,7 @@ from analysis.support.extras import load, missing_extra
 if TYPE_CHECKING:
     from analysis.compare.comparison import Comparison
     from analysis.exposure.loads import RunLoads
-    from analysis.film.frame import Frames, Reel
+    from analysis.film.frame import Animation, FrameRange
     from analysis.motion.pairwise import WindowComparison
     from nscd import ContactLaw
 
@@ -84,8 +84,8 @@ def compare(
 
     folders = [is_run(one) for one in runs]
     if not all(folders):
-        given = {"time": time, "window": window, "last": last, "rigid_law": rigid_law}
-        refuse("only of runs. Of files give --frames", **given)
+        settings = {"time": time, "window": window, "last": last, "rigid_law": rigid_law}
+        refuse("only of runs. Of files give --frames", **settings)
         if any(folders):
             raise ValueError(
                 f"{runs[folders.index(True)]}: a folder. Give runs only, or files only"
@@ -236,8 +236,8 @@ def _show_windows(first: Path, every: Mapping[Path, WindowComparison]) -> None:
         lasting = f"impulses over windows of {significant(ends[0] - starts[0])} s"
         _show_pair(compared, f"{compared.scene}: {lasting}, {span}", "windows")
         found = compared.paired()
-        most = [more_words(found[key].more, found[key].relative, "N") for key in ("walls", "contact_largest")]
-        print(f"the second run has {most[0]} load on all walls and {most[1]} largest force, in these windows")
+        maximum = [more_words(found[key].more, found[key].relative, "N") for key in ("walls", "contact_largest")]
+        print(f"the second run has {maximum[0]} load on all walls and {maximum[1]} largest force, in these windows")
         print("one pair of runs: no verdict. Replicates have one: percussions report SCENE --seeds 5")
         show(*_window_rows(compared), title="window by window, second against first")
         print(*paths, sep="\n")
@@ -258,7 +258,7 @@ def _window_rows(
         "contacts of both": [f"{count:.0f}" for count in shown["contacts_both"]],
         "of one only": only,
         "per contact": map(percent, shown["contact_relative_difference"]),
-        "correlation": [decimals(share, 3) for share in shown["contact_correlation"]],
+        "correlation": [decimals(fraction, 3) for fraction in shown["contact_correlation"]],
         "per person": map(percent, shown["person_relative_difference"]),
         "load on walls": map(percent, shown["wall_difference"]),
         "sum of all": map(percent, shown["sum_difference"]),
@@ -277,23 +277,23 @@ def _by_snapshot(runs: Sequence[Path], time: float | None, rigid_law: ContactLaw
 
     # all of them before anything is written
     compared = [compare_run(folder, time, rigid_law) for folder in runs]
-    heads, columns = [], []
+    headers, columns = [], []
     for folder, comparison in zip(runs, compared, strict=True):
         numbers = {"time_s": comparison.snapshot.time} | statistics(comparison)
         law = comparison.law
         bouncing = f"restitution {law.restitution:g}" if law.restitution else "inelastic"
         words = {
-            "status": str(comparison.answer.status),
+            "status": str(comparison.solution.status),
             "unit": comparison.unit,
             "rigid_law": bouncing + (f", friction {law.friction:g}" if law.friction else ""),
         }
-        said = [*remarks(comparison)]
+        sentences = [*remarks(comparison)]
         write_contacts(folder / "comparison.csv", comparison)
-        write_json(folder / "comparison.json", words | numbers | {"remarks": said})
-        for sentence in said:
+        write_json(folder / "comparison.json", words | numbers | {"remarks": sentences})
+        for sentence in sentences:
             warn(f"{folder}: {sentence}")
         scene = comparison.scene
-        heads.append(f"{scene.name}: {model_title(scene, comparison.record.engine)}")
+        headers.append(f"{scene.name}: {model_title(scene, comparison.record.engine)}")
         cells = {key: statistic(key, value, comparison.unit) for key, value in numbers.items()}
         columns.append(words | cells)
     small = all(abs(one.balance.closure_error) < ROUNDING for one in compared)
@@ -301,8 +301,8 @@ def _by_snapshot(runs: Sequence[Path], time: float | None, rigid_law: ContactLaw
     if small:
         names.pop("closure_error")
     rows = [[name, *(column[key] for column in columns)] for key, name in names.items()]
-    show(["quantity", *heads], rows)
-    for head, comparison in zip(heads, compared, strict=True):
+    show(["quantity", *headers], rows)
+    for head, comparison in zip(headers, compared, strict=True):
         print(f"{head}: {_verdict(comparison)}")
     for folder in runs:
         print(folder / "comparison.csv")
@@ -341,14 +341,14 @@ def _verdict(one: Comparison) -> str:
     from analysis.pages.numbers import percent, significant
 
     found = statistics(one)
-    if one.answer.status != "solved" or not found["contacts_both"]:
+    if one.solution.status != "solved" or not found["contacts_both"]:
         return "no verdict: no solved contact is in both models"
-    apart = found["disk_sum_relative_difference"]
+    difference = found["disk_sum_relative_difference"]
     means = [significant(found[f"{model}_mean"]) for model in ("penalty", "rigid")]
-    agree = "agree" if apart <= AGREE else "differ"
+    agree = "agree" if difference <= AGREE else "differ"
     doubt = ". Take no single contact from it, see the warning" if [*remarks(one)] else ""
     return (
-        f"the models {agree} by {percent(apart, 2)} in the sum on a person (rms, {AGREE:.0%} counts as "
+        f"the models {agree} by {percent(difference, 2)} in the sum on a person (rms, {AGREE:.0%} counts as "
         f"agreement), mean {means[0]} against {means[1]} {one.unit} a contact{doubt}"
     )
 
@@ -400,14 +400,14 @@ def film(
     Example: percussions film scenes/gate_excerpt.txt --frames 400:410:5 --room scenes/rooms/gate.toml"""
     load("matplotlib")
     from analysis.film import export as exports
-    from analysis.film.frame import Frames
+    from analysis.film.frame import FrameRange
     from analysis.film.page import write_film
     from analysis.film.summary import about, headline_rows, unsolved_kinds, write_table
     from analysis.support.parallel import workers
 
     if parquet:
         load("pyarrow")
-    chosen = Frames() if of_file.frames is None else Frames.parse(of_file.frames)
+    chosen = FrameRange() if of_file.frames is None else FrameRange.parse(of_file.frames)
     chosen = replace(chosen, ensemble=openness == "ensemble")
     folders = [is_run(one) for one in target]
     if all(folders):
@@ -424,15 +424,15 @@ def film(
         executor = None
         if jobs > 1 or scheduler:
             executor = stack.enter_context(workers(jobs, scheduler))
-        reels = make(progress=stack.enter_context(progress()), executor=executor)
-    print(*write_table(reels, out, parquet=parquet), sep="\n")
+        animations = make(progress=stack.enter_context(progress()), executor=executor)
+    print(*write_table(animations, out, parquet=parquet), sep="\n")
     for form in dict.fromkeys(export or []):
-        print(*exports.export(reels, form.value, out), sep="\n")
-    page = write_film(reels, out, command_line(), "" if all(folders) else target[0].name)
-    columns, rows = headline_rows(reels)
-    print(*about(reels), sep=", ")
+        print(*exports.export(animations, form.value, out), sep="\n")
+    page = write_film(animations, out, command_line(), "" if all(folders) else target[0].name)
+    columns, rows = headline_rows(animations)
+    print(*about(animations), sep=", ")
     show(["median (nine tenths)", *columns], rows)
-    unsolved, of = unsolved_kinds(reels), sum(len(reel.frames) for reel in reels)
+    unsolved, of = unsolved_kinds(animations), sum(len(animation.frames) for animation in animations)
     for count, title, frame, reason in unsolved:
         first = f"The first is frame {frame.number} of {title}"
         print(f"{frame.status}: {count} of {of} frames. {first}: {reason}", file=sys.stderr)
@@ -441,20 +441,20 @@ def film(
 
 
 def _reels_of(
-    file: Path, of_file: OfFile, radii: list[float] | None, chosen: Frames | None, **how: Any
-) -> list[Reel]:
+    file: Path, of_file: OfFile, radii: list[float] | None, chosen: FrameRange | None, **how: Any
+) -> list[Animation]:
     """The reels of a dump, or of a trajectory with each radius."""
     from analysis.film import export as exports
     from analysis.film.files import open_any
 
-    given = of_file.given(radii[0] if radii else None)
-    source = open_any(file, given)
+    file_options = of_file.given(radii[0] if radii else None)
+    source = open_any(file, file_options)
     if source.recording is None:
         return exports.film_dump(source, chosen, **how)
     if source.measured:
         warn(MEASURED)
     every = sorted(radii or RADII)
-    return exports.film_heads(source.recording, of_file.room, every, chosen, given=given, **how)
+    return exports.film_heads(source.recording, of_file.room, every, chosen, file_options=file_options, **how)
 
 
 def exposure(
@@ -487,7 +487,7 @@ def exposure(
     out: Folder for the results. Default: that of the run, or exposure.
 
     Example: percussions exposure out/arch/rigid_moreau_jean --limits mine.toml"""
-    from analysis.exposure import loads, places
+    from analysis.exposure import loads, positions
     from analysis.exposure.limits import LimitError, known_limits
     from analysis.exposure.sensors import write_sensors
 
@@ -501,17 +501,17 @@ def exposure(
     else:
         refuse(f"{run} is no run with impulses", sensors=sensors, stops=stops, window=window)
         found, folder = _loads_of(run, of_file, radius), out or Path("exposure")
-        apart = float(found.duration.max())
-        if apart > (1 + 1e-9) * loads.SHORTEST_S:
+        difference = float(found.duration.max())
+        if difference > (1 + 1e-9) * loads.SHORTEST_S:
             warn(
-                f"{run}: frames are up to {apart:g} s apart, too far for windows of {loads.SHORTEST_S:g} s. "
+                f"{run}: frames are up to {difference:g} s apart, too far for windows of {loads.SHORTEST_S:g} s. "
                 "Loads between frames are not seen"
             )
         what = (
             f"forces are those of {len(found.time)} single frames, not sums of impulses. It lasts"
         )
     written = [write_sensors(run, sensors)] if sensors else []
-    written += [*loads.write_exposure(found, known, folder), *places.write_along(found, folder)]
+    written += [*loads.write_exposure(found, known, folder), *positions.write_along(found, folder)]
     if found.scene.walls:
         try:
             written.append(_draw_walls(found, folder))
@@ -519,7 +519,7 @@ def exposure(
             warn(missing_extra(error) or str(error))
     title = f"{found.scene.title}: {what} {found.time[-1]:g} s"
     show(loads.HEAD, loads.exposure_rows(found, known), numbers_from=len(loads.HEAD), title=title)
-    if where := places.place_words(found):
+    if where := positions.place_words(found):
         print(f"Largest load on any metre of walls: {where}")
     print(*loads.sources_of(known), sep="\n")
     for limit in (one for one in known if one.name == stops):

@@ -41,7 +41,7 @@ class Comparing:
         """Run the replicates that are missing, compare, write the page and say the verdict. Exits with
         1 where a run failed, or what --until asks for stays open."""
         from analysis.engines import engine as engine_named
-        from analysis.motion.designs import QUANTITIES, Asked
+        from analysis.motion.designs import QUANTITIES, Target
         from analysis.motion.inference import FEWEST
         from analysis.report.designs import (
             Compared,
@@ -55,8 +55,8 @@ class Comparing:
         if len(engine) > 1:
             raise ValueError("--engine: designs are compared by one engine")
         engine_named(engine[0])
-        asked = Asked.parse(self.until) if self.until is not None else None
-        if asked is None:
+        target = Target.parse(self.until) if self.until is not None else None
+        if target is None:
             refuse("only with --until", minutes=self.minutes)
         if seeds < FEWEST:
             raise ValueError(f"--seeds {seeds}: a comparison needs {FEWEST} replicates or more")
@@ -79,10 +79,10 @@ class Comparing:
             # who pushes for ever soon forgets the start (docs/results/designs.md)
             of.paired = bool(first.drive and first.drive.keeps_distance) and not self.unpaired
             say_runs(of.wanted(seeds).values(), jobs=None)
-            looks, still = of.compare(seeds, asked, seconds, say)
-            done = Compared(of=of, looks=looks, still=still, limits=limits)
-            page, said = write_designs(done, out, command_line(), bars)
-        print(*(verdict.replace("**", "") for verdict in said), sep="\n")
+            interims, still = of.compare(seeds, target, seconds, say)
+            done = Compared(of=of, interims=interims, still=still, limits=limits)
+            page, formatted = write_designs(done, out, command_line(), bars)
+        print(*(verdict.replace("**", "") for verdict in formatted), sep="\n")
         for failure in of.failures:
             print(f"failed: {failure}", file=sys.stderr)
         show_page(page)

@@ -141,7 +141,7 @@ def _options_of(function: Any) -> dict[str, inspect.Parameter]:
     only be given by name are options, others are arguments."""
     plain, hints = get_type_hints(function), get_type_hints(function, include_extras=True)
     parameters = inspect.signature(function).parameters
-    said, _ = _words_of(function)
+    stated, _ = _words_of(function)
     options: dict[str, inspect.Parameter] = {}
     for name, one in parameters.items():
         reader, kind = _reader(hints[name]), plain[name]
@@ -158,7 +158,7 @@ def _options_of(function: Any) -> dict[str, inspect.Parameter]:
                 info.metavar = info.metavar or (words[0] if words else None)
             if kind is bool:
                 info = typer.Option(f"--{name.replace('_', '-')}")
-            info.help = said.get(name) or SHARED.get(name)
+            info.help = stated.get(name) or SHARED.get(name)
             options[name] = one.replace(annotation=Annotated[kind, info])
     return options
 
@@ -168,8 +168,8 @@ def _words_of(function: Callable[..., Any]) -> tuple[dict[str, str], str]:
     names = "|".join(inspect.signature(function).parameters)
     line = re.compile(rf"^({names}): (.+(?:\n +\S.*)*)\n?", re.M)
     text = inspect.getdoc(function) or ""
-    said = {one[1]: " ".join(one[2].split()) for one in line.finditer(text)}
-    return said, re.sub(r"\n{3,}", "\n\n", line.sub("", text)).strip()
+    stated = {one[1]: " ".join(one[2].split()) for one in line.finditer(text)}
+    return stated, re.sub(r"\n{3,}", "\n\n", line.sub("", text)).strip()
 
 
 def with_options(command: Callable[..., None]) -> Callable[..., None]:
@@ -186,11 +186,11 @@ def with_options(command: Callable[..., None]) -> Callable[..., None]:
     def called(*values: Any, **named: Any) -> None:
         bound = signature.bind(*values, **named)
         bound.apply_defaults()
-        given = bound.arguments
+        arguments = bound.arguments
         for name, kind in shared.items():
-            fields = {key.name: given.pop(key.name) for key in dataclasses.fields(kind)}
-            given[name] = kind(**fields)
-        command(**given)
+            fields = {key.name: arguments.pop(key.name) for key in dataclasses.fields(kind)}
+            arguments[name] = kind(**fields)
+        command(**arguments)
 
     signature = inspect.Signature(options)
     called.__signature__ = signature  # type: ignore[attr-defined]
@@ -211,12 +211,12 @@ class OfDump:
 
     def of_dump(self) -> dict[str, Any]:
         """Give it as `open_bodies` calls it."""
-        given = {one.name: getattr(self, one.name) for one in dataclasses.fields(OfDump)}
-        return drop_none(**given | {"fixed_type": tuple(self.fixed_type or ()) or None})
+        arguments = {one.name: getattr(self, one.name) for one in dataclasses.fields(OfDump)}
+        return drop_none(**arguments | {"fixed_type": tuple(self.fixed_type or ()) or None})
 
 
 @dataclass(frozen=True, kw_only=True)
-class Taken(OfDump):
+class DumpOptions(OfDump):
     """How the contact problem of a frame is taken from a dump.
 
     room: Room or scene file (.toml) with the walls and the drive. Default: scene.toml beside
@@ -284,14 +284,14 @@ class OfFile(OfDump):
 
     def refuse_run(self, **others: object) -> None:
         """Raise ValueError for the first of these options that is given beside a run."""
-        kept = vars(self) | {"fixed_type": self.fixed_type or None}
-        refuse("only of a dump or a trajectory file", **kept, **others)
+        selected = vars(self) | {"fixed_type": self.fixed_type or None}
+        refuse("only of a dump or a trajectory file", **selected, **others)
 
     def given(self, radius: float | None = None) -> Any:
-        """Give it as `analysis.film.files.Given`, with the radius (m) of heads."""
-        from analysis.film.files import Given
+        """Give it as `analysis.film.files.FileOptions`, with the radius (m) of heads."""
+        from analysis.film.files import FileOptions
 
-        return Given(radius=radius, **vars(self) | {"fixed_type": tuple(self.fixed_type or ())})
+        return FileOptions(radius=radius, **vars(self) | {"fixed_type": tuple(self.fixed_type or ())})
 
 
 def one_dump(files: list[Path]) -> Path:
@@ -299,9 +299,9 @@ def one_dump(files: list[Path]) -> Path:
     if len(files) == 1 and not files[0].is_dir():
         return files[0]
     some = files[0] / "*" if len(files) == 1 else files[0].with_name(f"*{files[0].suffix}")
-    said = "a folder" if len(files) == 1 else f"one of {len(files)} files"
+    message = "a folder" if len(files) == 1 else f"one of {len(files)} files"
     raise ValueError(
-        f"{files[0]}: {said}. One file is read. Join those of single steps: cat $(ls -v {some}) > "
+        f"{files[0]}: {message}. One file is read. Join those of single steps: cat $(ls -v {some}) > "
         "joined.dump"
     )
 

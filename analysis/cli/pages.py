@@ -110,7 +110,7 @@ def report(
         refuse_beside(context, NOT_COMPARED, "not with --compare")
         comparing.write(scenes, engine or ["rigid"], seeds, own, runs, out)
     comparing.refuse_alone()
-    soft = _with_springs(names := engine or [known.NAME for known in ENGINES])
+    soft = _with_springs(names := engine or [each.NAME for each in ENGINES])
     read = [read_scene(scene) for scene in scenes]
     for one in read:
         standing_walls(one)
@@ -126,8 +126,8 @@ def report(
             where = snapshot_runs(runs, models)
             made = study(one, scenes_of(one, soft, models), ks, where, bars, rigid_law)
             whole_runs = study_motion(one, models, last or 1.0, bars, own, pool) if models else None
-            reels = films_of(made, models, where, (last or 1.0) if models else math.inf, bars, pool)
-            reported.append(Reported(study=made, motion=whole_runs, reels=reels))
+            animations = films_of(made, models, where, (last or 1.0) if models else math.inf, bars, pool)
+            reported.append(Reported(study=made, motion=whole_runs, animations=animations))
         page = write_report(reported, out, command_line(), own, bars)
         for path in write_sheets(reported, out, command_line()) if sheet else ():
             print(path)
@@ -142,7 +142,7 @@ def _say_reported(reported: Sequence[Reported]) -> None:
             warn(f"{done.scene.name}: {warning}")
         for failure in done.failures:
             print(f"failed: {done.scene.name}: {failure}", file=sys.stderr)
-    every = [one.answer.status for done in reported for one in done.study.comparisons]
+    every = [one.solution.status for done in reported for one in done.study.comparisons]
     solved = all(status == "solved" for status in every)
     compared = all(done.moved or done.study.comparisons for done in reported)
     raise typer.Exit(not (solved and compared) or any(done.failures for done in reported))
@@ -154,7 +154,7 @@ def _with_springs(names: Sequence[str]) -> list[str]:
 
     for name in names:
         engine(name)
-    every = [known.NAME for known in PENALTY]
+    every = [each.NAME for each in PENALTY]
     soft = [name for name in every if name in names]
     if not soft:
         raise ValueError(
@@ -196,15 +196,15 @@ def chart(
     chosen = read_scene(scene)
     soft.check_chart(chosen)
     crowds = (0 if quick else SEEDS) if seeds is None else seeds
-    whole = whole_runs.whole_runs_of(chosen, crowds, runs)
-    _say_chart(chosen, runs, quick, jobs, whole)
+    full = whole_runs.whole_runs_of(chosen, crowds, runs)
+    _say_chart(chosen, runs, quick, jobs, full)
     found, sections = None, []
     with progress() as bars:
         made = instants.build_chart(
             chosen, runs, quick=quick, processes=jobs, scheduler=scheduler, progress=bars
         )
-        if whole:
-            found = whole_runs.measure_whole_runs(chosen, whole, progress=bars, processes=jobs)
+        if full:
+            found = whole_runs.measure_whole_runs(chosen, full, progress=bars, processes=jobs)
             sections = [whole_runs.whole_runs_section(found)]
     written = page.write_chart(made, out, command_line(), sections)
     if found:
@@ -219,7 +219,7 @@ def chart(
 
 
 def _say_chart(
-    scene: Scene, runs: Path, quick: bool, jobs: int | None, whole: Sequence[Planned]
+    scene: Scene, runs: Path, quick: bool, jobs: int | None, full: Sequence[Planned]
 ) -> None:
     from analysis.engines import PENALTY
     from analysis.engines.price import expected_seconds
@@ -237,7 +237,7 @@ def _say_chart(
     if start is not None and names and not (folder / "start.npz").exists():
         # on one core, before anything else
         seconds += (jobs or cores()) * expected_seconds(start, names[0])
-    more = [one.run for one in whole if not one.run.is_finished()]
+    more = [one.run for one in full if not one.run.is_finished()]
     seconds += sum(expected_seconds(run.scene, run.engine) for run in more)
     say_expected(seconds, f"{len(missing) + len(more)} runs of engines", jobs)
 
@@ -405,10 +405,10 @@ def paper(
 
 
 def _say_paper(names: list[str], runs: Path, figures: list[str] | None) -> None:
-    from analysis.paper.page import PAGES, folder_of, kept
+    from analysis.paper.page import PAGES, folder_of, stored_section
 
     parts = [part for name in names for part in PAGES[name].parts if not figures or part.number in figures]
-    seconds = sum(part.seconds for part in parts if part.engine_runs or not kept(folder_of(runs, part)))
+    seconds = sum(part.seconds for part in parts if part.engine_runs or not stored_section(folder_of(runs, part)))
     needed = [run for part in parts if part.engine_runs for run in part.engine_runs(runs)]
     say_runs(needed, "what is not there yet", seconds, None)
 
@@ -489,10 +489,10 @@ def measured(
     for name in step or ():
         if name not in found:
             raise ValueError(f"--step: no step {name}. There are {', '.join(found)}")
-    given = None
+    inputs = None
     if alpha is not None or beta is not None:
-        given = ErrorBar(ALPHA if alpha is None else alpha, BETA_N if beta is None else beta)
-    packings = [read_packing(name, *found[name], given) for name in step or found]
+        inputs = ErrorBar(ALPHA if alpha is None else alpha, BETA_N if beta is None else beta)
+    packings = [read_packing(name, *found[name], inputs) for name in step or found]
     for packing in packings:
         if packing.error.assumed:
             warn(f"{packing.name}: the error bar is assumed, not from both sides of contacts")
@@ -500,9 +500,9 @@ def measured(
     say_expected(SECONDS * disks * (3 if bands else 1), f"{len(packings)} steps of {disks} disks")
     with progress() as bars:
         judged = []
-        for place, packing in enumerate(packings):
-            bars("steps", place / len(packings))
-            judged.append(judge(packing, friction, place))
+        for index, packing in enumerate(packings):
+            bars("steps", index / len(packings))
+            judged.append(judge(packing, friction, index))
         laws = calibrate(packings, friction, bars) if bands else []
     *tables, page = write_measured(judged, laws, friction, out, command_line())
     show(HEAD, summary(judged), title=f"{folder.name}: mean of {len(judged)} steps")
@@ -545,19 +545,19 @@ def infer(
 
     Example: percussions infer 040_c_56_h-.txt --room scenes/rooms/gate_passage.toml --unit m"""
     from analysis.infer import inference, page
-    from analysis.infer.seen import see
+    from analysis.infer.observations import see
 
-    given = drop_none(unit=unit, frame_rate=frame_rate, columns=columns, time_unit=time_unit, take_as_is=take_as_is or None)
-    seen = see(file, room, row, without=without or (), window_s=window, **given)
-    say_expected(inference.expected_seconds(seen.site, runs), f"{runs} simulated crowds", jobs)
+    arguments = drop_none(unit=unit, frame_rate=frame_rate, columns=columns, time_unit=time_unit, take_as_is=take_as_is or None)
+    observed = see(file, room, row, without=without or (), window_s=window, **arguments)
+    say_expected(inference.expected_seconds(observed.site, runs), f"{runs} simulated crowds", jobs)
     with progress() as bars:
-        ran = inference.run_prior(seen.site, runs, seed, bars, jobs)
-        found = inference.infer(seen.site, seen.statistics, ran, seed, bars)
-        parts = inference.infer_parts(seen.site, [one for *_, one in seen.windows], ran, seed)
+        ran = inference.run_prior(observed.site, runs, seed, bars, jobs)
+        found = inference.infer(observed.site, observed.statistics, ran, seed, bars)
+        parts = inference.infer_parts(observed.site, [one for *_, one in observed.windows], ran, seed)
     if window:
-        course = page.write_course(seen.windows, parts, out / "windows.csv")
+        course = page.write_course(observed.windows, parts, out / "windows.csv")
         show([*course], list(zip(*course.values(), strict=True)), title=f"{file.name}: windows of {window:g} s")
-    *files, written = page.write_inferred(found, file.name, seen.notes, out, command_line())
+    *files, written = page.write_inferred(found, file.name, observed.notes, out, command_line())
     show(page.HEAD, page.rows(found), title=f"{file.name}: median (5–95 %)")
     print(page.verdict(found).replace("**", ""), *files, sep="\n")
     show_page(written)
@@ -598,11 +598,11 @@ def audit(
 
     if acceleration and not re.fullmatch(r"[-+.\de]+,[-+.\de]+", acceleration):
         raise ValueError(f"--acceleration: {acceleration}. Two numbers such as 0,-9.81 are needed")
-    given, g = of_dump.of_dump(), [float(word) for word in acceleration.split(",")] if acceleration else None
-    record, setting = open_record(target, contacts, contacts_columns, room, frames, g, **given)
+    inputs, g = of_dump.of_dump(), [float(word) for word in acceleration.split(",")] if acceleration else None
+    record, setting = open_record(target, contacts, contacts_columns, room, frames, g, **inputs)
     found = judge(record, setting.friction or None if friction is None else friction, record.step_s, within)
     table, page = write_audit(found, target.name, out, command_line())
-    seen = [f"a fault below {found.smallest_fault:.2g} N on a body could not be seen"] if found.fits else []
-    print(found.words, *found.remarks, *seen, table, sep="\n")
+    smallest_fault = [f"a fault below {found.smallest_fault:.2g} N on a body could not be seen"] if found.fits else []
+    print(found.words, *found.remarks, *smallest_fault, table, sep="\n")
     show_page(page)
     raise typer.Exit(found.exit_status)

@@ -14,6 +14,7 @@ import typer
 from analysis.cli import app
 from analysis.cli.options import (
     Count,
+    DumpOptions,
     Factor,
     InputFile,
     Openness,
@@ -21,7 +22,6 @@ from analysis.cli.options import (
     Positive,
     Processes,
     Share,
-    Taken,
     one_dump,
 )
 
@@ -98,8 +98,8 @@ def run(
     expected = functools.partial(app.say_expected, what=f"{chosen.name} with {wanted.engine}")
     with app.progress() as report:
         record = wanted.record(report, expected)
-    got, asked = record.restitution_most, wanted.scene.contact.restitution
-    as_asked = "as asked" if f"{got:.3g}" == f"{asked:.3g}" else f"{asked:.3g} was asked"
+    got, requested = record.restitution_most, wanted.scene.contact.restitution
+    as_asked = "as asked" if f"{got:.3g}" == f"{requested:.3g}" else f"{requested:.3g} was asked"
     print(
         f"{wanted.folder}: {record.steps} steps of {record.time_step_s:.3g} s, restitution "
         f"{got:.3g}, {as_asked}, {record.cpu_seconds:.2f} CPU s"
@@ -109,7 +109,7 @@ def run(
 def solve(
     dump: list[Path],
     *,
-    taken: Taken,
+    dump_options: DumpOptions,
     contacts: InputFile | None = None,
     contacts_columns: str | None = None,
     contacts_factor: Factor | None = None,
@@ -147,26 +147,26 @@ def solve(
 
     file = one_dump(dump)
     if out.is_file() and any(
-        out.samefile(one) for one in (file, taken.room, contacts) if one and one.exists()
+        out.samefile(one) for one in (file, dump_options.room, contacts) if one and one.exists()
     ):
         raise ValueError(f"--out: {out}: the table would replace what it is made of")
-    options = taken.setting()
+    options = dump_options.setting()
     if is_hdf5(file):
-        own = {**options, "room": taken.room, "restitution": restitution, "scheduler": scheduler}
-        own |= taken.of_dump() | {"part_frames": part_frames, "contacts": contacts}
+        own = {**options, "room": dump_options.room, "restitution": restitution, "scheduler": scheduler}
+        own |= dump_options.of_dump() | {"part_frames": part_frames, "contacts": contacts}
         app.refuse(f"{file} has its own. This option is for dumps", **own)
-        _solve_problem(file, out, taken.tolerance, openness)
+        _solve_problem(file, out, dump_options.tolerance, openness)
         return
     if contacts is None:
         app.refuse("of --contacts, which is not given", contacts_columns=contacts_columns, contacts_factor=contacts_factor)
-    room, setting = room_beside(file, taken.room, taken.of_dump(), **options)
+    room, setting = room_beside(file, dump_options.room, dump_options.of_dump(), **options)
     job = DumpToSolve(
         path=file,
-        **taken.of_dump(),
+        **dump_options.of_dump(),
         setting=setting,
         law=None if restitution is None else replace(setting.law, restitution=restitution),
-        tolerance=taken.tolerance,
-        openness=openness,
+        tolerance=dump_options.tolerance,
+        indeterminacy=openness,
         threads=threads,
     )
     if contacts:
@@ -180,7 +180,7 @@ def solve(
         else:
             expected = functools.partial(app.say_expected, what=f"percussions of {file}")
             found = solve_dump(job, out, expected=expected, **how)
-    rows = _rows(found, bool(taken.fixed_type), bool(contacts))
+    rows = _rows(found, bool(dump_options.fixed_type), bool(contacts))
     _say(file, out, rows, found.unsolved)
 
 
@@ -206,13 +206,13 @@ def _rows(found: SolvedDump, fixed: bool, listed: bool) -> list[list[str]]:
     return [*rows, ["worst residual", f"{found.residual:.1e}"]]
 
 
-def _solve_problem(problem: Path, out: Path, tolerance: float, openness: Openness) -> None:
+def _solve_problem(problem: Path, out: Path, tolerance: float, indeterminacy: Openness) -> None:
     from analysis.exchange.fclib import solve_file
     from analysis.percussions.table import is_parquet
 
     if is_parquet(out):
         raise ValueError(f"--out: {out}: Parquet is for dumps. The table of a problem is CSV")
-    found = solve_file(problem, out, tolerance, openness)
+    found = solve_file(problem, out, tolerance, indeterminacy)
     rows = [["contacts", str(found.contacts)], ["residual", f"{found.residual:.1e}"]]
     if found.difference is not None:
         rows.append(["largest difference of u from /solution", f"{found.difference:.1e}"])
@@ -233,7 +233,7 @@ def export(
     target: Path,
     *,
     fclib: Out,
-    taken: Taken,
+    dump_options: DumpOptions,
     frame: int | None = None,
     local: bool = False,
     openness: Openness = "ranges",
@@ -258,60 +258,60 @@ def export(
     if dump.is_file() and dump.suffix != ".toml":
         if fclib.exists() and fclib.samefile(dump):
             raise ValueError(f"--fclib: {fclib}: it would replace what it is made of")
-        found, origin = _of_dump(dump, frame, taken)
+        found, origin = _of_dump(dump, frame, dump_options)
     elif target.is_dir():
         raise ValueError(f"{dump}: no such file, so {target} is no folder of a run")
     else:
         why = f"only of a run or a dump, and {target} is a scene"
-        app.refuse(why, frame=frame, room=taken.room, **taken.of_dump())
-        found, origin = _of_scene(target, taken)
+        app.refuse(why, frame=frame, room=dump_options.room, **dump_options.of_dump())
+        found, origin = _of_scene(target, dump_options)
     write_problem(
-        fclib, found, origin | {"command": app.command_line()}, local=local, openness=openness
+        fclib, found, origin | {"command": app.command_line()}, local=local, indeterminacy=openness
     )
     print(f"{len(found.snapshot)} people, {len(found.contacts)} contacts")
     print(fclib)
-    solved = found.answer.status == "solved"
+    solved = found.solution.status == "solved"
     if not solved:
-        print(f"{fclib}: {found.answer.status}: {found.answer.reason}", file=sys.stderr)
+        print(f"{fclib}: {found.solution.status}: {found.solution.reason}", file=sys.stderr)
     raise typer.Exit(not solved)
 
 
 def _of_dump(
-    dump: Path, frame: int | None, taken: Taken
+    dump: Path, frame: int | None, dump_options: DumpOptions
 ) -> tuple[SnapshotPercussions, dict[str, str]]:
     """The percussions of a frame, and where it is from."""
     from analysis.dumps import open_bodies
     from analysis.percussions.setting import setting_beside
     from analysis.percussions.snapshot import percussions_of_frames
 
-    setting = _inelastic(dump, setting_beside(dump, taken.room, taken.of_dump(), **taken.setting()))
-    trajectory = open_bodies(dump, **taken.of_dump()).trajectory
+    setting = _inelastic(dump, setting_beside(dump, dump_options.room, dump_options.of_dump(), **dump_options.setting()))
+    trajectory = open_bodies(dump, **dump_options.of_dump()).trajectory
     number, count = -1 if frame is None else frame, len(trajectory)
     if not -count <= number < count:
         raise ValueError(f"--frame: {number} where {dump} has {count}, from 0")
     setting, numbers = setting.of_dump(trajectory), [number % count]
-    _, found = next(percussions_of_frames(trajectory, numbers, setting, tolerance=taken.tolerance))
+    _, found = next(percussions_of_frames(trajectory, numbers, setting, tolerance=dump_options.tolerance))
     return found, {"source": str(dump), "step": str(int(trajectory.ts.data["step"]))}
 
 
 def _inelastic(target: Path, setting: Setting) -> Setting:
     """The setting without restitution, which is said where there was one."""
     if bouncing := setting.law.restitution:
-        said = f"contact.restitution: {bouncing:g}"
-        app.warn(f"{target}: {said}. FCLIB has inelastic contacts, and those are written")
+        message = f"contact.restitution: {bouncing:g}"
+        app.warn(f"{target}: {message}. FCLIB has inelastic contacts, and those are written")
     return replace(setting, restitution=0.0)
 
 
-def _of_scene(target: Path, taken: Taken) -> tuple[SnapshotPercussions, dict[str, str]]:
+def _of_scene(target: Path, dump_options: DumpOptions) -> tuple[SnapshotPercussions, dict[str, str]]:
     """The percussions of a scene's initial state, and where it is from."""
     from analysis.percussions import Setting, percussions_of
     from analysis.scene import read_scene
     from analysis.scene.unused import note_unused_keys
 
     scene = read_scene(target)
-    setting = _inelastic(target, replace(Setting.of(scene), **taken.setting()))
+    setting = _inelastic(target, replace(Setting.of(scene), **dump_options.setting()))
     note_unused_keys(target, f"left velocity {setting.kind}")
-    found = percussions_of(setting, scene.snapshot, tolerance=taken.tolerance)
+    found = percussions_of(setting, scene.snapshot, tolerance=dump_options.tolerance)
     origin = {"source": scene.title, "scene": scene.name, "scene_sha256": scene.digest()}
     return found, origin
 

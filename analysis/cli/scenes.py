@@ -174,11 +174,11 @@ def _floor(geometry: Path, doors: list[str], stream: bool) -> Floor:
 
     if stream:
         raise ValueError("stream: only of a --room. Give the doors of a floor by --door")
-    given = tuple(_doorway(text) for text in doors)
-    floor = read_floor(geometry, own_doors=not given)
-    if not given and not floor.doors:
+    inputs = tuple(_doorway(text) for text in doors)
+    floor = read_floor(geometry, own_doors=not inputs)
+    if not inputs and not floor.doors:
         raise ValueError(f"door: {geometry} has none. Its ends are needed: --door x,y,x,y")
-    return replace(floor, doors=given or floor.doors)
+    return replace(floor, doors=inputs or floor.doors)
 
 
 def _doorway(text: str) -> Doorway:
@@ -187,8 +187,8 @@ def _doorway(text: str) -> Doorway:
 
     ends, colon, part = text.partition(":")
     corners = _lengths("door", ends, ",", 4)
-    given = {"share": _lengths("door share", part, ",", 1)[0]} if colon else {}
-    return Doorway(ends=(corners[:2], corners[2:]), **given)
+    arguments = {"share": _lengths("door share", part, ",", 1)[0]} if colon else {}
+    return Doorway(ends=(corners[:2], corners[2:]), **arguments)
 
 
 def _corners(key: str, texts: list[str] | None) -> Any:
@@ -294,8 +294,8 @@ def import_(
         after = number - frame
         own = seed + 2 * abs(after) - (after > 0)  # each frame has its own
         varied = Varied(people=people, radius_share=radius_spread, seed=own)
-        heads = recording.heads(number, window)
-        return import_crowd(heads, radius=radius, room=room, mass=mass, name=name, varied=varied)
+        tracked = recording.head_positions(number, window)
+        return import_crowd(tracked, radius=radius, room=room, mass=mass, name=name, varied=varied)
 
     _check_place(out / f"{name or room.stem}.toml", room)
     crowd = crowd_of(frame)

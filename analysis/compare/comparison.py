@@ -10,16 +10,16 @@ import numpy as np
 
 from analysis import dumps
 from analysis.dumps.contacts import arm_rows, integrate_contacts
-from analysis.dumps.held import checked_contacts
+from analysis.dumps.own_contacts import checked_contacts
 from analysis.engines.record import RunRecord, read_finished
 from analysis.percussions.setting import FORCE, Setting
 from analysis.percussions.snapshot import SnapshotPercussions, openness_of, percussions_of_frames
-from analysis.scene.anthropometry import apart
+from analysis.scene.anthropometry import separated
 from analysis.scene.scene import Scene, SceneError
 from analysis.support.columns import Columns
 from analysis.support.files import write_columns
 from nscd import ContactLaw, Contacts, Percussions, Snapshot
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Floats, Indices, Mask
 from nscd.contacts import NO_WALLS
 from nscd.indeterminacy.determinacy import Determinacy, admissible_determinacy, determinacy
 from nscd.indeterminacy.equilibrium import Equilibrium
@@ -45,12 +45,12 @@ class Match:
     ids: Indices
     penalty: Floats
     rigid: Floats
-    in_penalty: Flags
-    in_rigid: Flags
-    determined: Flags
+    in_penalty: Mask
+    in_rigid: Mask
+    determined: Mask
 
     @property
-    def is_wall(self) -> Flags:
+    def is_wall(self) -> Mask:
         """(k,): whether the second body is a wall."""
         return self.contacts.is_wall
 
@@ -66,7 +66,7 @@ class Match:
 
 
 def match_contacts(
-    found: SnapshotPercussions, engine: dumps.EngineContacts, determined: Flags
+    found: SnapshotPercussions, engine: dumps.EngineContacts, determined: Mask
 ) -> Match:
     """Match the rigid contacts of a snapshot, and their forces (impulses of an impact), with an
     engine's.
@@ -131,7 +131,7 @@ def keys_of(found: SnapshotPercussions) -> Indices:
     return _keys(ids[contacts.first], second, wall)
 
 
-def _keys(first: Indices, second: Indices, is_wall: Flags) -> Indices:
+def _keys(first: Indices, second: Indices, is_wall: Mask) -> Indices:
     """first · 2³² + second · 2 + is_wall: sorts by first, then second."""
     keys: Indices = (first << 32) | (second << 1) | is_wall
     return keys
@@ -198,7 +198,7 @@ class Comparison:
         return (
             f"<Comparison: {self.scene.name}, {self.record.engine} against percussions at "
             f"{self.snapshot.time:g} s, {len(self.snapshot)} disks, {len(self.match.contacts)} "
-            f"contacts, {self.answer.status}>"
+            f"contacts, {self.solution.status}>"
         )
 
     @property
@@ -207,9 +207,9 @@ class Comparison:
         return self.percussions.snapshot
 
     @property
-    def answer(self) -> Percussions:
+    def solution(self) -> Percussions:
         """The percussions with their certificate."""
-        return self.percussions.answer
+        return self.percussions.solution
 
     @property
     def unit(self) -> str:
@@ -298,16 +298,16 @@ class OpenRun:
         return cls(record=record, scene=scene, universe=universe, index=index)
 
 
-def _determined(found: SnapshotPercussions, known: Determinacy) -> Flags:
+def _determined(found: SnapshotPercussions, known: Determinacy) -> Mask:
     """(k,): whether every admissible percussion is the same at a contact, friction included; with
     friction False where that was not found."""
-    answer = found.answer
-    if answer.friction is not None:
-        every: Flags = openness_of(found, False).determined == 1
+    solution = found.solution
+    if solution.friction is not None:
+        every: Mask = openness_of(found, False).determined == 1
         return every
-    if answer.status == "failed":
+    if solution.status == "failed":
         return known.determined
-    return admissible_determinacy(found.contacts, answer).determined
+    return admissible_determinacy(found.contacts, solution).determined
 
 
 def _impulses(run: OpenRun, found: SnapshotPercussions) -> tuple[dumps.EngineContacts, Balance]:
@@ -320,19 +320,19 @@ def _impulses(run: OpenRun, found: SnapshotPercussions) -> tuple[dumps.EngineCon
         return checked_contacts(index, number, now, run.scene)
 
     g, times = np.array(run.scene.acceleration()), np.array(index.steps) * trajectory.dt
-    whole = integrate_contacts(contacts_of, trajectory, times, found.contacts, found.snapshot, g)
-    if not whole.error <= LARGEST_CLOSURE_ERROR:
+    total = integrate_contacts(contacts_of, trajectory, times, found.contacts, found.snapshot, g)
+    if not total.error <= LARGEST_CLOSURE_ERROR:
         raise dumps.DumpError(
             f"{index.path}: the impulses ∫f dt miss the momentum that disks gain by "
-            f"{whole.error:.0%}, so they are not compared. About {whole.frames_needed} frames "
+            f"{total.error:.0%}, so they are not compared. About {total.frames_needed} frames "
             "(run.frames) would make it 1 %"
         )
-    return whole.contacts, Balance(
-        drive=whole.change.sum(0),
-        magnitudes=float(np.hypot(*whole.change.T).sum()),
+    return total.contacts, Balance(
+        drive=total.change.sum(0),
+        magnitudes=float(np.hypot(*total.change.T).sum()),
         unbalanced=0.0,
-        closure_error=whole.error,
-        frames_needed=whole.frames_needed,
+        closure_error=total.error,
+        frames_needed=total.frames_needed,
     )
 
 
@@ -393,7 +393,7 @@ def begun_anew(scene: Scene, rested: Comparison, stiffnesses: int) -> Scene | No
     try:
         anew = scene.model_copy(
             update={
-                "snapshot": apart(still, scene.wall_segments()),
+                "snapshot": separated(still, scene.wall_segments()),
                 "reconciliation": None,
                 "other_frames": None,
                 "other_crowds": (),
@@ -443,7 +443,7 @@ def wall_ranges(comparison: Comparison) -> list[Range]:
     contacts, window = comparison.percussions.contacts, comparison.percussions.window or 1.0
     nothing, walls = float("nan"), range(len(comparison.scene.walls))
     try:
-        intervals = Intervals(Equilibrium.of(contacts, comparison.answer))
+        intervals = Intervals(Equilibrium.of(contacts, comparison.solution))
     except (ValueError, ProgramError) as error:
         return [Range(nothing, nothing, str(error))] * len(walls)
     ranges = []
@@ -496,7 +496,7 @@ def statistics(comparison: Comparison) -> dict[str, float | int]:
         out[f"{name}_relative_difference"] = relative_difference(a, b)
     out["closure_error"] = comparison.balance.closure_error
     out["unbalanced_share"] = comparison.balance.unbalanced
-    out["residual"] = comparison.answer.residual
+    out["residual"] = comparison.solution.residual
     return out
 
 
@@ -525,10 +525,10 @@ def relative_difference(a: Floats, b: Floats) -> float:
 
 def exponent(x: Floats, y: Floats) -> float:
     """Fit a of y ∝ xᵃ by least squares of the logarithms; NaN for fewer than two points."""
-    known = np.isfinite(y) & (y > 0)
-    if known.sum() < 2:
+    finite = np.isfinite(y) & (y > 0)
+    if finite.sum() < 2:
         return float("nan")
-    return float(np.polyfit(np.log(x[known]), np.log(y[known]), 1)[0])
+    return float(np.polyfit(np.log(x[finite]), np.log(y[finite]), 1)[0])
 
 
 def first_above(time: Floats, values: Floats, level: float) -> Floats:
@@ -537,8 +537,8 @@ def first_above(time: Floats, values: Floats, level: float) -> Floats:
     frame = above.argmax(0)
     earlier = np.maximum(frame - 1, 0)
     before, after = (np.take_along_axis(values, one[None], 0)[0] for one in (earlier, frame))
-    share = np.divide(level - before, after - before, out=np.zeros_like(before), where=frame > 0)
-    found = time[earlier] + share * (time[frame] - time[earlier])
+    fraction = np.divide(level - before, after - before, out=np.zeros_like(before), where=frame > 0)
+    found = time[earlier] + fraction * (time[frame] - time[earlier])
     return np.asarray(np.where(above.any(0), found, np.inf))
 
 

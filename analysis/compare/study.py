@@ -31,8 +31,8 @@ def remarks(comparison: Comparison) -> Iterator[str]:
     record, law, known = comparison.record, comparison.law, comparison.match.determined
     contact, impact = comparison.scene.contact, comparison.percussions.window is None
     deep, error = deep_overlap(comparison), comparison.balance.closure_error
-    rigid, asked = law.restitution or 0.0, contact.restitution
-    least, most = record.restitution_least, record.restitution_most
+    rigid, requested = law.restitution or 0.0, contact.restitution
+    minimum, maximum = record.restitution_least, record.restitution_most
     if record.engine == RIGID:
         yield (
             "a rigid contact has no force at an instant: the engine's forces are means since the "
@@ -54,15 +54,15 @@ def remarks(comparison: Comparison) -> Iterator[str]:
             f"above {deep:.2g} of the mean radius (at most {DEEP:g}). Windows stay usable: "
             "percussions compare RUN RIGID_RUN --window 0.1"
         )
-    if impact and abs(asked - rigid) > ALIKE:
+    if impact and abs(requested - rigid) > ALIKE:
         yield (
-            f"the engine's contacts have restitution {asked:g}, the percussions "
+            f"the engine's contacts have restitution {requested:g}, the percussions "
             f"{rigid:g}: the difference of the laws is in every number"
         )
-    if impact and max(abs(asked - least), abs(asked - most)) > ALIKE:
+    if impact and max(abs(requested - minimum), abs(requested - maximum)) > ALIKE:
         yield (
-            f"restitution {asked:g} was asked. The engine's contacts have "
-            f"{least:.3g} to {most:.3g}, since one dashpot serves all masses"
+            f"restitution {requested:g} was asked. The engine's contacts have "
+            f"{minimum:.3g} to {maximum:.3g}, since one dashpot serves all masses"
         )
     if impact and math.isfinite(error) and error > FRAMES_NEEDED_FROM:
         yield (
@@ -157,8 +157,8 @@ def study(
 def _said_of(comparisons: Sequence[Comparison]) -> Iterator[str]:
     """What a reader should know of each run and its percussions."""
     for comparison in comparisons:
-        engine, answer = comparison.record.engine, comparison.answer
-        if answer.status != "solved":
-            yield f"percussions of {engine}'s snapshot: {answer.status}: {answer.reason}"
-        for words in (*remarks(comparison), *answer.warnings):
+        engine, solution = comparison.record.engine, comparison.solution
+        if solution.status != "solved":
+            yield f"percussions of {engine}'s snapshot: {solution.status}: {solution.reason}"
+        for words in (*remarks(comparison), *solution.warnings):
             yield f"{engine}: {words}"

@@ -60,12 +60,12 @@ class Stated:
     def within(self, index: DumpIndex) -> Stated:
         """Add what the dump says of itself. Raises DumpError where it contradicts, or lacks a column."""
         own = SYSTEMS.get(index.units, (None, None))
-        for name, said, given in zip(
+        for name, message, inputs in zip(
             ("unit", "mass_unit"), own, (self.unit, self.mass_unit), strict=True
         ):
-            if said and given not in (None, said):
+            if message and inputs not in (None, message):
                 raise DumpError(
-                    f"{index.path}: {name} {given}, and its own units are {index.units}"
+                    f"{index.path}: {name} {inputs}, and its own units are {index.units}"
                 )
         unit, mass_unit = self.unit or own[0], self.mass_unit or own[1]
         if mass_unit is None and unit == "cm" and "mass" not in index.columns:
@@ -118,10 +118,10 @@ class BodyColumns:
     def of(cls, index: DumpIndex, stated: Stated | None = None) -> BodyColumns:
         """Raise DumpError naming the columns that are missing."""
         has = set(index.columns)
-        place, scaled = next(
-            ((place, scaled) for place, scaled in PLACES if {*place[:2]} <= has), PLACES[0]
+        position, scaled = next(
+            ((location, scaled) for location, scaled in PLACES if {*location[:2]} <= has), PLACES[0]
         )
-        missing = [name for name in ("id", *place[:2]) if name not in has]
+        missing = [name for name in ("id", *position[:2]) if name not in has]
         missing += [] if {"radius", "diameter"} & has else ["radius"]
         missing += [] if {"mass", "density"} & has else ["mass (or density)"]
         missing += [
@@ -132,7 +132,7 @@ class BodyColumns:
                 f"{index.path}: missing columns: {', '.join(missing)}. It has: "
                 f"{' '.join(index.columns)}"
             )
-        return cls(index, place, scaled, (stated or Stated()).within(index))
+        return cls(index, position, scaled, (stated or Stated()).within(index))
 
     @property
     def unit(self) -> float:
@@ -143,7 +143,7 @@ class BodyColumns:
     def used(self) -> set[str]:
         """Name the columns that change what is read, or may refuse it."""
         stated, joined = self.stated, {*JOINED} <= {*self.index.columns}
-        names = USED.union(*(place for place, _ in PLACES), {"type"} if stated.fixed_type else ())
+        names = USED.union(*(position for position, _ in PLACES), {"type"} if stated.fixed_type else ())
         rigid = stated.mol == "rigid" or (joined and stated.mol is None)
         return names | {*JOINED} if rigid else names
 
@@ -151,14 +151,14 @@ class BodyColumns:
         """Say how exact the text of places and radii is. None where it is exact, or binary."""
         words = dict(zip(self.index.columns, zip(*self.index.sample, strict=True), strict=False))
         sizes = next((words[name] for name in ("radius", "diameter") if name in words), ())
-        place = LastDigit.of([word for name in self.place[:2] for word in words.get(name, ())])
-        if place is None:
+        position = LastDigit.of([word for name in self.place[:2] for word in words.get(name, ())])
+        if position is None:
             return None
         ends = [(*one.low, *one.high) for one in self.index.frames] if self.scaled else []
         box = max((self.unit * max(x1 - x0, y1 - y0) for x0, y0, x1, y1 in ends), default=None)
         # radii that are exact by themselves were written with as many digits as places
-        alone = LastDigit(place.digits, LEAST_PLACE, largest_of(sizes))
-        return Digits(place, LastDigit.of(sizes) or alone, self.unit, box)
+        alone = LastDigit(position.digits, LEAST_PLACE, largest_of(sizes))
+        return Digits(position, LastDigit.of(sizes) or alone, self.unit, box)
 
     def checked(self, numbers: range, table: Floats) -> tuple[dict[str, Floats], Indices]:
         """Name the columns of the tables of some frames, one below the other, with x, y (m), z,
@@ -205,13 +205,13 @@ class BodyColumns:
     ) -> tuple[Indices, Indices]:
         """Take those rows of an order that are not fixed, and count them in each frame. Raises DumpError
         where the others are not those of the first frame."""
-        held = np.isin(data["type"], self.stated.fixed_type)
-        moves = held & ((data.get("vx", held * 0.0) != 0) | (data.get("vy", held * 0.0) != 0))
+        fixed = np.isin(data["type"], self.stated.fixed_type)
+        moves = fixed & ((data.get("vx", fixed * 0.0) != 0) | (data.get("vy", fixed * 0.0) != 0))
         self.index.refuse(numbers, moves, "a disk of a fixed type has a velocity")
         for frame in range(len(numbers)):
-            rows = order[held[order] & (frame_of[order] == frame)]
-            place = np.column_stack([data["x"][rows], data["y"][rows]])
-            now = Standing(data["id"][rows].astype(np.int64), place, data["radius"][rows])
+            rows = order[fixed[order] & (frame_of[order] == frame)]
+            position = np.column_stack([data["x"][rows], data["y"][rows]])
+            now = Standing(data["id"][rows].astype(np.int64), position, data["radius"][rows])
             if not self.standing:
                 if not set(self.stated.fixed_type) <= set(data["type"]):
                     raise DumpError(f"{self.index.path}: type: no disk of a fixed type is there")
@@ -221,7 +221,7 @@ class BodyColumns:
                 raise DumpError(
                     f"{where}: disks of a fixed type are others, or elsewhere, than before"
                 )
-        free = order[~held[order]]
+        free = order[~fixed[order]]
         return free, np.bincount(frame_of[free], minlength=len(numbers))
 
     def _refuse_others(self, numbers: range, data: Mapping[str, Floats]) -> None:
@@ -230,8 +230,8 @@ class BodyColumns:
         for name in (name for name in DIAMETERS if name in data):
             bad = ~(np.abs(data[name] - 2 * data["radius"]) <= SAME * data[name])
             bad &= data[name] != 0  # as LAMMPS writes the shape of what has none
-            said = ", which is not twice its radius. Disks are read here"
-            self.index.refuse(numbers, bad, f"{name}: ", data[name], said)
+            message = ", which is not twice its radius. Disks are read here"
+            self.index.refuse(numbers, bad, f"{name}: ", data[name], message)
         for name in (name for name in OUT_OF_PLANE if name in data):
             out = ": motion out of the plane. Only crowds in it are read here"
             bad = np.abs(data[name]) > IN_PLANE
@@ -240,7 +240,7 @@ class BodyColumns:
     def _quantities(self, numbers: range, table: Floats, frame_of: Indices) -> dict[str, Floats]:
         """All columns of tables; a density is that of a sphere, as LAMMPS writes it."""
         data = dict(zip(self.index.columns, table.T, strict=True))
-        data["x"], data["y"] = self._places(numbers, data, frame_of)
+        data["x"], data["y"] = self._positions(numbers, data, frame_of)
         data["z"] = data.get(self.place[2], np.zeros(len(table)))
         data.setdefault("radius", 0.5 * data.get("diameter", np.empty(0)))
         if self.unit != 1.0:
@@ -262,7 +262,7 @@ class BodyColumns:
             data["body_inertia"] = np.full(len(table), np.nan)
         return data
 
-    def _places(
+    def _positions(
         self, numbers: range, data: Mapping[str, Floats], frame_of: Indices
     ) -> list[Floats]:
         """Give x and y, in the unit of the dump. Raises DumpError naming the row where two columns of
@@ -277,16 +277,16 @@ class BodyColumns:
             for axis, name in enumerate(names[:2]):
                 low, side = box[axis], box[axis + 2] - box[axis]
                 with np.errstate(over="ignore", invalid="ignore"):  # what is too far is refused
-                    place = low + data[name] * side if scaled else data[name]
+                    position = low + data[name] * side if scaled else data[name]
                     if len(found) < 2:
-                        found.append(place)
+                        found.append(position)
                         continue
-                    off = place - found[axis]
+                    off = position - found[axis]
                     if axis == 0 and self.index.periodic:
                         off = off - side * np.round(off / side)
-                said = f" contradicts {self.place[axis]} beside it"
+                message = f" contradicts {self.place[axis]} beside it"
                 bad = ~(np.abs(off) <= SAME_PLACE * side)
-                self.index.refuse(numbers, bad, f"{name}: ", data[name], said)
+                self.index.refuse(numbers, bad, f"{name}: ", data[name], message)
         return found
 
 
@@ -328,8 +328,8 @@ def snapshot_at(
             return snapshot
         _, first = np.unique(joined[:, 0], return_index=True)
         inertia = joined[first, 1]
-        given = None if np.isnan(inertia).any() else inertia
-        return snapshot.joined(joined[:, 0].astype(np.int64), inertia=given)
+        values = None if np.isnan(inertia).any() else inertia
+        return snapshot.joined(joined[:, 0].astype(np.int64), inertia=values)
     except ValueError as error:
         raise DumpError(f"{where}: {error}") from None
 

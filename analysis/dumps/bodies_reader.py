@@ -85,9 +85,9 @@ class BodiesReader(ReaderBase):  # type: ignore[misc]
         ts.frame = number
         ts.data.update(data, step=frame.step)
         ts.data["time"] = frame.step * ts.dt if frame.time is None else frame.time
-        places = np.full((self.n_atoms, 3), np.nan)
-        places[:rows] = np.column_stack([data["x"], data["y"], data["z"]])
-        ts.positions = places
+        positions = np.full((self.n_atoms, 3), np.nan)
+        positions[:rows] = np.column_stack([data["x"], data["y"], data["z"]])
+        ts.positions = positions
         return ts
 
     def _read_next_timestep(self, ts: Timestep | None = None) -> Timestep:

@@ -17,7 +17,7 @@ from analysis.dumps.reader import open_bodies, snapshot_of
 from analysis.support.files import whole_file
 from analysis.support.frames import write_frame
 from nscd import Contacts, Snapshot, Walls
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Floats, Indices, Mask
 from nscd.contacts import connected, sum_at_disks
 from nscd.stepping import Arms
 
@@ -39,7 +39,7 @@ class EngineContacts:
 
     first: Indices
     second: Indices
-    is_wall: Flags
+    is_wall: Mask
     normal: Floats
     overlap: Floats
     force: Floats
@@ -47,7 +47,7 @@ class EngineContacts:
     def __len__(self) -> int:
         return len(self.first)
 
-    def select(self, keep: Flags | Indices) -> EngineContacts:
+    def select(self, keep: Mask | Indices) -> EngineContacts:
         """Take the contacts that a mask chooses, or places in their order."""
         names = [field.name for field in fields(self)]
         return EngineContacts(**{name: getattr(self, name)[keep] for name in names})
@@ -55,18 +55,18 @@ class EngineContacts:
     def on_walls(self, ids: Indices, walls: int) -> EngineContacts:
         """Give the contacts with disks of these ids as those with walls behind so many others; not those
         that they have with each other and with walls."""
-        held = np.isin(self.first, ids)
-        either = held | (~self.is_wall & np.isin(self.second, ids))
-        who, sign = np.where(held, self.first, self.second), np.where(held, -1.0, 1.0)[:, None]
+        fixed = np.isin(self.first, ids)
+        either = fixed | (~self.is_wall & np.isin(self.second, ids))
+        who, sign = np.where(fixed, self.first, self.second), np.where(fixed, -1.0, 1.0)[:, None]
         turned = replace(
             self,
-            first=np.where(held, self.second, self.first),
+            first=np.where(fixed, self.second, self.first),
             second=np.where(either, np.searchsorted(ids, who) + walls + 1, self.second),
             is_wall=self.is_wall | either,
             normal=sign * self.normal,
             force=sign * self.force,
         )
-        return turned.select(~(held & self.is_wall) & ~np.isin(turned.first, ids))
+        return turned.select(~(fixed & self.is_wall) & ~np.isin(turned.first, ids))
 
     @classmethod
     def joined(cls, parts: Sequence[EngineContacts]) -> EngineContacts:
@@ -118,7 +118,7 @@ def contacts_at(index: DumpIndex, number: int) -> EngineContacts:
     )
 
 
-def keys_of(first: Indices, second: Indices, is_wall: Flags) -> Indices:
+def keys_of(first: Indices, second: Indices, is_wall: Mask) -> Indices:
     """Number contacts (k,), each by whom it joins."""
     return (is_wall.astype(np.int64) << 62) + (first << 31) + second
 
@@ -132,13 +132,13 @@ def read_contacts(path: Path) -> Iterator[EngineContacts]:
 def arm_rows(arms: Arms, now: Snapshot, walls: Walls) -> Floats:
     """Give the rows of a contact dump of who reaches whom with arms: (k, 8), CONTACT_COLUMNS. Their
     overlap is below 0 where bodies do not touch."""
-    near, push = arms.reached(now.position, now.radius, connected(walls))
-    wall, first = near.second < 0, now.ids[near.first]
-    other = np.where(wall, near.wall + 1, now.ids[near.second])
+    neighbours, push = arms.reached(now.position, now.radius, connected(walls))
+    wall, first = neighbours.second < 0, now.ids[neighbours.first]
+    other = np.where(wall, neighbours.wall + 1, now.ids[neighbours.second])
     swapped = ~wall & (first > other)
-    normal = np.where(swapped, -1.0, 1.0)[:, None] * near.normal
+    normal = np.where(swapped, -1.0, 1.0)[:, None] * neighbours.normal
     pairs = [np.where(swapped, other, first), np.where(swapped, first, other), wall]
-    return np.column_stack([*pairs, normal, -near.gap, push[:, None] * normal])
+    return np.column_stack([*pairs, normal, -neighbours.gap, push[:, None] * normal])
 
 
 def add_arms(folder: Path, arms: Arms, walls: Walls) -> None:
@@ -152,10 +152,10 @@ def add_arms(folder: Path, arms: Arms, walls: Walls) -> None:
         for frame, step in enumerate(index.steps):
             pushes = arm_rows(arms, snapshot_of(trajectory[frame]), walls)
             every, keys = np.concatenate([index.table(frame), pushes]), [2, 0, 1]
-            _, place, row = np.unique(
+            _, index_of, row = np.unique(
                 every[:, keys], axis=0, return_index=True, return_inverse=True
             )
-            rows = every[place]
+            rows = every[index_of]
             rows[:, 6:] = 0.0
             np.add.at(rows[:, 6:], row.ravel(), every[:, 6:])
             rows = rows + 0.0  # no negative zeros
@@ -187,14 +187,14 @@ def integrate_contacts(
     contacts_of: Callable[[int], EngineContacts],
     trajectory: Any,
     times: Floats,
-    touching: Contacts,
+    in_contact: Contacts,
     start: Snapshot,
     acceleration: Floats,
 ) -> Impulses:
     """Integrate every contact's force over all frames by the trapezoidal rule: ∫f dt.
 
     contacts_of: gives those of a frame; times: s, of the frames
-    touching: contacts at the start; they jump to their damping force at once. Where frame 0 shows
+    in_contact: contacts at the start; they jump to their damping force at once. Where frame 0 shows
         no force yet, theirs at t = 0 is extrapolated from the next two frames
     acceleration: (2,) m/s², g of a body force"""
     # of the rule over all frames, and over every second one
@@ -204,19 +204,19 @@ def integrate_contacts(
     frame = np.repeat(np.arange(len(times)), [*map(len, frames)])
     every = EngineContacts.joined(frames)
     keys = keys_of(every.first, every.second, every.is_wall)
-    _, seen, place = np.unique(keys, return_index=True, return_inverse=True)
-    order = np.argsort(seen)  # contacts are numbered as they first appear
-    number = np.argsort(order)[place]
+    _, present, index = np.unique(keys, return_index=True, return_inverse=True)
+    order = np.argsort(present)  # contacts are numbered as they first appear
+    number = np.argsort(order)[index]
     sums = np.zeros((len(order), 2, 2))  # contact, rule, axis
     np.add.at(sums, number, weights[frame, :, None] * every.force[:, None])
     early, soon = np.zeros((5, len(order), 2)), frame < 5
     early[frame[soon], number[soon]] = every.force[soon]
-    every = every.select(seen[order])
+    every = every.select(present[order])
     other = np.where(
-        touching.is_wall, touching.second + 1, start.ids[touching.second * ~touching.is_wall]
+        in_contact.is_wall, in_contact.second + 1, start.ids[in_contact.second * ~in_contact.is_wall]
     )
-    touched = keys_of(start.ids[touching.first], other, touching.is_wall)
-    at_start, end = np.isin(keys[seen[order]], touched), snapshot_of(trajectory[-1])
+    touched = keys_of(start.ids[in_contact.first], other, in_contact.is_wall)
+    at_start, end = np.isin(keys[present[order]], touched), snapshot_of(trajectory[-1])
     change = end.velocity - start.velocity - acceleration * (times[-1] - times[0])
     change *= start.mass[:, None]
     one = np.searchsorted(start.ids, every.first)
@@ -228,8 +228,8 @@ def integrate_contacts(
             first, second, third = early[: 2 * rule + 3 : rule + 1]
             late = at_start & ~first.any(axis=1)
             total[late] += 0.5 * (some[1] - some[0]) * (2 * second - third)[late]
-        given = sum_at_disks(one, np.where(every.is_wall, -1, two), -total, total, len(start))
-        errors.append(float(np.abs(change - given).max()) / (float(np.abs(change).max()) or 1.0))
+        values = sum_at_disks(one, np.where(every.is_wall, -1, two), -total, total, len(start))
+        errors.append(float(np.abs(change - values).max()) / (float(np.abs(change).max()) or 1.0))
     return Impulses(
         contacts=replace(every, force=sums[:, 0]),
         change=change,

@@ -37,14 +37,14 @@ class LastDigit(NamedTuple):
         ends: list[tuple[int, int, str]] = []  # digits, place and last digit of each number
         for word in (words := [*filter(NUMBER.fullmatch, words)]):
             mantissa, _, exponent = word.lower().partition("e")
-            whole, _, decimals = mantissa.lstrip("+-").partition(".")
-            if (digits := (whole + decimals).lstrip("0")).isdigit():
+            full, _, decimals = mantissa.lstrip("+-").partition(".")
+            if (digits := (full + decimals).lstrip("0")).isdigit():
                 ends.append((len(digits), int(exponent or 0) - len(decimals), digits[-1]))
-        most = max((end[0] for end in ends), default=0)
-        place = min((end[1] for end in ends), default=0)
-        last = {end[2] for end in ends if end[0] == most or end[1] == place}
-        exact = most < 5 and len(last) < BY_HAND
-        return None if exact else cls(most, min(place, 0), largest_of(words))
+        maximum = max((end[0] for end in ends), default=0)
+        position = min((end[1] for end in ends), default=0)
+        last = {end[2] for end in ends if end[0] == maximum or end[1] == position}
+        exact = maximum < 5 and len(last) < BY_HAND
+        return None if exact else cls(maximum, min(position, 0), largest_of(words))
 
     def step(self, largest: float) -> float:
         """Give one of the last digit of numbers up to a magnitude."""
@@ -65,10 +65,10 @@ class Digits(NamedTuple):
     def rounding(self, position: Floats | None = None, radius: float = 0.0) -> float:
         """Compute what the gap (m) of disks at (n,2) m, radii up to `radius` m, may be wrong by; where
         left out, of the whole dump, as far as it was looked at."""
-        most = [self.position.largest] * 2
+        maximum = [self.position.largest] * 2
         if position is not None:
-            most = (np.abs(position).max(axis=0, initial=0.0) / self.unit).tolist()
-        steps = [self.unit * self.position.step(one) for one in most]
+            maximum = (np.abs(position).max(axis=0, initial=0.0) / self.unit).tolist()
+        steps = [self.unit * self.position.step(one) for one in maximum]
         if self.box is not None:
             steps = [self.box * self.position.step(0.5)] * 2
         # both ends of a gap are half a digit off, along both axes; and so are both radii

@@ -22,12 +22,12 @@ def look_at(columns: BodyColumns, data: Mapping[str, Floats]) -> None:
     """Look at the first frame of a dump, and at its sample. Raises DumpError for sizes of no person and
     for disks that may be one body, where nothing is stated."""
     path, stated, names = columns.index.path, columns.stated, columns.index.columns
-    for name, unit, said, how in (
+    for name, unit, message, how in (
         ("radius", "m", stated.unit, "the unit of its lengths: m, cm or mm (--unit)"),
         ("mass", "kg", stated.mass_unit, "their unit: kg or g (--mass-unit)"),
     ):
         middle = float(np.median(data[name])) if len(data[name]) else 1.0
-        if said is None and not PEOPLE[name][0] <= middle <= PEOPLE[name][1]:
+        if message is None and not PEOPLE[name][0] <= middle <= PEOPLE[name][1]:
             words = f"{middle:g} {unit} in the middle, which is no person. Say {how}"
             raise DumpError(f"{path}: {name}: {words}")
     of_walls = {f"{fix}[{k}]" for fix in wall_fixes(names) for k in range(1, 9)}
@@ -51,27 +51,27 @@ def _say_types(columns: BodyColumns, types: set[str]) -> None:
     """Say that all types are people, where there are several or one never moves and others do, in the
     rows of the sample."""
     names, moving = columns.index.columns, set()
-    places: dict[str, set[tuple[str, ...]]] = defaultdict(set)
+    positions: dict[str, set[tuple[str, ...]]] = defaultdict(set)
     for words in columns.index.sample:
         row = dict(zip(names, words, strict=True))
-        places[row["id"]].add(tuple(row[name] for name in columns.place[:2]))
+        positions[row["id"]].add(tuple(row[name] for name in columns.place[:2]))
         still = {*row.get("vx", "0"), *row.get("vy", "0")} <= {*"+-.0"}
-        if not still or len(places[row["id"]]) > 1:
+        if not still or len(positions[row["id"]]) > 1:
             moving.add(row["type"])
     still_types = sorted(types - moving) if moving else []
     if still_types or len(types) > 1:
         never = f" Type {' and '.join(still_types)} never moves." if still_types else ""
-        said = f"types {', '.join(sorted(types))}.{never} Fixed ones: --fixed-type"
-        note(columns.index.path, f"all rows are taken as people: {said}")
+        message = f"types {', '.join(sorted(types))}.{never} Fixed ones: --fixed-type"
+        note(columns.index.path, f"all rows are taken as people: {message}")
 
 
 def _refuse_clumps(columns: BodyColumns, data: Mapping[str, Floats]) -> None:
     """Refuse disks of one `mol` that touch, as those of LAMMPS' fix rigid/small do."""
-    mol, place = data["mol"], np.column_stack([data["x"], data["y"]])
+    mol, position = data["mol"], np.column_stack([data["x"], data["y"]])
     if len(mol) > MOST_DISKS and not np.ptp(mol):
         return
     try:
-        now = Snapshot(position=place, radius=data["radius"], mass=data["mass"])
+        now = Snapshot(position=position, radius=data["radius"], mass=data["mass"])
         near = find_contacts(now, tolerance=NEAR * float(now.radius.min(initial=1.0)))
     except ValueError:  # whoever solves it says so
         return

@@ -138,7 +138,7 @@ class TextFrames(Frames):
         self._file: Any = file
         self._kind = kind
         # a block of the file, and the bytes before it; the core knows the place in it and the line
-        self._kept, self._before = b"", 0
+        self._unread, self._before = b"", 0
         self._scan = _core.Scan()
         # of the last head: its lines, those of values being marked
         self._form = b""
@@ -148,7 +148,7 @@ class TextFrames(Frames):
         """Read all frames, in order. Raises DumpError or UnreadableError naming the line."""
         scan = self._scan
         while True:
-            end = scan.run(self._kept, self._before, self._form, len(self.columns))
+            end = scan.run(self._unread, self._before, self._form, len(self.columns))
             if end == _core.Scan.End.MORE and self._more():
                 continue
             if scan.rows_left:
@@ -160,18 +160,18 @@ class TextFrames(Frames):
                 )
             self._count += len(scan)
             timed = bytes((MARK, TIME)) in self._form
-            heads = scan.taken()
-            both = zip(heads.places.tolist(), heads.values.tolist(), strict=True)
-            for (step, rows, *place), (time, x0, x1, y0, y1, *_) in both:
+            positions = scan.take()
+            both = zip(positions.places.tolist(), positions.values.tolist(), strict=True)
+            for (step, rows, *position), (time, x0, x1, y0, y1, *_) in both:
                 when = time if timed else None
-                yield Frame(step, when, (x0, y0), (x1, y1), rows, *place)
+                yield Frame(step, when, (x0, y0), (x1, y1), rows, *position)
             if not self._read_head():
                 return
 
     def _more(self) -> bool:
         """Read on; what is behind is dropped. False at the end of the file."""
         scan = self._scan
-        self._kept, self._before, scan.at = self._kept[scan.at :], self._before + scan.at, 0
+        self._unread, self._before, scan.at = self._unread[scan.at :], self._before + scan.at, 0
         try:
             # of a compressed file, what is unpacked at once
             read: bytes = self._file.read1(BLOCK)
@@ -179,7 +179,7 @@ class TextFrames(Frames):
             raise reading.UnreadableError(
                 f"{self.path}, line {scan.lines + 1}: damaged: {error}"
             ) from None
-        self._kept += read
+        self._unread += read
         self._look_at(read)
         return bool(read)
 
@@ -194,14 +194,14 @@ class TextFrames(Frames):
             if words and words[0] != b"ITEM:":
                 self.sample.append(words)
 
-    def readline(self, most: int) -> bytes:
-        """Read a line, or `most` bytes of it, as a file does."""
+    def readline(self, maximum: int) -> bytes:
+        """Read a line, or `maximum` bytes of it, as a file does."""
         scan = self._scan
-        while (end := self._kept.find(b"\n", scan.at, scan.at + most) + 1) == 0:
-            if len(self._kept) - scan.at >= most or not self._more():
-                end = min(len(self._kept), scan.at + most)
+        while (end := self._unread.find(b"\n", scan.at, scan.at + maximum) + 1) == 0:
+            if len(self._unread) - scan.at >= maximum or not self._more():
+                end = min(len(self._unread), scan.at + maximum)
                 break
-        line, scan.at = self._kept[scan.at : end], end
+        line, scan.at = self._unread[scan.at : end], end
         return line
 
     @property
@@ -221,7 +221,7 @@ class TextFrames(Frames):
     def _read_head(self) -> bool:
         """Read a head line by line; False at the end of the file. Raises DumpError naming the
         line."""
-        if self._scan.at == len(self._kept) and not self._more():
+        if self._scan.at == len(self._unread) and not self._more():
             return False
         step = count = -1
         time: float | None = None
@@ -232,7 +232,7 @@ class TextFrames(Frames):
             words = text.split()
             item = " ".join(words[1:]) if words[:1] == ["ITEM:"] else ""
             if item == "TIMESTEP" and step < 0:
-                step = self._whole("step", STEP, LARGEST_STEP)
+                step = self._integer("step", STEP, LARGEST_STEP)
                 self.check_step(self._where, self._scan.last, step)
             elif item == "TIME" and time is None:
                 time = self._number(self._line(TIME), "time")
@@ -240,7 +240,7 @@ class TextFrames(Frames):
                 units = self._line()
                 self.check_units(self._where, units)
             elif item == f"NUMBER OF {self._kind}" and step >= 0 and count < 0:
-                count = self._whole("rows", COUNT, reading.LARGEST_WHOLE)
+                count = self._integer("rows", COUNT, reading.LARGEST_WHOLE)
             elif item.startswith("BOX BOUNDS") and count >= 0 and not ends:
                 ends = self._box(words[3:])
             elif item.split()[:1] == [self._kind] and ends:
@@ -270,9 +270,9 @@ class TextFrames(Frames):
             raise DumpError(f"{where}: BOX BOUNDS: two numbers for each of x, y, z are needed")
         return [self._number(word, "box") for words in bounds for word in words]
 
-    def _whole(self, what: str, mark: int, most: int) -> int:
+    def _integer(self, what: str, mark: int, maximum: int) -> int:
         word = self._line(mark)
-        return reading.whole_number(word, f"{self._where}: {what}", least=0, most=most)
+        return reading.whole_number(word, f"{self._where}: {what}", minimum=0, maximum=maximum)
 
     def _number(self, word: str, what: str) -> float:
         if not reading.NUMBER.fullmatch(word) or not abs(float(word)) <= LARGEST_LENGTH:

@@ -14,7 +14,7 @@ import numpy as np
 from analysis.dumps.frames import BEGIN, BinaryFrames, DumpError, Frame, TextFrames, is_binary
 from analysis.support.reading import DAMAGED, NUMBER, UnreadableError, open_file
 from nscd import _core
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Floats, Indices, Mask
 
 # Columns of words, which LAMMPS writes on request; nothing here reads them.
 WORDS = frozenset({"element", "typelabel"})
@@ -126,7 +126,7 @@ class DumpIndex:
     def refuse(
         self,
         numbers: range,
-        bad: Flags,
+        bad: Mask,
         what: str,
         values: Floats | Indices | None = None,
         rest: str = "",

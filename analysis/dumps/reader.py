@@ -77,8 +77,8 @@ def open_bodies(
     _check_time_step(index, time_step)
     universe = Universe.empty(max(1, *index.counts), trajectory=False)
     foreign = not (path.parent / RECORD).exists()
-    given = {"index": index, "stated": stated, "foreign": foreign}
-    universe.load_new(str(path), format=BodiesReader, dt=time_step, **given)
+    arguments = {"index": index, "stated": stated, "foreign": foreign}
+    universe.load_new(str(path), format=BodiesReader, dt=time_step, **arguments)
     return universe
 
 

@@ -29,11 +29,11 @@ SAME = 1e-3
 class TableIndex(DumpIndex):
     """Hold a table in memory, cut into the frames of a dump of bodies."""
 
-    held: tuple[Floats, ...] = ()
+    tables: tuple[Floats, ...] = ()
 
     def table(self, number: int) -> Floats:
         """Give the rows of one frame."""
-        return self.held[number]
+        return self.tables[number]
 
 
 def index_table(path: Path, bodies: Any, rename: Callable[[Sequence[str]], Sequence[str]]) -> TableIndex:
@@ -58,16 +58,16 @@ def index_table(path: Path, bodies: Any, rename: Callable[[Sequence[str]], Seque
     elif len(steps) == 1:
         of = np.full(len(data), steps[0])
     else:
-        said = f"no column step or time_s, and the bodies have {len(steps)} frames. It has: {' '.join(names)}"
-        raise DumpError(f"{path}: {said}")
+        message = f"no column step or time_s, and the bodies have {len(steps)} frames. It has: {' '.join(names)}"
+        raise DumpError(f"{path}: {message}")
     if lost := int((~np.isin(of, steps)).sum()):
         note(path, f"{lost} rows not used: they are at no frame of the bodies")
     order = np.argsort(of, kind="stable")
     ends = np.searchsorted(of[order], [steps, steps + 0.5])
-    held = tuple(data[order[start:end]] for start, end in ends.T)
-    frames = tuple(Frame(step, None, (0, 0), (0, 0), len(one), 0) for step, one in zip(bodies.steps, held, strict=True))
+    collected = tuple(data[order[start:end]] for start, end in ends.T)
+    frames = tuple(Frame(step, None, (0, 0), (0, 0), len(one), 0) for step, one in zip(bodies.steps, collected, strict=True))
     sample = tuple(tuple(f"{one:.17g}" for one in row) for row in data[:100].tolist())
-    return TableIndex(path, frames, tuple(names), sample=sample, held=held)
+    return TableIndex(path, frames, tuple(names), sample=sample, tables=collected)
 
 
 def _read(file: Path) -> tuple[list[str], Floats]:

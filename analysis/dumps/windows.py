@@ -16,7 +16,7 @@ from analysis.dumps.reader import open_bodies, snapshot_of
 from analysis.scene.rigid_bodies import people_of
 from analysis.support.frames import IMPULSE_COLUMNS
 from nscd import Snapshot
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Floats, Indices, Mask
 
 HOW = "Run the scene again with --impulses"
 
@@ -42,9 +42,9 @@ class Window:
         return self.end - self.start
 
     @property
-    def is_wall(self) -> Flags:
+    def is_wall(self) -> Mask:
         """(k,): whether the second is a wall."""
-        wall: Flags = self.keys[:, 2] == 1
+        wall: Mask = self.keys[:, 2] == 1
         return wall
 
     @property
@@ -135,7 +135,7 @@ def joined(parts: Sequence[Window]) -> Window:
 
 def _summed(keys: Indices, impulse: Floats) -> tuple[Indices, Floats]:
     """Each key once, rising, with the sum of its impulses."""
-    once, place = np.unique(keys, axis=0, return_inverse=True)
+    once, index = np.unique(keys, axis=0, return_inverse=True)
     total = np.zeros((len(once), 2))
-    np.add.at(total, place.ravel(), impulse)
+    np.add.at(total, index.ravel(), impulse)
     return once, total

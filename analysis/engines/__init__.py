@@ -5,7 +5,7 @@ from pathlib import Path
 
 from analysis.engines.base import Engine
 from analysis.engines.lammps import Lammps
-from analysis.engines.process import said
+from analysis.engines.process import output_of
 from analysis.engines.record import EngineError, RunRecord
 from analysis.engines.rigid import Rigid
 from analysis.engines.yade import Yade
@@ -24,11 +24,11 @@ ENGINES: tuple[Engine, ...] = (*PENALTY, RIGID)
 
 def engine(name: str) -> Engine:
     """Return the engine of that name. Raises EngineError listing those there are."""
-    for known in ENGINES:
-        if name == known.NAME:
-            return known
+    for each in ENGINES:
+        if name == each.NAME:
+            return each
     raise EngineError(
-        f"unknown engine {name!r}. There are: {', '.join(known.NAME for known in ENGINES)}"
+        f"unknown engine {name!r}. There are: {', '.join(engine_module.NAME for engine_module in ENGINES)}"
     )
 
 
@@ -51,7 +51,7 @@ def installed(name: str) -> str:
 def why_not(chosen: Engine) -> str:
     """Say why an engine that is there does not start, in its own last words."""
     path = chosen.find()
-    lines = said(path, chosen.ASK).split("\n") if path else []
+    lines = output_of(path, chosen.ASK).split("\n") if path else []
     # two: what it said, and by what it was ended
     last = [line.strip() for line in lines if line.strip()][-2:] or ["without a word"]
     return f"{path} does not start ({'; '.join(last)})"

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from analysis.engines.penalty import penalty_of
-from analysis.engines.process import Command, digest_of, version_said
+from analysis.engines.process import Command, digest_of, version_of
 from analysis.engines.record import Timing
 from analysis.lammps_process import DISTANCE
 from analysis.scene.scene import Scene
@@ -48,7 +48,7 @@ class Engine:
 
     def version(self) -> str | None:
         """Ask the program for its version; None where it is missing or does not start."""
-        return version_said(self.find(), self.ASK, self.SAID)
+        return version_of(self.find(), self.ASK, self.SAID)
 
     def decks(self) -> list[Path]:
         """List the decks or scripts."""

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Literal
 
 from analysis.engines import LAMMPS, PENALTY, YADE, Engine, why_not
-from analysis.engines.process import version_said
+from analysis.engines.process import version_of
 from analysis.support.extras import BASE, EXTRAS, Extra, install
 
 # Asked for by a page: what its numbers were made with.
@@ -102,7 +102,7 @@ def _browser() -> Finding:
         "Only a test needs it. On Debian: sudo apt-get install --no-install-recommends chromium"
     )
     found = next((path for path in map(shutil.which, BROWSERS) if path), None)
-    version = version_said(found, "--version", r"^\S+ (.+)")
+    version = version_of(found, "--version", r"^\S+ (.+)")
     if found is not None:
         advice = f"{found} does not start. {advice}"
     return _finding("Chromium", version, Path(found) if found else None, advice=advice)

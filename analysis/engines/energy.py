@@ -45,11 +45,11 @@ class Losses(NamedTuple):
     friction: Floats
 
 
-def of_step(now: Snapshot, near: Neighbours, energy: StepEnergy) -> Losses:
+def of_step(now: Snapshot, neighbours: Neighbours, energy: StepEnergy) -> Losses:
     """Name the contacts of a rigid step as dumps do, the smaller id first; those that lost."""
     some = np.flatnonzero((energy.impact != 0) | (energy.friction != 0))
-    first, second, wall = near.first[some], near.second[some], near.second[some] < 0
-    one, other = now.ids[first], np.where(wall, near.wall[some] + 1, now.ids[second])
+    first, second, wall = neighbours.first[some], neighbours.second[some], neighbours.second[some] < 0
+    one, other = now.ids[first], np.where(wall, neighbours.wall[some] + 1, now.ids[second])
     swapped = ~wall & (one > other)
     keys = keys_of(np.where(swapped, other, one), np.where(swapped, one, other), wall)
     return Losses(keys, energy.impact[some], energy.friction[some])
@@ -59,11 +59,11 @@ class Account:
     """Sum the energies of steps from frame to frame, and write them: `table` is the CSV, `dump` the
     contacts."""
 
-    def __init__(self, table: IO[str], dump: IO[str], held: float | None = None) -> None:
+    def __init__(self, table: IO[str], dump: IO[str], constrained: float | None = None) -> None:
         """held: J, kinetic and stored, of a frame that was written; its heads are there too."""
-        self.table, self.dump, self.held = table, dump, held
+        self.table, self.dump, self.energy_before = table, dump, constrained
         self._begin()
-        if held is None:
+        if constrained is None:
             self.table.write(",".join(ENERGY) + "\n")
 
     def _begin(self) -> None:
@@ -78,13 +78,13 @@ class Account:
     def write(self, step: int, time: float, moving: float, stored: float) -> None:
         """Write the frame that ends now, with its kinetic and stored energy (J)."""
         keys, *lost = map(np.concatenate, zip(*self.parts, strict=True))
-        once, place = np.unique(keys, return_inverse=True)
-        impact, friction = (np.bincount(place, part, len(once)) for part in lost)
-        held = self.held if self.held is not None else moving + stored
+        once, index = np.unique(keys, return_inverse=True)
+        impact, friction = (np.bincount(index, part, len(once)) for part in lost)
+        energy = self.energy_before if self.energy_before is not None else moving + stored
         gained = impact.sum() + friction.sum() - self.drive - self.weight
-        self.held = moving + stored
+        self.energy_before = moving + stored
         row = (time, moving, stored, self.drive, self.weight, impact.sum(), friction.sum())
-        numbers = np.array([[*row, self.held - held + gained]])
+        numbers = np.array([[*row, self.energy_before - energy + gained]])
         self.table.write(_core.table([*numbers.T.copy()], csv=True).decode())
         self.table.flush()
         pairs = [(once >> 31) & (2**31 - 1), once & (2**31 - 1), once >> 62]
@@ -130,7 +130,7 @@ def _frame(scene: Scene, now: Snapshot, found: EngineContacts) -> _Frame:
     first = np.searchsorted(now.ids, found.first).astype(np.int32)
     second = np.where(found.is_wall, -1, np.searchsorted(now.ids, found.second)).astype(np.int32)
     wall = np.where(found.is_wall, found.second - 1, -1).astype(np.int32)
-    near = Neighbours(first, second, wall, found.normal, -found.overlap)
+    neighbours = Neighbours(first, second, wall, found.normal, -found.overlap)
     (n_x, n_y), (x, y) = found.normal.T, found.force.T
     radius, across = now.radius, n_x * y - n_y * x
     effective = effective_radius(radius[first], radius[second], found.is_wall)
@@ -138,12 +138,12 @@ def _frame(scene: Scene, now: Snapshot, found: EngineContacts) -> _Frame:
     elastic, arms = scene.contact.elastic(float(radius.mean())), scene.contact.arms
     force, stored = elastic.force(*law), elastic.energy(*law)
     if arms:
-        force, stored = force + arms.push(near.gap), stored + arms.energy(near.gap)
+        force, stored = force + arms.push(neighbours.gap), stored + arms.energy(neighbours.gap)
     of = penalty_of(scene)
     springs = np.where(found.is_wall, of.wall_tangential_stiffness, of.tangential_stiffness)
     sliding = 0.5 * across**2 / springs if scene.contact.friction else np.zeros(len(across))
     keys = keys_of(found.first, found.second, found.is_wall)
-    return _Frame(now, keys, near, n_x * x + n_y * y, force, across, stored + sliding, sliding)
+    return _Frame(now, keys, neighbours, n_x * x + n_y * y, force, across, stored + sliding, sliding)
 
 
 def _between(scene: Scene, one: _Frame, other: _Frame, h: float) -> tuple[float, float, Losses]:

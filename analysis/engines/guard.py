@@ -19,7 +19,7 @@ from analysis.engines.process import killed_by
 from analysis.engines.record import FAILED, STOPPED, EngineError, RunRecord
 from analysis.scene.scene import Scene
 from nscd import Snapshot, find_contacts
-from nscd.arrays import Flags, Floats
+from nscd.arrays import Floats, Mask
 from nscd.segments import lengths
 from nscd.stepping.motion import segments_of
 
@@ -62,11 +62,11 @@ class RunStoppedError(EngineError):
     """A run that did not end well; `record` says how: exit_state, reason and stopped_at_s."""
 
     def __init__(
-        self, record: RunRecord, said: str, step: int | None, advice: str = "", when: str = "t"
+        self, record: RunRecord, message: str, step: int | None, advice: str = "", when: str = "t"
     ) -> None:
         time_s = record.stopped_at_s
         where = "" if time_s is None else f", {when} = {time_s:.6g} s (step {step})"
-        words = f"{said}. {advice}" if advice else said
+        words = f"{message}. {advice}" if advice else message
         super().__init__(f"{record.engine}, {record.scene}{where}: {words}")
         self.record = record
 
@@ -82,8 +82,8 @@ def died(
     """Return the end of a run whose engine ended with a status other than 0 while it worked in the
     folder: stopped by its guard, or by itself."""
     lines, time_s, kind, words = list(last), step * record.time_step_s, "", ""
-    if status == STOPPED_STATUS and (said := verdict_of(lines)):
-        kind, time_s, step, words = said[1], float(said[2]), int(said[3]), said[4]
+    if status == STOPPED_STATUS and (message := verdict_of(lines)):
+        kind, time_s, step, words = message[1], float(message[2]), int(message[3]), message[4]
     elif any(line.startswith(_NOT_A_NUMBER) for line in lines):
         kind, words = "finite", "the kinetic energy is not a finite number"
     if kind:
@@ -106,11 +106,11 @@ def _cause(status: int | None, lines: list[str], folder: Path) -> tuple[str, str
             return "a position is not a finite number", ADVICE["finite"]
     if words := killed_by(status):
         return words, ""
-    said = next((line for line in reversed(lines) if "error" in line.lower()), "")
-    said = said or next(reversed(lines), "")
+    message = next((line for line in reversed(lines) if "error" in line.lower()), "")
+    message = message or next(reversed(lines), "")
     # where in its own source, and where in a folder that will be gone
-    said = re.sub(r"\s*\((?:\S*/)?\w+\.(?:cpp|h):\d+\)", "", said).replace(f"{folder}/", "")
-    return f"it ended with status {status}" + (f" and said: {said.strip()}" if said else ""), ""
+    message = re.sub(r"\s*\((?:\S*/)?\w+\.(?:cpp|h):\d+\)", "", message).replace(f"{folder}/", "")
+    return f"it ended with status {status}" + (f" and said: {message.strip()}" if message else ""), ""
 
 
 def full_disk(folder: Path) -> str:
@@ -127,8 +127,8 @@ def garbage(
     time_s = None if step is None else step * record.time_step_s
     noted = f"{reason} (found in the dumps)"
     ended = dataclasses.replace(record, exit_state=FAILED, reason=noted, stopped_at_s=time_s)
-    said = f"its dumps cannot be right: {reason}"
-    return RunStoppedError(ended, said, step, ADVICE.get(kind, ""))
+    message = f"its dumps cannot be right: {reason}"
+    return RunStoppedError(ended, message, step, ADVICE.get(kind, ""))
 
 
 def speed_most(scene: Scene) -> float:
@@ -145,8 +145,8 @@ def turning_inertia(disks: Snapshot) -> Floats:
     part by mass of its body's less Σ m |x − c|²."""
     if (of := disks.bodies) is None:
         return disks.inertia
-    apart = disks.mass * ((disks.position - of.centre[of.number]) ** 2).sum(1)
-    own = (of.inertia - np.bincount(of.number, apart)) / of.mass
+    distance = disks.mass * ((disks.position - of.centre[of.number]) ** 2).sum(1)
+    own = (of.inertia - np.bincount(of.number, distance)) / of.mass
     return np.asarray(disks.mass * own[of.number])
 
 
@@ -156,8 +156,8 @@ def energy_besides(scene: Scene) -> float:
     snapshot, arms, reached = scene.snapshot, scene.contact.arms, 0.0
     if arms:
         walls = segments_of(scene.wall_segments())
-        near, _ = arms.reached(snapshot.position, snapshot.radius, walls)
-        reached = float(arms.energy(near.gap).sum())
+        neighbours, _ = arms.reached(snapshot.position, snapshot.radius, walls)
+        reached = float(arms.energy(neighbours.gap).sum())
     contacts = find_contacts(snapshot, scene.wall_segments(), tolerance=0.0)
     overlap = np.maximum(0.0, -contacts.gap)
     second = np.where(contacts.is_wall, contacts.first, contacts.second)
@@ -168,7 +168,7 @@ def energy_besides(scene: Scene) -> float:
     return spinning + reached + float(elastic.energy(overlap, effective, contacts.is_wall).sum())
 
 
-def effective_radius(first: Floats, second: Floats, is_wall: Flags) -> Floats:
+def effective_radius(first: Floats, second: Floats, is_wall: Mask) -> Floats:
     """Effective radius R (k,) m of contacts of disks of radii r and s (k,) m: r s/(r + s), at a wall
     r."""
     return np.where(is_wall, first, first * second / (first + second))

@@ -19,7 +19,7 @@ from analysis.dumps.contacts import add_arms
 from analysis.engines.base import Engine, bodies_apart
 from analysis.engines.guard import energy_besides, speed_most
 from analysis.engines.penalty import Penalty, contact_masses, giving_step, penalty_of
-from analysis.engines.process import Command, python_command, version_said
+from analysis.engines.process import Command, python_command, version_of
 from analysis.engines.record import EngineError
 from analysis.lammps_process import DISTANCE, WALLS
 from analysis.scene.distance import Some
@@ -44,8 +44,8 @@ def merge_contacts(folder: Path, scene: Scene) -> None:
     exerts on the second."""
     bodies = index_dump(folder / "bodies.dump")
     pairs = index_dump(folder / "pairs.dump", "ENTRIES")
-    touching = [index_dump(folder / f"wall_{wall.name}.dump") for wall in scene.walls]
-    if any(other.steps != bodies.steps for other in (pairs, *touching)):
+    wall_dumps = [index_dump(folder / f"wall_{wall.name}.dump") for wall in scene.walls]
+    if any(other.steps != bodies.steps for other in (pairs, *wall_dumps)):
         raise DumpError(f"{folder}/bodies.dump: not the frames of the contact dumps")
     with pairs.path.open(encoding="utf-8") as file:
         box = "".join(itertools.islice(file, 5, 8))
@@ -58,14 +58,14 @@ def merge_contacts(folder: Path, scene: Scene) -> None:
             tables = [_pair_rows(pairs.table(frame), now, (law, dashpot), elastic, half)]
             tables += [
                 _wall_rows(wall.table(frame), number, elastic if dashpot == "apart" else None)
-                for number, wall in enumerate(touching, start=1)
+                for number, wall in enumerate(wall_dumps, start=1)
             ]
             rows = np.concatenate(tables)
             rows = rows[rows[:, 5] > 0] + 0.0  # no negative zeros
             rows = rows[np.lexsort((rows[:, 1], rows[:, 0], rows[:, 2]))]
             columns = [*rows[:, :3].T.astype(int), *rows[:, 3:].T]
             write_frame(out, "ENTRIES", step, CONTACT_COLUMNS, columns, box=box)
-    for index in (pairs, *touching):
+    for index in (pairs, *wall_dumps):
         index.path.unlink()
 
 
@@ -162,7 +162,7 @@ class Lammps(Engine):
     @functools.cache  # noqa: B019  (there is one of it)
     def has(self, style: str) -> bool:
         """Tell whether it was built with a style."""
-        return version_said(self.find(), self.ASK, rf"\b({style})\b") is not None
+        return version_of(self.find(), self.ASK, rf"\b({style})\b") is not None
 
     def check(self, scene: Scene) -> None:
         """Raise EngineError for the first of what LAMMPS, or this one, cannot run."""
@@ -172,7 +172,7 @@ class Lammps(Engine):
 
     def _refused(self, scene: Scene) -> Iterator[str]:
         law, arms, impulses = scene.contact.law, scene.contact.arms, scene.run.impulses
-        apart, lacks = scene.contact.kind.dashpot == "apart", "this LAMMPS has no"
+        on_approach, lacks = scene.contact.kind.dashpot == "apart", "this LAMMPS has no"
         if (of := scene.snapshot.bodies) is not None:
             alone = np.bincount(of.number) < 2
             if alone.any():
@@ -180,10 +180,10 @@ class Lammps(Engine):
                 yield f"disks.bodies: {body}. LAMMPS joins two at least: use yade or rigid"
             if not self.has("rigid/small"):
                 yield f"disks.bodies: {lacks} fix rigid/small (its package RIGID): use yade or rigid"
-        if scene.giving() and apart:
+        if scene.giving() and on_approach:
             what = "LAMMPS does not know the whole force on a wall with contact.law"
             yield f"walls.mass_kg: {what} = {law}. Use yade. {NEARLY}"
-        if apart and not self.has("lepton/sphere"):
+        if on_approach and not self.has("lepton/sphere"):
             what = f"{lacks} pair_style lepton/sphere (its package LEPTON). {NEARLY}"
             yield f"contact.law: {law}: {what}"
         if arms and not self.has("harmonic/cut"):
@@ -191,10 +191,10 @@ class Lammps(Engine):
         if arms and scene.contact.friction:
             what = "LAMMPS cannot write friction beside arms. Use yade or rigid, or leave one out"
             yield f"contact.arm_reach_m: {what}"
-        if apart and impulses:
+        if on_approach and impulses:
             yield f"run.impulses: LAMMPS sums none with contact.law = {law}. {NEARLY}"
-        if said := bodies_apart(scene):
-            yield said
+        if message := bodies_apart(scene):
+            yield message
         for field in _through_python(scene) if importlib.util.find_spec("lammps") is None else ():
             what = "LAMMPS does this through its Python module, which is not found"
             yield f"{field}: {what}. Install it with: {self.INSTALL}"
@@ -212,10 +212,10 @@ class Lammps(Engine):
         self, folder: Path, time_step_s: float, *, decks: str, out: str = ".", guard: bool = True
     ) -> Command:
         """Return the command that runs what `write_input` wrote."""
-        given = {"decks": decks, "deck": f"{decks}/scene.in", "data": "scene.data", "out": out}
-        given |= {"bodies": "scene.bodies"}
-        given |= {"dt": repr(time_step_s)} | ({} if guard else {"guard": "no"})
-        variables = [word for name, value in given.items() for word in ("-var", name, value)]
+        arguments = {"decks": decks, "deck": f"{decks}/scene.in", "data": "scene.data", "out": out}
+        arguments |= {"bodies": "scene.bodies"}
+        arguments |= {"dt": repr(time_step_s)} | ({} if guard else {"guard": "no"})
+        variables = [word for name, value in arguments.items() for word in ("-var", name, value)]
         words = ["-nonbuf", *variables]
         if any((folder / decks / name).exists() for name in (WALLS, DISTANCE)):
             return python_command("analysis.lammps_process", decks, *words)
@@ -247,7 +247,7 @@ def _through_python(scene: Scene) -> list[str]:
     """The fields of a scene for which LAMMPS runs in a process of Python."""
     distance = scene.drive is not None and scene.drive.keeps_distance
     fields = {"run.impulses": scene.run.impulses, "drive.time_gap_s": distance}
-    return [field for field, asked in fields.items() if asked]
+    return [field for field, requested in fields.items() if requested]
 
 
 def _remove_shared_memory_of_the_dead() -> None:
@@ -323,8 +323,8 @@ def scene_deck(scene: Scene) -> str:
         ]
         if scene.giving():
             stiffest = scene.contact.stiffest(float(snapshot.radius.mean()))
-            most = giving_step(scene, stiffest, penalty_of(scene).wall_damping)
-            lines += ["", "# walls that give", f"variable step_most index {most}"]
+            maximum = giving_step(scene, stiffest, penalty_of(scene).wall_damping)
+            lines += ["", "# walls that give", f"variable step_most index {maximum}"]
             lines += [line for wall in scene.giving() for line in _giving_lines(wall)]
         lines += ["", "# who may touch a wall", *_near_lines(scene)]
         if gates:
@@ -398,8 +398,8 @@ def _gates(scene: Scene) -> dict[str, list[str]]:
             lines.append(_half_plane(within, point, -_into(walls, number, end)) + " side out")
             if mine:
                 away = [f"{name}_{other}" for other in range(len(others))]
-                for other, place in zip(away, others.tolist(), strict=True):
-                    lines.append(_half_plane(other, point, -_into(walls, *place)))
+                for other, position in zip(away, others.tolist(), strict=True):
+                    lines.append(_half_plane(other, point, -_into(walls, *position)))
                 lines.append(_joined(f"{name}_away", "intersect", away))
                 lines.append(_joined(name, "union", [within, f"{name}_away"]))
         if scene.contact.arms:  # they look at nobody who is far
@@ -440,8 +440,8 @@ def _drive_values(drive: Drive) -> dict[str, object]:
     }
     if drive.keeps_distance:
         return values | {"spaced": "yes"}
-    places = (*drive.target(), drive.door_start_m, drive.outward)
-    for name, (x, y) in zip(("target_start", "target_end", "door", "outward"), places, strict=True):
+    positions = (*drive.target(), drive.door_start_m, drive.outward)
+    for name, (x, y) in zip(("target_start", "target_end", "door", "outward"), positions, strict=True):
         values |= {f"{name}_x": x, f"{name}_y": y}
     values |= {name: "yes" for name in ("goals", "stops") if getattr(drive, name)}
     return values | ({"way": "yes"} if drive.way else {})
@@ -451,11 +451,11 @@ def _goal_lines(drive: Drive) -> list[str]:
     """The commands for what goals.in asks of each disk: where its own door is."""
     ranges = _ranges(drive.goals)
     mine = [f"(1-{'-'.join(ranges)})", *ranges]
-    places = [(*drive.target(exit_), exit_.door_start_m, exit_.outward) for exit_ in drive.doors]
+    positions = [(*drive.target(exit_), exit_.door_start_m, exit_.outward) for exit_ in drive.doors]
     lines = ["", "# who goes where, of several doors"]
     names = ("start", "end", "door", "outward")
     for (number, name), axis in itertools.product(enumerate(names), (0, 1)):
-        terms = (f"{own}*({place[number][axis]})" for own, place in zip(mine, places, strict=True))
+        terms = (f"{own}*({position[number][axis]})" for own, position in zip(mine, positions, strict=True))
         lines.append(f"variable goal_{name}_{'xy'[axis]} atom {'+'.join(terms)}")
     return lines
 

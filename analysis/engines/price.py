@@ -39,4 +39,4 @@ def expected_seconds(scene: Scene, engine: str) -> float:
     known = [PRICES.get((engine, scene.contact.law)) or PRICES[engine, "hooke"]]
     if scene.run.impulses and engine in IMPULSES:
         known.append(IMPULSES[engine])
-    return sum(price.of(work) for price in known)
+    return sum(cost.of(work) for cost in known)

@@ -183,14 +183,14 @@ def _guardian(run: str) -> Iterator[Callable[[], None]]:
         guardian.communicate(b"ended\n")
 
 
-def version_said(command: str | Path | None, option: str, pattern: str) -> str | None:
+def version_of(command: str | Path | None, option: str, pattern: str) -> str | None:
     """Start the command with the option and return the first group of the pattern in what it says;
     None where it is missing, does not start or says something else."""
-    match = re.search(pattern, said(command, option)) if command else None
+    match = re.search(pattern, output_of(command, option)) if command else None
     return match[1].strip() if match else None
 
 
-def said(command: str | Path, option: str) -> str:
+def output_of(command: str | Path, option: str) -> str:
     """Start the command with the option and return what it says, or why it does not start."""
     try:
         ended = subprocess.run(

@@ -39,8 +39,8 @@ def timing(scene: Scene) -> Timing:
     run, e, speed = scene.run, scene.contact.restitution, _fastest(scene)
     reach = float(scene.snapshot.radius.mean())
     longest, safe = (
-        min(share * reach / speed if speed else run.duration_s, of_arms * arms_time(scene))
-        for share, of_arms in ((STEP_SHARE, ARMS_SHARE), (SAFE_SHARE, ARMS_SAFE))
+        min(fraction * reach / speed if speed else run.duration_s, of_arms * arms_time(scene))
+        for fraction, of_arms in ((STEP_SHARE, ARMS_SHARE), (SAFE_SHARE, ARMS_SAFE))
     )
     try:
         step, interval = divided(run, run.rigid_step_s or longest)
@@ -119,10 +119,10 @@ class Rigid(Engine):
                 "use lammps or yade"
             )
         smallest, step = float(scene.snapshot.radius.min()), timing(scene).time_step
-        if step > (most := ARMS_SAFE * arms_time(scene)):
+        if step > (maximum := ARMS_SAFE * arms_time(scene)):
             raise EngineError(
                 f"{scene.name}: run.rigid_step_s: arms are not stable in steps of {step:g} s. Give a "
-                f"step of at most {most:.3g} s"
+                f"step of at most {maximum:.3g} s"
             )
         if step * _fastest(scene) > LARGEST_SHARE * smallest:
             raise EngineError(

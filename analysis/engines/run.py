@@ -69,9 +69,9 @@ def check_bodies(path: Path, record: RunRecord, scene: Scene) -> Floats:
             moving = 0.5 * float((centres / np.bincount(of, mass)).sum())
             every = mass @ (row["vx"] ** 2 + row["vy"] ** 2) + inertia @ row["omegaz"] ** 2
             spinning = 0.5 * float(every) - moving
-            place = np.column_stack([row["x"], row["y"]])
-            moved = moved + walls.shortest(place - before)
-            before = place
+            location = np.column_stack([row["x"], row["y"]])
+            moved = moved + walls.shortest(location - before)
+            before = location
             energies.append((moving, spinning, float((weight * moved).sum())))
     except (DumpError, ValueError) as error:
         raise damaged(record, error, path.parent) from None
@@ -114,7 +114,7 @@ def check_contacts(path: Path, energies: Floats, record: RunRecord, scene: Scene
     keeps_all = not drive and scene.contact.friction == 0 and not scene.giving()
     # the rigid engine writes gaps of the last step in which arms pushed, not of the frame
     late = scene.contact.arms is not None and record.stiffness_N_per_m is None
-    most, stored, turned, deepest = max(start, desired), 0.0, 0.0, 0.0
+    maximum, stored, turned, deepest = max(start, desired), 0.0, 0.0, 0.0
     nearest = guard.CENTRES_SHARE * float(snapshot.radius.min())
     try:
         index = index_contacts(path)
@@ -127,22 +127,22 @@ def check_contacts(path: Path, energies: Floats, record: RunRecord, scene: Scene
             ids = np.where(rows[:, 2:3] > 0, rows[:, :1], rows[:, :2])
             if not np.isin(ids, snapshot.ids).all():
                 raise guard.garbage(record, "a contact of a disk that is not there", step)
-            apart, overlap, elastic = _stored(rows, scene) if len(rows) else (np.inf, 0.0, 0.0)
-            if not apart >= nearest:
-                deep = f"overlap: two centres are {apart:.3g} m apart"
+            difference, overlap, elastic = _stored(rows, scene) if len(rows) else (np.inf, 0.0, 0.0)
+            if not difference >= nearest:
+                deep = f"overlap: two centres are {difference:.3g} m apart"
                 raise guard.garbage(record, deep, step, "overlap")
             deepest = max(deepest, overlap)
             moving, spinning, fallen = map(float, energies[:, frame])
             energy = moving + spinning + elastic * (not late) - fallen
             turned, stored = max(turned, spinning), max(stored, elastic)
             energy = max(moving - turned, 0.5 * spinning) if drive else energy
-            most_now = most + stored if drive else most
+            most_now = maximum + stored if drive else maximum
             if energy > most_now + margin + guard.ENERGY_SHARE * abs(fallen):
                 what = "kinetic energy" if drive else "kinetic energy with that of the overlaps"
                 grown = f"{what} {energy:.4g} J where at most {most_now:.4g} J can be"
                 raise guard.garbage(record, grown, step, "energy")
             if keeps_all and not late:
-                most = min(most, energy)
+                maximum = min(maximum, energy)
     except DumpError as error:
         raise damaged(record, error, path.parent) from None
     return deepest
@@ -166,8 +166,8 @@ def _stored(rows: Floats, scene: Scene) -> tuple[float, float, float]:
     energy = float(elastic.energy(overlap, guard.effective_radius(first, other, wall), wall).sum())
     if scene.contact.arms:
         energy += float(scene.contact.arms.energy(-overlap).sum())
-    apart = np.where(wall, np.inf, first + other - overlap)
-    return float(apart.min()), float((overlap / np.minimum(first, other)).max()), energy
+    difference = np.where(wall, np.inf, first + other - overlap)
+    return float(difference.min()), float((overlap / np.minimum(first, other)).max()), energy
 
 
 log = logging.getLogger(__name__)
@@ -270,7 +270,7 @@ DEEP_SHARE = 0.5
 _STEP = re.compile(r"^\s*(\d{1,12})\s+[\d.e+-]+\s+\d+\s", re.ASCII)  # step, time, disks, …
 _RESUMED = re.compile(rf"^RESUMED at t = {guard.TIME} s", re.ASCII)
 # Engines with springs.
-SOFT = [known.NAME for known in PENALTY]
+SOFT = [each.NAME for each in PENALTY]
 
 
 def run_folder(out: Path, scene: Scene, engine_name: str) -> Path:
@@ -513,9 +513,9 @@ def run_ahead(
 
     A run that fails is left to who needs it, who says so. In processes of their own, since the CPU
     time of an engine is measured as that of the children of its process."""
-    asked = list({run.folder: run for run in runs}.values())
-    wanted = [run for run in asked if not run.is_finished()]
-    costs = {run.folder: Cost(reused=1) for run in asked if run not in wanted}
+    requested = list({run.folder: run for run in runs}.values())
+    wanted = [run for run in requested if not run.is_finished()]
+    costs = {run.folder: Cost(reused=1) for run in requested if run not in wanted}
     if not wanted:
         return costs
     tasks = [Task(call=_cost_of, arguments=(run,), work=run.particle_steps) for run in wanted]

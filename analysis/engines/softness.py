@@ -77,12 +77,12 @@ def rigid_over_soft(softest: float, hardest: float) -> Mapping[str, RigidOver] |
     if softest > table["s"][-1]:
         return None
     inside = (s for s in table["s"] if hardest < s < softest)
-    places = np.log([max(s, 1e-300) for s in (hardest, *inside, softest)])
+    positions = np.log([max(s, 1e-300) for s in (hardest, *inside, softest)])
     found = {}
     for one in table["quantity"]:
         # the end of the least is that of the most over it
         mean, low, high = (
-            1 / (1 + np.interp(places, known, one[key])) for key in ("mean", "high", "low")
+            1 / (1 + np.interp(positions, known, one[key])) for key in ("mean", "high", "low")
         )
         found[one["name"]] = RigidOver(
             words=one["words"],
@@ -113,9 +113,9 @@ def softness(scene: Scene, stiffness: float | None = None) -> float:
 def softest(scene: Scene) -> float:
     """Compute the least stiffness (N/m), of two digits, that a body has and s of a crowd allows."""
     body = next(iter(known_bodies().values())).low_N_per_m  # softest first
-    least = max(softness(scene, 1.0) / VALID, body)
-    digit = 10.0 ** (floor(log10(least)) - 1)
-    return float(f"{ceil(least / digit) * digit:.2g}")
+    minimum = max(softness(scene, 1.0) / VALID, body)
+    digit = 10.0 ** (floor(log10(minimum)) - 1)
+    return float(f"{ceil(minimum / digit) * digit:.2g}")
 
 
 def chest() -> float:
@@ -130,7 +130,7 @@ def softness_warning(scene: Scene) -> str | None:
     s = softness(scene)
     if s < VALID:
         return None
-    worst = next(most for most in (NO_CROWD, WITH_CARE, VALID) if s >= most)
+    worst = next(maximum for maximum in (NO_CROWD, WITH_CARE, VALID) if s >= maximum)
     more = f". Above {WITH_CARE:g} do not use forces" if worst == VALID else ""
     return (
         f"contact.stiffness_N_per_m: {scene.contact.stiffness_N_per_m:.3g} is soft: the total push is "
@@ -146,4 +146,4 @@ def judged(s: float) -> str:
         NO_CROWD: "not valid for forces: people will be deep in each other",
     }
     other = "not a crowd: disks will flow through each other"
-    return next((words for most, words in verdicts.items() if s < most), other)
+    return next((words for maximum, words in verdicts.items() if s < maximum), other)

@@ -23,8 +23,8 @@ class Yade(Engine):
         contact = scene.contact
         if scene.period_x_m:
             raise EngineError(f"{scene.name}: period_x_m: YADE has none here: use lammps or rigid")
-        if said := bodies_apart(scene):
-            raise EngineError(f"{scene.name}: {said}")
+        if message := bodies_apart(scene):
+            raise EngineError(f"{scene.name}: {message}")
         if scene.drive and scene.drive.keeps_distance and not _library():
             what = "YADE asks libnscd, which was not built here: use lammps or rigid"
             raise EngineError(f"{scene.name}: drive.time_gap_s: {what}")
@@ -39,7 +39,7 @@ class Yade(Engine):
     ) -> Command:
         """Return the command that runs what `write_input` wrote."""
         start = (str(self.find()), "-L", "noserver", "-j1", "-n", "-x", f"{decks}/crowd.py")
-        given = (f"out={out}", f"dt={time_step_s!r}", *(() if guard else ("guard=no",)))
+        inputs = (f"out={out}", f"dt={time_step_s!r}", *(() if guard else ("guard=no",)))
         # the virtual environment's Python path is not for YADE, which brings its own Python
         environment = {
             "PYTHONPATH": str((folder / decks).absolute()),
@@ -47,7 +47,7 @@ class Yade(Engine):
             "OMP_NUM_THREADS": "1",
             "NSCD_LIBRARY": str(_library() or ""),
         }
-        return Command(words=(*start, "scene.toml", *given), environment=environment)
+        return Command(words=(*start, "scene.toml", *inputs), environment=environment)
 
     def collect(self, scene: Scene, folder: Path) -> None:
         """Add to contacts.dump who reaches whom with arms."""

@@ -64,19 +64,19 @@ class CrowdProblem:
     def solve(self, tolerance: float = 1e-8) -> SnapshotPercussions:
         """Solve it as `nscd.solve` does."""
         parts = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
-        answer = solve(
+        solution = solve(
             self.snapshot,
             self.contacts,
             left_velocity=self.left_velocity,
             law=self.setting.law,
             tolerance=tolerance,
         )
-        return SnapshotPercussions(**parts, answer=answer)
+        return SnapshotPercussions(**parts, solution=solution)
 
 
 def put_crowd(group: Any, found: SnapshotPercussions, origin: Mapping[str, str]) -> None:
     """Write /crowd; each array has its unit as an attribute."""
-    snapshot, setting = found.answer.snapshot, found.setting
+    snapshot, setting = found.solution.snapshot, found.setting
     group.attrs["version"] = VERSION
     group.attrs["program"] = f"crowd-percussions {version('crowd-percussions')}"
     group.attrs["of_v"] = "x, y (m/s), spin (rad/s) of each body"
@@ -105,27 +105,27 @@ def put_crowd(group: Any, found: SnapshotPercussions, origin: Mapping[str, str])
     put_words(walls, "names", "\n".join(setting.wall_names))
 
 
-def put_truth(group: Any, found: SnapshotPercussions, openness: Openness) -> None:
+def put_truth(group: Any, found: SnapshotPercussions, indeterminacy: Openness) -> None:
     """Write /truth: what balance, and reactions that only push, leave open of a solved problem."""
-    answer = found.answer
+    solution = found.solution
     group.attrs["given"] = "v of /solution, and contacts that only push"
-    group.attrs["solver"] = answer.solver
-    group.attrs["residual"] = answer.residual
-    group.attrs["velocity_error_m_per_s"] = answer.velocity_error
+    group.attrs["solver"] = solution.solver
+    group.attrs["residual"] = solution.residual
+    group.attrs["velocity_error_m_per_s"] = solution.velocity_error
     known = determinacy(found.contacts, len(found.snapshot), found.snapshot)
     put_whole(group, "rank", known.rank)
     group["rank"].attrs["meaning"] = "of the normal columns of H"
-    left_open = openness_of(found, openness == "ranges")
+    left_open = openness_of(found, indeterminacy == "ranges")
     group.create_dataset("determined", data=left_open.determined.astype(np.int32))
     group["determined"].attrs["meaning"] = "1: the same in every answer, 0: not, -1: not known"
-    if openness == "ensemble" and (both := states_of(found)) is not None:
+    if indeterminacy == "ensemble" and (both := states_of(found)) is not None:
         group.attrs["sampling"] = both[0].status
         put_numbers(group, "mean", both[0].mean(), "N s")
         put_numbers(group, "sd", both[0].sd(), "N s")
-    if openness != "ranges":
+    if indeterminacy != "ranges":
         return
     ends = ("lower", "upper", "friction_lower", "friction_upper")
-    for name in ends[: 2 if answer.friction is None else 4]:
+    for name in ends[: 2 if solution.friction is None else 4]:
         put_numbers(group, name, getattr(left_open, name), "N s")
         group[name].attrs["meaning"] = "nan: no end, or none is known"
 
@@ -144,19 +144,19 @@ class Truth:
 def read_crowd(group: Group, friction: Floats) -> CrowdProblem:
     """Read /crowd; friction: μ (k,) of the problem beside it. Raises ExchangeError naming what is
     missing or wrong."""
-    said = group.content.attributes.get("version")
-    if said != VERSION:
-        raise group.refuse("version", f"{said}. Version {VERSION} is read")
-    bodies, touching = group.group("bodies"), group.group("contacts")
+    stated = group.content.attributes.get("version")
+    if stated != VERSION:
+        raise group.refuse("version", f"{stated}. Version {VERSION} is read")
+    bodies, in_contact = group.group("bodies"), group.group("contacts")
     n, k = bodies.length("id"), len(friction)
     arrays: dict[str, Any] = {
         name: bodies.numbers(name, (n,) if name in ONE_EACH else (n, 2), unit)
         for name, unit in BODIES.items()
     }
     left = arrays.pop("left_velocity")
-    ends = {name: touching.wholes(name, (k,)) for name in ("first", "second", "is_wall")}
+    ends = {name: in_contact.wholes(name, (k,)) for name in ("first", "second", "is_wall")}
     frame: dict[str, Any] = {
-        name: touching.numbers(name, (k,) if name == "gap" else (k, 2), unit)
+        name: in_contact.numbers(name, (k,) if name == "gap" else (k, 2), unit)
         for name, unit in CONTACTS.items()
     }
     ids, time = bodies.wholes("id", (n,)), float(group.numbers("time", (1,), "s")[0])
@@ -201,10 +201,10 @@ def _check_positions(
     between = snapshot.radius[first] + np.where(at_wall, 0.0, snapshot.radius[second * ~at_wall])
     if walls is not None:
         other[at_wall] = walls.nearest_point(snapshot.position[first[at_wall]], second[at_wall])
-    apart = other - snapshot.position[first]
-    length = np.hypot(*apart.T)
+    distance = other - snapshot.position[first]
+    length = np.hypot(*distance.T)
     wrong = np.abs(contacts.gap - (length - between)) > SAME_PLACE * between
-    turned = np.hypot(*(contacts.normal * length[:, None] - apart).T)
+    turned = np.hypot(*(contacts.normal * length[:, None] - distance).T)
     wrong |= turned > SAME_PLACE * between
     if wrong.any():
         row = int(np.argmax(wrong))
@@ -240,13 +240,13 @@ def write_problem(
     origin: Mapping[str, str],
     *,
     local: bool = False,
-    openness: Openness = "ranges",
+    indeterminacy: Openness = "ranges",
 ) -> None:
     """Write the problem of a snapshot, and its answer where it is solved.
 
     origin: where it comes from, as words by their names
     local: whether FCLIB's local form is written too
-    openness: what /truth says of reactions that the mechanics may leave open
+    indeterminacy: what /truth says of reactions that the mechanics may leave open
 
     /fclib_global, /fclib_local and /solution are FCLIB's; /crowd has bodies, contacts, walls, time
     and origin, /truth rank, determined, intervals. Raises ValueError without any contact and for an
@@ -254,12 +254,12 @@ def write_problem(
     k = len(found.contacts)
     if not k:
         raise ValueError(f"{path}: no contact. FCLIB has no problem without one")
-    reaction, along = found.answer.reaction, (found.answer.impulse * found.contacts.normal).sum(1)
+    reaction, along = found.solution.reaction, (found.solution.impulse * found.contacts.normal).sum(1)
     if np.abs(along - reaction).max() > SAME * np.abs(along).max():
         raise ValueError(f"{path}: contacts with restitution. FCLIB has inelastic ones")
-    friction = found.answer.friction
+    friction = found.solution.friction
     problem = GlobalProblem.of(
-        found.answer.snapshot,
+        found.solution.snapshot,
         found.contacts,
         found.left_velocity,
         friction.coefficient if friction else np.zeros(k),
@@ -272,15 +272,15 @@ def write_problem(
     with new_file(path) as file:
         vectors = {"f": problem.momentum, "w": problem.offset, "mu": problem.friction}
         matrices = {"M": problem.mass, "H": problem.transfer}
-        _put(file.create_group("fclib_global"), matrices, vectors, info)
+        _write_matrices(file.create_group("fclib_global"), matrices, vectors, info)
         if local:
             other = problem.local()
             vectors = {"q": other.free, "mu": other.friction}
-            _put(file.create_group("fclib_local"), {"W": other.delassus}, vectors, info)
-        if found.answer.status == Status.SOLVED:
+            _write_matrices(file.create_group("fclib_local"), {"W": other.delassus}, vectors, info)
+        if found.solution.status == Status.SOLVED:
             _put_solution(file.create_group("solution"), problem, found)
-            if openness != "none":
-                put_truth(file.create_group("truth"), found, openness)
+            if indeterminacy != "none":
+                put_truth(file.create_group("truth"), found, indeterminacy)
         put_crowd(file.create_group("crowd"), found, origin)
 
 
@@ -295,7 +295,7 @@ def read_problem(path: Path) -> CrowdProblem | LocalProblem:
     if kind is None:
         raise file.refuse("fclib_global", "missing, and /fclib_local too: no FCLIB problem")
     group = file.group(kind)
-    if (space := group.whole("spacedim")) != SPACE:
+    if (space := group.integer("spacedim")) != SPACE:
         raise group.refuse("spacedim", f"{space}. Problems in the plane (2) are solved here")
     for name in ("G", "V", "R"):
         if name in group:
@@ -351,10 +351,10 @@ def read_answer(path: Path, contacts: int) -> tuple[Floats, float | None]:
     reaction = group.numbers("r", (SPACE * contacts,), gaps=True)
     if "seconds" not in group.content.attributes:
         return reaction, None
-    said = group.content.attributes["seconds"]
-    if type(said) not in (int, float) or not 0 < said < math.inf:
-        raise ExchangeError(f"{path}: /solution, seconds: {said!r}. A number above 0 s is needed")
-    return reaction, float(said)
+    stated = group.content.attributes["seconds"]
+    if type(stated) not in (int, float) or not 0 < stated < math.inf:
+        raise ExchangeError(f"{path}: /solution, seconds: {stated!r}. A number above 0 s is needed")
+    return reaction, float(stated)
 
 
 def write_answer(path: Path, reaction: Floats, seconds: float) -> None:
@@ -365,7 +365,7 @@ def write_answer(path: Path, reaction: Floats, seconds: float) -> None:
         group.attrs["seconds"] = seconds
 
 
-def _put(
+def _write_matrices(
     group: Any,
     matrices: Mapping[str, csc_array],
     vectors: Mapping[str, Floats],
@@ -374,22 +374,22 @@ def _put(
     put_whole(group, "spacedim", SPACE)
     for name, matrix in matrices.items():
         put_matrix(group, name, matrix)
-    place = group.create_group("vectors")
+    subgroup = group.create_group("vectors")
     for name, values in vectors.items():
-        put_numbers(place, name, values)
-    place = group.create_group("info")
+        put_numbers(subgroup, name, values)
+    subgroup = group.create_group("info")
     for name, text in info.items():
-        put_words(place, name, text)
+        put_words(subgroup, name, text)
 
 
 def _put_solution(group: Any, problem: GlobalProblem, found: SnapshotPercussions) -> None:
     """v = u⁺, u = Hᵀ v + w and r of the answer."""
-    answer = found.answer
-    velocity = np.column_stack([answer.right_velocity, answer.right_spin]).ravel()
-    across = answer.friction.tangential if answer.friction else np.zeros(len(found.contacts))
+    solution = found.solution
+    velocity = np.column_stack([solution.right_velocity, solution.right_spin]).ravel()
+    across = solution.friction.tangential if solution.friction else np.zeros(len(found.contacts))
     put_numbers(group, "v", velocity)
     put_numbers(group, "u", problem.transfer.T @ velocity + problem.offset)
-    put_numbers(group, "r", np.column_stack([answer.reaction, across]).ravel())
+    put_numbers(group, "r", np.column_stack([solution.reaction, across]).ravel())
 
 
 def _global(group: Group) -> GlobalProblem:
@@ -441,11 +441,11 @@ def _check_same(group: Group, problem: GlobalProblem, crowd: CrowdProblem) -> No
     other = crowd.matrices(problem.friction)
     for name, key in {"M": "mass", "H": "transfer", "f": "momentum", "w": "offset"}.items():
         one, two = getattr(problem, key), getattr(other, key)
-        place = name if name in "MH" else f"vectors/{name}"
+        position = name if name in "MH" else f"vectors/{name}"
         if one.shape != two.shape:
-            raise group.refuse(place, f"shape {one.shape} where /crowd gives {two.shape}")
+            raise group.refuse(position, f"shape {one.shape} where /crowd gives {two.shape}")
         if abs(one - two).max() > SAME * abs(two).max():
-            raise group.refuse(place, "not what /crowd gives. Delete /crowd to solve it as it is")
+            raise group.refuse(position, "not what /crowd gives. Delete /crowd to solve it as it is")
 
 
 # Of a problem whose bodies are not known, in the units of its file.
@@ -465,11 +465,11 @@ class SolvedFile:
     why: str  # of what is not solved, empty where it is
 
 
-def solve_file(path: Path, out: Path, tolerance: float, openness: Openness) -> SolvedFile:
+def solve_file(path: Path, out: Path, tolerance: float, indeterminacy: Openness) -> SolvedFile:
     """Solve the problem of an FCLIB file and write `out`, one row per contact: the columns of
     `percussions solve` where the file says whose contacts they are.
 
-    openness: what is said of reactions that the mechanics may leave open, where bodies are known
+    indeterminacy: what is said of reactions that the mechanics may leave open, where bodies are known
 
     Raises ExchangeError as `read_problem` does."""
     problem, known = read_problem(path), read_velocities(path)
@@ -477,12 +477,12 @@ def solve_file(path: Path, out: Path, tolerance: float, openness: Openness) -> S
     why = ""
     if isinstance(problem, CrowdProblem):
         found = problem.solve(tolerance)
-        answer, cells = found.answer, found.columns(openness, time=found.snapshot.time)
-        moved = np.column_stack([answer.right_velocity, answer.right_spin]).ravel()
+        solution, cells = found.solution, found.columns(indeterminacy, time=found.snapshot.time)
+        moved = np.column_stack([solution.right_velocity, solution.right_spin]).ravel()
         matrices = problem.matrices(np.zeros(len(problem.contacts)))
-        velocity, residual = (matrices.transfer.T @ moved).reshape(-1, 2), answer.residual
-        if answer.status != Status.SOLVED:
-            why = f"{answer.status}: {answer.reason}"
+        velocity, residual = (matrices.transfer.T @ moved).reshape(-1, 2), solution.residual
+        if solution.status != Status.SOLVED:
+            why = f"{solution.status}: {solution.reason}"
     else:
         mu = problem.friction
         local = solve_planar(problem.delassus, problem.free, mu, tolerance)

@@ -101,19 +101,19 @@ class RigidPeople:
             self._begin(agents, ids)
         motion = self._motion
         if motion is not None:
-            place = np.array([agent.position for agent in agents])
-            if (far := np.abs(place - motion.position).max()) > ASTRAY:
+            position = np.array([agent.position for agent in agents])
+            if (far := np.abs(position - motion.position).max()) > ASTRAY:
                 raise ValueError(
                     f"simulation: JuPedSim moved somebody by {far:.3g} m otherwise than told"
                 )
             self._targets = np.array([agent.target for agent in agents])
             before = motion.position.copy()
             done = motion.advance()
-            near = done.neighbours
+            neighbours = done.neighbours
             number = np.array(ids, dtype=np.int32)
-            second = np.where(near.second < 0, -1, number[near.second]).astype(np.int32)
-            near = near._replace(first=number[near.first], second=second)
-            self._sums.add(near, done.reaction, done.friction)
+            second = np.where(neighbours.second < 0, -1, number[neighbours.second]).astype(np.int32)
+            neighbours = neighbours._replace(first=number[neighbours.first], second=second)
+            self._sums.add(neighbours, done.reaction, done.friction)
             for agent, velocity in zip(
                 agents, (motion.position - before) / motion.step, strict=True
             ):
@@ -127,7 +127,7 @@ class RigidPeople:
             moving = dict(zip(self._ids, self._motion.velocity, strict=True))
         for agent in agents:
             if agent.id not in self._known:
-                self._known[agent.id] = _taken(agent)
+                self._known[agent.id] = _body_of(agent)
         self._ids = ids
         if not agents:
             self._motion = None
@@ -146,13 +146,13 @@ class RigidPeople:
             ),
             self.walls,
             step=self.simulation.delta_time(),
-            push=Push(desired=lambda place: self._desired(place, speed), relaxation_time=tau[0]),
+            push=Push(desired=lambda position: self._desired(position, speed), relaxation_time=tau[0]),
             friction=self.friction,
         )
 
-    def _desired(self, place: Floats, speed: Floats) -> Floats:
+    def _desired(self, position: Floats, speed: Floats) -> Floats:
         """Velocities (n,2) m/s towards the agents' targets."""
-        way = self._targets - place
+        way = self._targets - position
         length = np.hypot(*way.T)
         return way * (speed / np.where(length > 0, length, np.inf))[:, None]
 
@@ -165,14 +165,14 @@ class RigidPeople:
         write_frame(self._file, "ENTRIES", done, CONTACT_COLUMNS, table)
 
 
-def _taken(agent: Any) -> tuple[float, float, float, float]:
+def _body_of(agent: Any) -> tuple[float, float, float, float]:
     """Radius, mass, desired speed and reaction time of an agent whom rigid steps move from now on."""
     model = agent.model
     if not hasattr(model, "obstacle_scale"):
         raise ValueError(
             "simulation: agents of the SocialForceModel are needed, which take velocities"
         )
-    told = model.radius, model.mass, model.desired_speed, model.reaction_time
+    core_arguments = model.radius, model.mass, model.desired_speed, model.reaction_time
     model.radius, model.reaction_time = POINT, NEVER
     model.agent_scale = model.obstacle_scale = 0.0
-    return told
+    return core_arguments

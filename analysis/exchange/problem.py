@@ -127,8 +127,8 @@ def new_file(path: Path) -> Iterator[Any]:
     content = io.BytesIO()
     with load("h5py").File(content, "w") as file:
         yield file
-    with whole_file(path, "wb") as whole:
-        whole.write(content.getvalue())
+    with whole_file(path, "wb") as full:
+        full.write(content.getvalue())
 
 
 def opened(path: Path) -> Group:
@@ -171,14 +171,14 @@ def put_numbers(group: Any, name: str, values: ArrayLike, unit: str | None = Non
 
 def put_matrix(group: Any, name: str, matrix: csc_array) -> None:
     """Write a matrix in compressed columns."""
-    place, matrix = group.create_group(name), csc_array(matrix)
-    put_whole(place, "nzmax", matrix.nnz)
-    put_whole(place, "m", matrix.shape[0])
-    put_whole(place, "n", matrix.shape[1])
-    put_whole(place, "nz", COLUMNS)
-    place.create_dataset("p", data=matrix.indptr.astype(np.int32))
-    place.create_dataset("i", data=matrix.indices.astype(np.int32))
-    put_numbers(place, "x", matrix.data)
+    subgroup, matrix = group.create_group(name), csc_array(matrix)
+    put_whole(subgroup, "nzmax", matrix.nnz)
+    put_whole(subgroup, "m", matrix.shape[0])
+    put_whole(subgroup, "n", matrix.shape[1])
+    put_whole(subgroup, "nz", COLUMNS)
+    subgroup.create_dataset("p", data=matrix.indptr.astype(np.int32))
+    subgroup.create_dataset("i", data=matrix.indices.astype(np.int32))
+    put_numbers(subgroup, "x", matrix.data)
 
 
 class Group:
@@ -225,14 +225,14 @@ class Group:
             raise self.refuse(key, "a text is needed")
         return bytes(found[()]).rstrip(b"\0").decode("utf-8", "replace")
 
-    def whole(self, key: str, least: int = 0) -> int:
+    def integer(self, key: str, minimum: int = 0) -> int:
         """Read one whole number."""
         found = self._dataset(key)
         if found.size != 1 or found.dtype.kind not in "iu":
             raise self.refuse(key, "one whole number is needed")
         value = int(np.ravel(found[()])[0])
-        if value < least:
-            raise self.refuse(key, f"{value}. At least {least} is needed")
+        if value < minimum:
+            raise self.refuse(key, f"{value}. At least {minimum} is needed")
         return value
 
     def wholes(self, key: str, shape: tuple[int, ...]) -> Any:
@@ -250,45 +250,45 @@ class Group:
         found = self._dataset(key)
         if found.dtype.kind not in "fiu" or found.shape != shape:
             raise self.refuse(key, f"numbers of shape {shape} are needed, not {found.shape}")
-        said = self.content.below[key].attributes.get("unit")
-        if unit is not None and said != unit:
-            raise self.refuse(key, f"unit {said!r} where {unit!r} is needed")
+        stated = self.content.below[key].attributes.get("unit")
+        if unit is not None and stated != unit:
+            raise self.refuse(key, f"unit {stated!r} where {unit!r} is needed")
         values: Floats = found[()].astype(np.float64)
-        sound = (np.abs(values.ravel()) <= LARGEST) | (gaps & np.isnan(values.ravel()))
-        if not sound.all():
-            place = int(np.argmin(sound))
+        valid = (np.abs(values.ravel()) <= LARGEST) | (gaps & np.isnan(values.ravel()))
+        if not valid.all():
+            index = int(np.argmin(valid))
             raise self.refuse(
                 key,
-                f"entry {place + 1}: {values.flat[place]:g}. Numbers up to {LARGEST:g} are needed",
+                f"entry {index + 1}: {values.flat[index]:g}. Numbers up to {LARGEST:g} are needed",
             )
         return values
 
     def matrix(self, key: str, rows: int | None = None) -> csc_array:
         """Read a matrix in compressed columns (nz = −1), rows (−2) or triplets (≥ 0), with this
         number of rows where it is given."""
-        place = self.group(key)
-        m, n = place.whole("m"), place.whole("n")
+        group = self.group(key)
+        m, n = group.integer("m"), group.integer("n")
         if rows is not None and m != rows:
-            raise place.refuse("m", f"{m} where {rows} is needed")
-        nz, entries = place.whole("nz", ROWS), place.whole("nzmax")
+            raise group.refuse("m", f"{m} where {rows} is needed")
+        nz, entries = group.integer("nz", ROWS), group.integer("nzmax")
         if nz >= 0:
-            row, column = place.wholes("p", (nz,)), place.wholes("i", (nz,))
-            place.check_range("p", row, m)
-            place.check_range("i", column, n)
-            return csc_array(coo_array((place.numbers("x", (nz,)), (row, column)), shape=(m, n)))
+            row, column = group.wholes("p", (nz,)), group.wholes("i", (nz,))
+            group.check_range("p", row, m)
+            group.check_range("i", column, n)
+            return csc_array(coo_array((group.numbers("x", (nz,)), (row, column)), shape=(m, n)))
         major, minor = (n, m) if nz == COLUMNS else (m, n)
-        starts = place.wholes("p", (major + 1,))
+        starts = group.wholes("p", (major + 1,))
         if starts[0] or starts[-1] > entries or (np.diff(starts) < 0).any():
-            raise place.refuse(
+            raise group.refuse(
                 "p", f"from 0 to at most nzmax = {entries}, never falling, is needed"
             )
-        indices, values = place.wholes("i", (entries,)), place.numbers("x", (entries,))
-        place.check_range("i", indices, minor)
+        indices, values = group.wholes("i", (entries,)), group.numbers("x", (entries,))
+        group.check_range("i", indices, minor)
         kind = csc_array if nz == COLUMNS else csr_array
         end = starts[-1]
-        whole = kind((values[:end], indices[:end], starts), shape=(m, n))
+        full = kind((values[:end], indices[:end], starts), shape=(m, n))
         # entries that are given twice count twice
-        found = csc_array(whole)
+        found = csc_array(full)
         found.sum_duplicates()
         return found
 

@@ -9,7 +9,7 @@ HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 WASM, DIGEST = HERE / "core.wasm", HERE / "core.sha256"
 # Bindings to Python, and what no rigid step needs.
-LEFT_OUT = {"c_interface", "module", "friction_module", "others", "packing", "smear", "text"}
+LEFT_OUT = {"c_interface", "module", "friction_module", "tools_module", "packing", "coarse_grain", "text"}
 FLAGS = (
     "-target", "wasm32-wasi", "-mexec-model=reactor", "-std=c++20", "-O2", "-msimd128",
     "-ffp-contract=off", "-fno-exceptions", "-fno-rtti", "-fno-math-errno", "-Wl,--gc-sections",
@@ -25,11 +25,11 @@ def sources() -> list[Path]:
 
 def digest() -> str:
     """Compute the SHA-256 of the sources, their headers and the flags."""
-    said = hashlib.sha256(" ".join(FLAGS).encode())
+    hasher = hashlib.sha256(" ".join(FLAGS).encode())
     headers = {*(ROOT / "nscd" / "core").glob("*.hpp")} - {ROOT / "nscd" / "core" / "binding.hpp"}
     for path in [*sources(), *sorted(headers)]:
-        said.update(path.read_bytes())
-    return said.hexdigest()
+        hasher.update(path.read_bytes())
+    return hasher.hexdigest()
 
 
 def is_current() -> bool:

@@ -21,28 +21,28 @@ constexpr int MOST = 1 << 24, OF_DISTANCE = 7;  // numbers of a part, and of tha
 struct Whole {
     Motion crowd;
     Drive drive;
-    Numbers others[PARTS];
+    Vector others[PARTS];
     WindowSums sums{0};
     Report last;         // the last step
     bool begun = false;  // whether the parts were found right since they were filled
-    Numbers wanted;      // m/s, desired velocities (n·2) of who keep their distance
+    Vector wanted;      // m/s, desired velocities (n·2) of who keep their distance
     int steps = 0, looked = -1;  // since the window began; after how many of these they looked
-} whole, kept;
-auto& [crowd, drive, others, sums, last, begun, wanted, steps, looked] = whole;
+} state, saved_state;
+auto& [crowd, drive, others, sums, last, begun, wanted, steps, looked] = state;
 System resting;  // contacts of the last step that stay closed, between disks of 1 kg
-Numbers pressing;
+Vector pressing;
 
-Numbers& part(int number) {
-    Numbers* held[] = {&crowd.now.position, &crowd.now.velocity, &crowd.now.spin, &crowd.radius, &crowd.mass, &drive.goes, &drive.stop,
-                       &drive.share, &drive.ids, &drive.exits, &drive.grid, &drive.next, &drive.corners, &drive.onward};
-    return number <= ONWARD ? *held[number] : others[number];
+Vector& part(int number) {
+    Vector* buffers[] = {&crowd.now.position, &crowd.now.velocity, &crowd.now.spin, &crowd.radius, &crowd.mass, &drive.goes, &drive.stop,
+                       &drive.fraction, &drive.ids, &drive.exits, &drive.grid, &drive.next, &drive.corners, &drive.onward};
+    return number <= ONWARD ? *buffers[number] : others[number];
 }
 double law(int one) { return others[LAW][one]; }
 
 bool finite(In values) { return std::all_of(values.begin(), values.end(), [](double one) { return std::isfinite(one); }); }
-bool within(In values, double least, double most) { return std::all_of(values.begin(), values.end(), [=](double one) { return one >= least && one <= most; }); }
-bool whole_within(In values, double least, double most) {
-    return within(values, least, most) && std::all_of(values.begin(), values.end(), [](double one) { return one == std::floor(one); });
+bool within(In values, double low, double high) { return std::all_of(values.begin(), values.end(), [=](double one) { return one >= low && one <= high; }); }
+bool whole_within(In values, double low, double high) {
+    return within(values, low, high) && std::all_of(values.begin(), values.end(), [](double one) { return one == std::floor(one); });
 }
 
 // The first part that cannot be stepped with, from 1 on; 0: none.
@@ -52,13 +52,13 @@ int wrong() {
         const std::size_t size = part(one).size(), rows_of = one == EXITS ? 8 : one == WALLS ? 4 : one == CORNERS ? 2 : 1;
         if (!finite(part(one)) || (one <= IDS && size != (one <= VELOCITY ? 2 * n : n)) || size % rows_of) return one + 1;
     }
-    const Numbers &law = others[LAW], &keeps = others[DISTANCE], &grid = drive.grid;
+    const Vector &law = others[LAW], &keeps = others[DISTANCE], &grid = drive.grid;
     if (!n || !within(crowd.radius, TINY, NOWHERE)) return RADIUS + 1;
     if (!within(crowd.mass, TINY, NOWHERE)) return MASS + 1;
     if (law.size() != PERIOD + 1 || !(law[0] > 0.0) || !within(In(law).subspan(4, 6), 0.0, NOWHERE)) return LAW + 1;
     if (law[4] > 1.0 || !(law[6] > 0.0) || law[TAU] < 0.0 || law[PERIOD] < 0.0) return LAW + 1;
     if (law[TAU] > 0.0 && !whole_within(drive.goes, 0.0, double(doors) - 1.0)) return GOES + 1;
-    if (!within(drive.share, 0.0, 1.0)) return SHARE + 1;
+    if (!within(drive.fraction, 0.0, 1.0)) return SHARE + 1;
     if (!whole_within(drive.ids, 0.0, LARGEST_WHOLE)) return IDS + 1;
     if (keeps.size() != OF_DISTANCE || !within(keeps, 0.0, NOWHERE) || !(keeps[2] > 0.0) || !(keeps[4] > 0.0) || !(keeps[5] > 0.0)) return DISTANCE + 1;
     if (!whole_within(In(keeps).subspan(6), 0.0, LARGEST_WHOLE)) return DISTANCE + 1;
@@ -70,7 +70,7 @@ int wrong() {
 }
 
 // As in analysis/engines/programs/rigid.py: who keep their distance look at the start of a window and every RENEWED s after it.
-Numbers desired(In x) {
+Vector desired(In x) {
     if (!(others[DISTANCE][0] > 0.0)) return drive.desired(x, crowd.radius, crowd.now.time);
     const double h = law(0);
     if (steps % std::max(1, int(RENEWED / h + 1e-9)) == 0 && looked != steps)
@@ -90,15 +90,15 @@ EXPORT(room) double* room(int number, int size) {
 EXPORT(at) double* at(int number) { return number < 0 || number >= PARTS ? nullptr : part(number).data(); }
 EXPORT(size) int size(int number) { return number < 0 || number >= PARTS ? 0 : int(part(number).size()); }
 // Keep all as it is, and go back to it.
-EXPORT(keep) void keep() { kept = whole; }
-EXPORT(back) void back() { whole = kept, others[RESTING].clear(), resting = {}; }
+EXPORT(keep) void keep() { saved_state = state; }
+EXPORT(back) void back() { state = saved_state, others[RESTING].clear(), resting = {}; }
 
 // Take walls and law as the parts say; the first part that is wrong, from 1 on, or 0.
 EXPORT(reconnect) int reconnect() {
     const int bad = wrong();
     begun = bad == 0, steps = 0, looked = -1;
     if (!begun) return bad;
-    const Numbers& keeps = others[DISTANCE];
+    const Vector& keeps = others[DISTANCE];
     crowd.walls = connected(others[WALLS], law(LOW), law(PERIOD));
     drive.walls = crowd.walls, drive.speed = law(SPEED);
     drive.keep({keeps[0], keeps[1], keeps[2], keeps[3], keeps[4], keeps[5], keeps[6]});
@@ -114,11 +114,11 @@ EXPORT(begin) int begin(double time) {
 }
 // Push overlapping disks apart; how far at most (m), −1 where they do not fit.
 EXPORT(separate) double separate() { return begun ? crowd.separate() : -1.0; }
-// Put the deepest contact of all with gaps of at most `most` m into RESTING: first, second or wall, is_wall, gap.
-EXPORT(deepest) void deepest(double most) {
+// Put the deepest contact of all with gaps of at most `high` m into RESTING: first, second or wall, is_wall, gap.
+EXPORT(deepest) void deepest(double max_gap) {
     others[RESTING].clear();
     if (!begun) return;
-    const Touching at = touching(crowd.now.position, crowd.radius, crowd.walls, most);
+    const ContactPairs at = find_contact_pairs(crowd.now.position, crowd.radius, crowd.walls, max_gap);
     const auto c = std::min_element(at.gap.begin(), at.gap.end()) - at.gap.begin();
     if (at.size()) others[RESTING] = {double(at.first[c]), double(at.second[c]), double(c >= at.pairs), at.gap[c]};
 }
@@ -135,7 +135,7 @@ EXPORT(step) int step() {
     if (!crowd.advance(law(TAU) > 0.0 ? desired : Motion::Desired(), done)) return 0;
     if (!moves() || !finite(done.reaction) || !finite(done.friction)) return crowd.now = before, -1;
     ++steps;
-    sums.add(done.near.first, done.near.second, done.near.wall, done.near.normal, done.near.gap, done.reaction, done.friction);
+    sums.add(done.neighbours.first, done.neighbours.second, done.neighbours.wall, done.neighbours.normal, done.neighbours.gap, done.reaction, done.friction);
     sums.add(done.reached.first, done.reached.second, done.reached.wall, done.reached.normal, done.reached.gap, done.push, {});
     return 1;
 }
@@ -143,9 +143,9 @@ EXPORT(step) int step() {
 // Rows of RESTING as of CONTACTS: those that the last step leaves closed; none where it had friction.
 EXPORT(closed) void closed() {
     const In u = crowd.now.velocity;
-    const auto& [first, second, wall, normal, gap] = last.near;
-    Places one, other;
-    Numbers along;
+    const auto& [first, second, wall, normal, gap] = last.neighbours;
+    Indices one, other;
+    Vector along;
     others[RESTING].clear(), pressing.clear();
     if (!begun || largest(last.friction) > 0.0) return;
     for (std::size_t c = 0; c < gap.size(); ++c) {
@@ -156,7 +156,7 @@ EXPORT(closed) void closed() {
         one.push_back(i), other.push_back(j), along.insert(along.end(), {x, y}), pressing.push_back(p);
         others[RESTING].insert(others[RESTING].end(), {double(i), double(j < 0 ? wall[c] : j), double(j < 0), x, y, gap[c], p * x, p * y});
     }
-    resting = system_of({crowd.now.position, u, crowd.radius, Numbers(crowd.radius.size(), 1.0), {}}, std::move(one), std::move(other), along);
+    resting = system_of({crowd.now.position, u, crowd.radius, Vector(crowd.radius.size(), 1.0), {}}, std::move(one), std::move(other), along);
 }
 // The largest (sign 1) or least (−1) reaction (N·s) of a row of RESTING over all λ' ≥ 0 with Cᵀλ' = Cᵀλ: for any u with C u ≤ −sign
 // in that row and C u ≤ 0 in the others sign λ'_c ≤ −u·Cᵀλ. The u that a far larger û = Cᵀλ comes to makes that least: a linear
@@ -164,12 +164,12 @@ EXPORT(closed) void closed() {
 EXPORT(extreme) double extreme(int row, double sign) {
     System& s = resting;
     if (row < 0 || row >= s.k) return sign > 0.0 ? INFINITE : 0.0;
-    const double most = largest(pressing), unit = most > 0.0 ? most / STEEP : 1.0;
+    const double max_gap = largest(pressing), unit = max_gap > 0.0 ? max_gap / STEEP : 1.0;
     std::fill(s.left.begin(), s.left.end(), 0.0), std::fill(s.offset.begin(), s.offset.end(), 0.0);
     add_reactions(s, pressing, 1.0 / unit, s.left), s.offset[row] = -sign;
     s.free = s.left, s.measure();
-    const Numbers u = climb(s, {.tolerance = 1e-10, .least = false, .bounded = false}).velocity;
-    Numbers v(s.k);
+    const Vector u = solve_contacts(s, {.tolerance = 1e-10, .canonical = false, .bounded = false}).velocity;
+    Vector v(s.k);
     approach(s, u, v);
     double bound = 0.0, beyond = 0.0;
     for (int c = 0; c < s.k; ++c) beyond = larger(beyond, v[c] - s.offset[c]);
@@ -181,7 +181,7 @@ EXPORT(extreme) double extreme(int row, double sign) {
 // known of them afterwards, as in a run that goes on from a frame.
 EXPORT(window) void window() {
     const auto n = std::int64_t(crowd.radius.size());
-    Numbers& rows = others[CONTACTS];
+    Vector& rows = others[CONTACTS];
     rows.clear();
     if (!begun) return;
     for (const auto& [key, sum] : sums.close()) {

@@ -11,7 +11,14 @@ from typing import Any
 import numpy as np
 
 from analysis.explore.compiled import WASM
-from analysis.explore.taken import FAR_M, MOST_BYTES, MOST_PEOPLE, MOST_WALLS, TIME_GAP_S, rules
+from analysis.explore.page_input import (
+    FAR_M,
+    MOST_BYTES,
+    MOST_PEOPLE,
+    MOST_WALLS,
+    TIME_GAP_S,
+    rules,
+)
 from analysis.exposure.limits import limits_of_bodies
 from analysis.pages.drawing import above_colours, scene_picture
 from analysis.pages.html import drawn, write_html

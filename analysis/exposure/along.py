@@ -35,8 +35,8 @@ def outlined(scene: Scene, window: Window) -> OnWalls:
     """Give the contacts with walls of a window, of disks where people have several."""
     window = window.disks or window
     on = window.is_wall
-    place = window.now.position[np.searchsorted(window.now.ids, window.keys[on, 0])]
-    return OnWalls(window.keys[on, 1] - 1, place, window.force[on])
+    index = window.now.position[np.searchsorted(window.now.ids, window.keys[on, 0])]
+    return OnWalls(window.keys[on, 1] - 1, index, window.force[on])
 
 
 def outlines_of(scene: Scene) -> Outlines:

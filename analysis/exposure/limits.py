@@ -164,15 +164,15 @@ def read_entries(path: Path, kind: type[AnyFile], key: str) -> AnyFile:
 def _first_problem(error: ValidationError, content: Mapping[str, object], key: str) -> str:
     """The first thing that is wrong, with the name of the entry where it has one."""
     first = error.errors()[0]
-    place = list(first["loc"])
+    location = list(first["loc"])
     rows = content.get(key)
-    if len(place) > 1 and isinstance(place[1], int) and isinstance(rows, list):
-        row = rows[place[1]]
+    if len(location) > 1 and isinstance(location[1], int) and isinstance(rows, list):
+        row = rows[location[1]]
         name = row.get("name") if isinstance(row, dict) else None
-        place[1] = repr(name) if name else f"number {place[1] + 1}"
-    said = {"extra_forbidden": "unknown key", "missing": "is missing"}
-    words = said.get(first["type"], first["msg"].removeprefix("Value error, "))
-    return f"{' '.join(map(str, place))}: {words}" if place else words
+        location[1] = repr(name) if name else f"number {location[1] + 1}"
+    stated = {"extra_forbidden": "unknown key", "missing": "is missing"}
+    words = stated.get(first["type"], first["msg"].removeprefix("Value error, "))
+    return f"{' '.join(map(str, location))}: {words}" if location else words
 
 
 @lru_cache(maxsize=8)

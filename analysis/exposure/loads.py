@@ -33,7 +33,7 @@ from analysis.scene.scene import Scene
 from analysis.support.columns import Columns
 from analysis.support.files import write_columns, write_rows
 from nscd import Snapshot
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Floats, Indices, Mask
 
 # The force (N) below which two bodies hardly touch.
 LEAST_N = 10.0
@@ -145,8 +145,8 @@ def walls_beside(scene: Scene) -> tuple[Indices, Indices]:
     return _flanking(scene, left), _flanking(scene, right)
 
 
-def _distance(places: Floats, other: Floats) -> Floats:
-    return np.asarray(np.hypot(*(places - other).T))
+def _distance(positions: Floats, other: Floats) -> Floats:
+    return np.asarray(np.hypot(*(positions - other).T))
 
 
 # The shortest window (s) that is worth comparing: below it a quantile of forces depends on the
@@ -181,15 +181,15 @@ def loads_of(scene: Scene, window: Window) -> dict[str, Floats]:
     now, force, pairs = window.now, window.force, ~window.is_wall
     # of a wall the second means nothing
     first, second = np.searchsorted(now.ids, window.keys[:, :2]).T
-    (largest, total), given = np.zeros((2, len(now))), np.zeros((len(now), 2))
+    (largest, total), values = np.zeros((2, len(now))), np.zeros((len(now), 2))
     for who, some, sign in ((first, slice(None), -1.0), (second[pairs], pairs, 1.0)):
         np.maximum.at(largest, who, force[some])
         np.add.at(total, who, force[some])
-        np.add.at(given, who, sign * window.impulse[some])
+        np.add.at(values, who, sign * window.impulse[some])
     return {
         "contact_largest": largest,
         "contact_sum": total,
-        "resultant": np.hypot(*given.T) / window.duration,
+        "resultant": np.hypot(*values.T) / window.duration,
         "pressure": total / (2 * np.pi * now.radius),
         **_walls(scene, outlined(scene, window)),
         **_crowd(scene, window),
@@ -261,7 +261,7 @@ def values_of(scene: Scene, window: Window, loads: Mapping[str, Floats]) -> dict
     }
 
 
-def near_door(scene: Scene, now: Snapshot) -> Flags:
+def near_door(scene: Scene, now: Snapshot) -> Mask:
     """Tell who (n,) is within 2 m of the own door and has not passed it."""
     assert scene.drive is not None
     near = ~scene.drive.gone(now.position, now.ids)
@@ -291,7 +291,7 @@ class RunLoads:
     # (n,) s, when each got out: infinite for who did not, NaN for who was out at the start
     out: Floats = field(default_factory=lambda: np.zeros(0))
 
-    def last(self, duration_s: float) -> Flags:
+    def last(self, duration_s: float) -> Mask:
         """Choose the windows (t,) that begin in the last `duration_s` of the run."""
         return np.asarray(self.time - self.duration >= self.time[-1] - duration_s - 1e-9)
 
@@ -306,7 +306,7 @@ class RunLoads:
         above = self.loads[limit.quantity] > limit.number
         return self.duration @ above, self.running(above).max(axis=0, initial=0.0)
 
-    def running(self, above: Flags) -> Floats:
+    def running(self, above: Mask) -> Floats:
         """Sum how long (t,n) s somebody has been above without a break at the end of each window."""
         running = np.zeros(above.shape)
         for number, (now, duration) in enumerate(zip(above, self.duration, strict=True)):
@@ -341,9 +341,9 @@ def read_exposure(
     scene, record = read_finished(folder)
     run = RunWindows(folder, record.time_step_s)
     frames = list(run.between_frames())
-    together = max(1, math.ceil(window_s / frames[0].duration - 1e-9))
-    ends = range(together, len(run.times), together)
-    windows = [joined(frames[end - together : end]).of_people() for end in ends]
+    combined = max(1, math.ceil(window_s / frames[0].duration - 1e-9))
+    ends = range(combined, len(run.times), combined)
+    windows = [joined(frames[end - combined : end]).of_people() for end in ends]
     if not windows:
         raise DumpError(f"{folder}: the run of {run.times[-1]:g} s is shorter than {window_s:g} s")
     every = [loads_of(scene, window) for window in windows]
@@ -373,7 +373,7 @@ def times_out(scene: Scene, frames: Sequence[Snapshot], ids: Sequence[int]) -> F
     out = np.full(len(ids), np.inf)
     if scene.drive is None:
         return out
-    before: tuple[float, Floats, Flags] | None = None
+    before: tuple[float, Floats, Mask] | None = None
     for frame in frames:
         people = people_of(frame)[0]
         who = np.searchsorted(ids, people.ids)
@@ -386,11 +386,11 @@ def times_out(scene: Scene, frames: Sequence[Snapshot], ids: Sequence[int]) -> F
             out[gone] = np.nan
         else:
             then, was, were = before
-            share = np.where(
+            fraction = np.where(
                 (was < 0) & (ahead >= 0), was / np.where(was < ahead, was - ahead, -1), 1
             )
             new, inside = gone & ~were, ~np.isnan(out)
-            out[new & inside] = (then + share * (frame.time - then))[new & inside]
+            out[new & inside] = (then + fraction * (frame.time - then))[new & inside]
             out[~gone & ~np.isnan(ahead) & inside] = np.inf
         before = frame.time, ahead, gone
     return out
@@ -402,9 +402,9 @@ def loads_of_frames(scene: Scene, frames: Sequence[Window]) -> RunLoads:
     are NaN."""
     frames = [frame.of_people() for frame in frames]
     found = _joined(scene, frames, [loads_of(scene, frame) for frame in frames])
-    apart = np.diff(found.time)
+    intervals = np.diff(found.time)
     out = times_out(scene, [frame.now for frame in frames], found.ids)
-    return replace(found, duration=np.append(apart, apart[-1]), out=out)
+    return replace(found, duration=np.append(intervals, intervals[-1]), out=out)
 
 
 def _joined(
@@ -456,10 +456,10 @@ def write_exposure(run: RunLoads, limits: Sequence[Limit], folder: Path) -> list
 def _times_above(run: RunLoads, limits: Sequence[Limit]) -> Iterator[list[object]]:
     for limit in limits:
         of = QUANTITIES[limit.quantity].of
-        said = [limit.duration_s or "", limit.population, limit.cited, limit.read]
+        sentences = [limit.duration_s or "", limit.population, limit.cited, limit.read]
         for name, total, longest in zip(run.names(of), *run.time_above(limit), strict=False):
             head = [limit.name, limit.number, limit.unit, limit.quantity, of, name]
-            yield [*head, float(total), float(longest), *said]
+            yield [*head, float(total), float(longest), *sentences]
 
 
 def exposure_rows(run: RunLoads, limits: Sequence[Limit]) -> list[list[str]]:
@@ -469,7 +469,7 @@ def exposure_rows(run: RunLoads, limits: Sequence[Limit]) -> list[list[str]]:
     for limit in limits:
         quantity = QUANTITIES[limit.quantity]
         total, longest = run.time_above(limit)
-        above, most = int((total > 0).sum()), float(longest.max(initial=0.0))
+        above, maximum = int((total > 0).sum()), float(longest.max(initial=0.0))
         who = f"{above} of {len(total)}"
         if quantity.of == "crowd":
             who = ("yes" if above else "no") if len(total) else NONE
@@ -480,7 +480,7 @@ def exposure_rows(run: RunLoads, limits: Sequence[Limit]) -> list[list[str]]:
                 limit.name,
                 with_unit(significant(limit.number, 4), limit.unit),
                 who,
-                significant(most, 2) + lasts,
+                significant(maximum, 2) + lasts,
                 significant(np.nanmax(values) if values.size else None, 2),
             ]
         )

@@ -12,7 +12,7 @@ import shapely
 from scipy.spatial import cKDTree
 
 from nscd import Walls
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Floats, Indices, Mask
 
 # Walls with so small a gap (m) between their ends, or beside each other, are joined: no person
 # presses through it.
@@ -59,8 +59,8 @@ class Outlines:
     forward: Indices
     side: Floats
     length: Floats
-    closed: Flags
-    alone: Flags
+    closed: Mask
+    alone: Mask
     arcs_at: list[Floats]
     points: list[Floats]
 
@@ -119,11 +119,11 @@ class Outlines:
         for n, (arcs, points) in enumerate(zip(self.arcs_at, self.points, strict=True)):
             start, end = points[::2], points[1::2]
             way = end - start
-            share = np.clip(((point - start) * way).sum(1) / (way**2).sum(1), 0.0, 1.0)
-            away = np.hypot(*(start + share[:, None] * way - point).T)
+            fraction = np.clip(((point - start) * way).sum(1) / (way**2).sum(1), 0.0, 1.0)
+            away = np.hypot(*(start + fraction[:, None] * way - point).T)
             side = int(np.argmin(np.round(away, 6)))
             if away[side] <= within:
-                arc = arcs[2 * side] + share[side] * (arcs[2 * side + 1] - arcs[2 * side])
+                arc = arcs[2 * side] + fraction[side] * (arcs[2 * side + 1] - arcs[2 * side])
                 found.append((round(float(away[side]), 6), n, float(arc)))
         return [(n, arc) for _, n, arc in sorted(found)]
 
@@ -170,18 +170,18 @@ class Outlines:
         for number in np.unique(outline).tolist():
             mine = np.flatnonzero(outline == number)
             mine = mine[np.argsort(arc[mine], kind="stable")]
-            stretch, length, place = float(self.stretch[number]), float(self.length[number]), arc[mine]
+            stretch, length, location = float(self.stretch[number]), float(self.length[number]), arc[mine]
             if self.closed[number] and stretch < length:
-                place, mine = np.append(place, place + length), np.tile(mine, 2)
+                location, mine = np.append(location, location + length), np.tile(mine, 2)
             size = force[mine]
-            sums, moments = (np.append(0.0, np.cumsum(one)) for one in (size, size * place))
+            sums, moments = (np.append(0.0, np.cumsum(one)) for one in (size, size * location))
             # a stretch begins with each contact; rounding of arc lengths is no reason to lose one
-            ends = np.searchsorted(place, place + stretch + ROUNDING_M, side="right")
+            ends = np.searchsorted(location, location + stretch + ROUNDING_M, side="right")
             load = (sums[ends] - sums[: len(ends)]) / stretch
-            most = np.zeros(len(ends))
+            maximum = np.zeros(len(ends))
             for first, end in enumerate(ends.tolist()):
-                np.maximum(most[first:end], load[first], out=most[first:end])
-            np.maximum.at(found, wall[mine], most)
+                np.maximum(maximum[first:end], load[first], out=maximum[first:end])
+            np.maximum.at(found, wall[mine], maximum)
             best = int(np.argmax(load > load.max() * (1 - 1e-9)))  # of equal ones the first
             if load[best] > worst.load * (1 + 1e-9):
                 centre = (moments[ends[best]] - moments[best]) / (load[best] * stretch)
@@ -196,8 +196,8 @@ class Outlines:
         """Name the wall, one of some on an outline, that is next to an arc length (m)."""
         begin = self.arc[among]
         ends = np.sort([begin, begin + self.forward[among] * self.sizes[among]], axis=0)
-        places = np.array([arc, arc - self.length[outline]])[:, None]
-        away = np.maximum(np.maximum(ends[0] - places, places - ends[1]), 0.0).min(0)
+        positions = np.array([arc, arc - self.length[outline]])[:, None]
+        away = np.maximum(np.maximum(ends[0] - positions, positions - ends[1]), 0.0).min(0)
         return int(among[np.argmin(np.round(away, 6))])
 
     @property
@@ -235,8 +235,8 @@ def _sides(walls: Walls) -> tuple[Indices, Floats]:
         flat = np.flatnonzero(flat & (np.abs(off[1] - off[0]) <= PARALLEL * size[free]))
         low, high = np.sort((ends @ along)[:, flat], axis=0)
         order = np.argsort(low, kind="stable")
-        apart = low[order][1:] > np.maximum.accumulate(high[order])[:-1] + GAP_M
-        group = np.append(0, np.cumsum(apart))
+        difference = low[order][1:] > np.maximum.accumulate(high[order])[:-1] + GAP_M
+        group = np.append(0, np.cumsum(difference))
         mine = order[group == group[free[flat][order] == seed]]
         of[free[flat[mine]]] = len(sides)
         reach = np.array([low[mine].min(), high[mine].max()])
@@ -274,12 +274,12 @@ def _joints(sides: Floats, period: tuple[float, float] | None) -> dict[int, int]
         ends[:, 0] -= np.where(np.abs(ends[:, 0] - high) <= GAP_M, high - low, 0.0)
     near = cKDTree(ends).query_pairs(GAP_M, output_type="ndarray").astype(int)
     one, other = near.T
-    apart = np.hypot(*(ends[one] - ends[other]).T)
-    apart = np.where(apart <= ROUNDING_M, 0.0, apart)
+    distance = np.hypot(*(ends[one] - ends[other]).T)
+    distance = np.where(distance <= ROUNDING_M, 0.0, distance)
     turn = np.round((way[one] * way[other]).sum(1), 9)
     middle = np.round(far[one] + far[other], 6)  # of equal ones whatever their order in the plan
     joined: dict[int, int] = {}
-    for pair in np.lexsort([middle[:, 1], middle[:, 0], turn, apart]).tolist():
+    for pair in np.lexsort([middle[:, 1], middle[:, 0], turn, distance]).tolist():
         a, b = near[pair].tolist()
         own = a // 2 == b // 2 and period is None
         if not own and not {a, b} & joined.keys():
@@ -310,7 +310,7 @@ def _turned(chain: Chain, closed: bool, sides: Floats) -> tuple[Chain, bool]:
     return chain[first:] + chain[:first], True
 
 
-def _attached(sides: Floats, number: Indices, count: int) -> Flags:
+def _attached(sides: Floats, number: Indices, count: int) -> Mask:
     """Which outlines (o,) touch another."""
     lines = shapely.linestrings(sides)
     one, other = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=GAP_M)

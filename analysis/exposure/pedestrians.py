@@ -31,15 +31,15 @@ def trajectory(folder: Path) -> Any:
     pedpy, pandas = load("pedpy"), load("pandas")
     _, record = read_finished(folder)
     frames = [snapshot_of(one) for one in open_bodies(folder / "bodies.dump", record.time_step_s).trajectory]
-    apart = np.diff([one.time for one in frames])
-    if not len(apart) or np.ptp(apart) > 1e-6 * apart[0]:
+    intervals = np.diff([one.time for one in frames])
+    if not len(intervals) or np.ptp(intervals) > 1e-6 * intervals[0]:
         raise DumpError(f"{folder}: its frames are not evenly apart, which PedPy needs")
     people = [people_of(one)[0] for one in frames]
-    places = np.concatenate([one.position for one in people])
+    positions = np.concatenate([one.position for one in people])
     number = np.repeat(np.arange(len(people)), [len(one) for one in people])
     ids = np.concatenate([one.ids for one in people])
-    table = pandas.DataFrame({"id": ids, "frame": number, "x": places[:, 0], "y": places[:, 1]})
-    return pedpy.TrajectoryData(table, frame_rate=float(1 / apart.mean()))
+    table = pandas.DataFrame({"id": ids, "frame": number, "x": positions[:, 0], "y": positions[:, 1]})
+    return pedpy.TrajectoryData(table, frame_rate=float(1 / intervals.mean()))
 
 
 def before_door(folder: Path, scene: Scene) -> Any:
@@ -65,18 +65,18 @@ def before_door(folder: Path, scene: Scene) -> Any:
     measured = area & floor
     if inside.empty or measured.area == 0.0:
         raise ValueError(f"{scene.name}: nobody is before the door")
-    heads = pedpy.TrajectoryData(inside.reset_index(drop=True), frame_rate=every.frame_rate)
-    place = pedpy.MeasurementArea(measured)
+    tracks = pedpy.TrajectoryData(inside.reset_index(drop=True), frame_rate=every.frame_rate)
+    position = pedpy.MeasurementArea(measured)
     cells = pedpy.compute_individual_voronoi_polygons(
-        traj_data=heads, walkable_area=pedpy.WalkableArea(floor),
+        traj_data=tracks, walkable_area=pedpy.WalkableArea(floor),
         cut_off=pedpy.Cutoff(radius=CELL_RADIUS_M, quad_segments=8),
     )  # fmt: skip
-    density, parts = pedpy.compute_voronoi_density(individual_voronoi_data=cells, measurement_area=place)
+    density, parts = pedpy.compute_voronoi_density(individual_voronoi_data=cells, measurement_area=position)
     moving = pedpy.compute_voronoi_speed(
-        traj_data=heads, individual_voronoi_intersection=parts, individual_speed=speed,
-        measurement_area=place,
+        traj_data=tracks, individual_voronoi_intersection=parts, individual_speed=speed,
+        measurement_area=position,
     )  # fmt: skip
-    classic = pedpy.compute_classic_density(traj_data=heads, measurement_area=place)
+    classic = pedpy.compute_classic_density(traj_data=tracks, measurement_area=position)
     columns = {
         "density_per_m2": density.reset_index().set_index("frame")["density"],
         "speed_m_per_s": moving.reset_index().set_index("frame")["speed"],
@@ -97,15 +97,15 @@ def _half_disk(scene: Scene) -> Any:
     return shapely.Point(middle).buffer(NEAR_M, quad_segs=64) & shapely.Polygon(inner)
 
 
-def _floor(scene: Scene, places: Floats) -> Any:
+def _floor(scene: Scene, positions: Floats) -> Any:
     """The floor that walls and doors enclose and on which people start, else a box round them all."""
     assert scene.drive is not None
     lines = [(wall.start_m, wall.end_m) for wall in scene.walls] + scene.drive.gates
     noded = shapely.union_all(shapely.linestrings(np.array(lines)))
     rooms = shapely.polygonize([*getattr(noded, "geoms", [noded])]).geoms
     start = shapely.multipoints(scene.people.position)
-    held = shapely.union_all([one for one in rooms if one.intersects(start)])
-    if held.geom_type == "Polygon" and held.intersects(shapely.Point(np.mean(scene.drive.door, axis=0)).buffer(0.1)):
-        return held
-    (x0, y0), (x1, y1) = places.min(0) - NEAR_M, places.max(0) + NEAR_M
+    floor = shapely.union_all([one for one in rooms if one.intersects(start)])
+    if floor.geom_type == "Polygon" and floor.intersects(shapely.Point(np.mean(scene.drive.door, axis=0)).buffer(0.1)):
+        return floor
+    (x0, y0), (x1, y1) = positions.min(0) - NEAR_M, positions.max(0) + NEAR_M
     return shapely.box(x0, y0, x1, y1)

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from analysis.exposure.along import OnWalls, outlines_of
-from analysis.exposure.places import profile
+from analysis.exposure.positions import profile
 from analysis.pages import drawing
 from analysis.pages.numbers import two
 from analysis.scene.scene import Scene
@@ -26,12 +26,12 @@ def draw_loads(scene: Scene, moments: Sequence[OnWalls]) -> Figure:
     figure, (axes,) = drawing.panels(*drawing.size_of(shown, 0.3 * unit * top))
     for n in np.unique(found["outline"][high > 0.005 * top]).tolist():
         mine = found["outline"] == n
-        place = every[mine]
-        way = np.gradient(place, axis=0)
+        position = every[mine]
+        way = np.gradient(position, axis=0)
         normal = np.column_stack([-way[:, 1], way[:, 0]]) / np.maximum(np.hypot(*way.T), 1e-12)[:, None]
-        normal *= np.sign(((place - people) * normal).sum(1) + 1e-12)[:, None]
+        normal *= np.sign(((position - people) * normal).sum(1) + 1e-12)[:, None]
         for load, colour in ((high[mine], drawing.PALE_BAR), (mean[mine], drawing.BLUE)):
-            band = np.concatenate([place, (place + unit * load[:, None] * normal)[::-1]])
+            band = np.concatenate([position, (position + unit * load[:, None] * normal)[::-1]])
             axes.add_patch(Polygon(band, color=colour, lw=0))
     axes.plot(*scene.snapshot.position.T, ".", ms=2, color=drawing.GREY, label="people at the start")
     drawing.draw_walls(axes, [(wall.start_m, wall.end_m) for wall in scene.walls])

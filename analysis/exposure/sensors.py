@@ -51,10 +51,10 @@ class Sensor(BaseModel):
 
     @model_validator(mode="after")
     def _of_one(self) -> Sensor:
-        given, of_mats = self.model_fields_set, {"from_m", "to_m", "height_m"}
+        inputs, of_mats = self.model_fields_set, {"from_m", "to_m", "height_m"}
         if (self.wall is None) == (self.person is None):
             raise ValueError("wall, of a mat, or person, of a vest, is needed")
-        if not_mine := given & (of_mats if self.wall is None else {"arc_deg"}):
+        if not_mine := inputs & (of_mats if self.wall is None else {"arc_deg"}):
             raise ValueError(f"{min(not_mine)}: not of a {'mat' if self.wall else 'vest'}")
         if not 0 < self.arc_deg[1] - self.arc_deg[0] <= 360:
             raise ValueError("arc_deg: from the smaller angle to the larger, at most 360 degrees")
@@ -66,7 +66,7 @@ class Sensor(BaseModel):
         if self.person is not None:
             if self.person not in scene.snapshot.ids:
                 raise ValueError(f"person: nobody has the id {self.person}")
-            if scene.snapshot.wide is not None:
+            if scene.snapshot.compound is not None:
                 raise ValueError("person: vests are for people of one disk each")
             return self.person, *self.arc_deg
         names = [wall.name for wall in scene.walls]
@@ -99,15 +99,15 @@ class Sensor(BaseModel):
             start, end = np.array(wall.start_m), np.array(wall.end_m)
             way = (end - start) / np.hypot(*(end - start))
             first = np.searchsorted(window.now.ids, window.keys[mine, 0])
-            place = (window.now.position[first] - start) @ way
+            position = (window.now.position[first] - start) @ way
             size = np.abs(window.impulse[mine] @ np.array([-way[1], way[0]]))
         else:
             mine = (window.keys[:, 0] == who) | (~window.is_wall & (window.keys[:, 1] == who))
-            place = low + (_directions(scene, window, who)[mine] - low) % 360.0
+            position = low + (_directions(scene, window, who)[mine] - low) % 360.0
             size = np.hypot(*window.impulse[mine].T)
-        share = (place - low) / (high - low) * self.parts
-        on = (share >= 0) & (share < self.parts)
-        return np.asarray(np.bincount(share[on].astype(int), size[on], self.parts), float)
+        fraction = (position - low) / (high - low) * self.parts
+        on = (fraction >= 0) & (fraction < self.parts)
+        return np.asarray(np.bincount(fraction[on].astype(int), size[on], self.parts), float)
 
 
 def _directions(scene: Scene, window: Window, who: int) -> Floats:
@@ -143,8 +143,8 @@ def readings(impulse: Floats, end: Floats, sensor: Sensor) -> tuple[Floats, Floa
         tau = 1 / (2 * np.pi * sensor.cutoff_Hz)
         state = np.zeros_like(before := np.zeros_like(force))
         for n in range(1, len(force)):
-            kept = np.exp(-length[n - 1] / tau)
-            state[n] = force[n - 1] + (state[n - 1] - force[n - 1]) * kept
+            selected = np.exp(-length[n - 1] / tau)
+            state[n] = force[n - 1] + (state[n - 1] - force[n - 1]) * selected
         read = force[at] + (state[at] - force[at]) * np.exp(-since / tau)
     return time, np.where(read < sensor.threshold_N, 0.0, read)
 
@@ -168,16 +168,16 @@ def write_sensors(folder: Path, file: Path) -> Path:
     scene, record = read_finished(folder)
     frames = list(RunWindows(folder, record.time_step_s).between_frames())
     end = np.array([window.end for window in frames])
-    apart = float(np.diff(end, prepend=0.0).max())
+    intervals = float(np.diff(end, prepend=0.0).max())
     for one in sensors:
         try:
             one.placed(scene)
         except ValueError as error:
             raise LimitError(f"{file}: sensors {one.name!r} {error}") from None
-        if one.rate_Hz * apart > 1 + 1e-9:
+        if one.rate_Hz * intervals > 1 + 1e-9:
             raise LimitError(
                 f"{file}: sensors {one.name!r} rate_Hz: {one.rate_Hz:g}. The run has a frame every "
-                f"{apart:.3g} s, which gives {1 / apart:.4g} at most (run.frames)"
+                f"{intervals:.3g} s, which gives {1 / intervals:.4g} at most (run.frames)"
             )
     write_rows(folder / "sensors.csv", SENSORS, _rows(sensors, scene, frames, end))
     return folder / "sensors.csv"

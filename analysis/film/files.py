@@ -13,12 +13,12 @@ import numpy as np
 from analysis.compare.comparison import OpenRun, match_contacts
 from analysis.dumps import DumpError, EngineContacts, open_bodies
 from analysis.dumps.frames import is_binary
-from analysis.dumps.held import OwnContacts
+from analysis.dumps.own_contacts import OwnContacts
 from analysis.dumps.reader import RECORD
 from analysis.dumps.windows import Window
 from analysis.engines.record import RunRecord
 from analysis.engines.rigid import NAME as RIGID_ENGINE
-from analysis.film.frame import NOBODY, OWN, RIGID, Frames, window_of
+from analysis.film.frame import NOBODY, OWN, RIGID, FrameRange, window_of
 from analysis.percussions.own import open_own
 from analysis.percussions.setting import FORCE, Setting, room_beside
 from analysis.percussions.snapshot import SnapshotPercussions, percussions_of, percussions_of_frames
@@ -47,7 +47,7 @@ NO_FORCES = "its percussions are impulses (N·s) of measured velocities, no forc
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Given:
+class FileOptions:
     """Say of a file what it does not: which frames, its room (TOML), own contact forces, the names
     of their columns and N for 1 of them, radius (m) and mass (kg) of heads, unit of lengths, frames per second and columns of
     heads, unit of their times, whether they are taken whatever they look like, and of a dump its time
@@ -97,8 +97,8 @@ class FileFrame(NamedTuple):
             raise ValueError(f"{where}: {self.reason}")
         if model == RIGID and found.unit != FORCE:
             raise ValueError(f"{file}: {NO_FORCES}")
-        if model == RIGID and found.answer.status != "solved":
-            raise ValueError(f"{where}: {found.answer.status}: {found.answer.reason}")
+        if model == RIGID and found.solution.status != "solved":
+            raise ValueError(f"{where}: {found.solution.status}: {found.solution.reason}")
         match = match_contacts(found, self.own or NOBODY, np.zeros(len(found.contacts), dtype=bool))
         return window_of(match, found.snapshot, model)
 
@@ -131,51 +131,51 @@ class FrameFile:
 
     def frames(self, text: str | None) -> Iterator[FileFrame]:
         """Solve the frames of `first:last:step`, all of them where left out."""
-        return self.solve(Frames.parse(text or "::1").of(self.numbers, self.file))
+        return self.solve(FrameRange.parse(text or "::1").of(self.numbers, self.file))
 
 
-def open_any(file: Path, given: Given) -> FrameFile:
+def open_any(file: Path, file_options: FileOptions) -> FrameFile:
     """Open a file by its first bytes: a dump of LAMMPS, text or binary, or else a trajectory.
 
     Raises DumpError, TrajectoryError, SceneError and ValueError naming the file and the column, key or
     option."""
     start = start_of(file, 16)
     if start.startswith(b"ITEM:") or is_binary(start):
-        heads = ("radius", "mass", "frame_rate", "columns", "time_unit", "take_as_is")
-        given.refuse(f"of heads. The disks of {file} have theirs", *heads)
-        return _of_disks(file, given)
+        headers = ("radius", "mass", "frame_rate", "columns", "time_unit", "take_as_is")
+        file_options.refuse(f"of heads. The disks of {file} have theirs", *headers)
+        return _of_disks(file, file_options)
     of_dump = ("time_step", "contacts", "contacts_columns", "contacts_factor", "mass_unit", "fixed_type", "mol")
-    given.refuse(f"of a dump. {file} is a trajectory", *of_dump)
-    if given.unit == "mm":
+    file_options.refuse(f"of a dump. {file} is a trajectory", *of_dump)
+    if file_options.unit == "mm":
         raise ValueError(f"--unit mm: {file} is a trajectory. Give m or cm")
-    said = ("unit", "frame_rate", "columns", "time_unit", "take_as_is")
-    kept = {name: one for name in said if (one := getattr(given, name)) is not None}
-    recording = Recording.read(file, **kept)
-    opened = of_heads(recording, given)
+    stated = ("unit", "frame_rate", "columns", "time_unit", "take_as_is")
+    selected = {name: one for name in stated if (one := getattr(file_options, name)) is not None}
+    recording = Recording.read(file, **selected)
+    opened = of_heads(recording, file_options)
     note(file, opened.about)
-    if given.room:
+    if file_options.room:
         kind = "dump" if opened.measured else "desired"
-        note_unused_keys(given.room, f"left velocity {kind}", CROWD)
+        note_unused_keys(file_options.room, f"left velocity {kind}", CROWD)
     return opened
 
 
-def _of_disks(file: Path, given: Given) -> FrameFile:
+def _of_disks(file: Path, file_options: FileOptions) -> FrameFile:
     """A dump of disks, with its own contacts where there are some beside it."""
-    stated = {name: getattr(given, name) for name in STATED}
+    stated = {name: getattr(file_options, name) for name in STATED}
     trajectory = open_bodies(file, **stated).trajectory
-    room, setting = room_beside(file, given.room, stated)
+    room, setting = room_beside(file, file_options.room, stated)
     setting, room = setting.of_dump(trajectory), room or bare(file)
     scene = empty(_with_standing(room, setting), "dump")
     name = "contacts.dump" if file.name == "bodies.dump" else f"{file.stem}_contacts.dump"
     beside = file.with_name(name)
-    contacts = given.contacts or (beside if beside.is_file() else None)
-    if contacts is not None and given.unit not in (None, "m"):
-        raise DumpError(f"{contacts}: --unit {given.unit}: own forces are read in N and m only")
+    contacts = file_options.contacts or (beside if beside.is_file() else None)
+    if contacts is not None and file_options.unit not in (None, "m"):
+        raise DumpError(f"{contacts}: --unit {file_options.unit}: own forces are read in N and m only")
     own = None
     if contacts is None:
-        given.refuse(f"there are no contacts of {file}. Give --contacts", "contacts_columns", "contacts_factor")
+        file_options.refuse(f"there are no contacts of {file}. Give --contacts", "contacts_columns", "contacts_factor")
     else:
-        own = own_contacts(trajectory, contacts, room, setting, given.contacts_columns, given.contacts_factor)
+        own = own_contacts(trajectory, contacts, room, setting, file_options.contacts_columns, file_options.contacts_factor)
     if np.isnan(trajectory[0].time):
         raise DumpError(f"{file}: its frames have no times. Give --time-step")
 
@@ -203,9 +203,9 @@ def of_run(folder: Path) -> FrameFile:
     run = OpenRun.of(folder)
     scene, trajectory = run.scene, run.universe.trajectory
     own = OwnContacts(run.index, scene, False)
-    given = trajectory, folder / "bodies.dump", Setting.of(scene), own
+    inputs = trajectory, folder / "bodies.dump", Setting.of(scene), own
     numbers, engine = range(len(run.index.frames)), run.record.engine
-    solve = _of_frames(*given, tolerance=TOLERANCE)
+    solve = _of_frames(*inputs, tolerance=TOLERANCE)
     return FrameFile(file=folder, scene=scene, numbers=numbers, solve=solve, engine=engine)
 
 
@@ -216,39 +216,39 @@ def _of_frames(
     percussions."""
 
     def solve(numbers: Iterable[int]) -> Iterator[FileFrame]:
-        most = FASTEST_M_PER_S
+        maximum = FASTEST_M_PER_S
         for number, found in percussions_of_frames(trajectory, numbers, setting, **how):
             now = found.snapshot
-            if (fast := np.hypot(*now.velocity.T).max(initial=0.0)) > most:
+            if (fast := np.hypot(*now.velocity.T).max(initial=0.0)) > maximum:
                 note(file, f"frame {number}: disks are as fast as {fast:.3g} m/s, people are not")
-                most = np.inf
+                maximum = np.inf
             own = contacts.at(trajectory.ts, now) if contacts else None
             yield FileFrame(number, float(now.time), found, own)
 
     return solve
 
 
-def of_heads(recording: Recording, given: Given) -> FrameFile:
+def of_heads(recording: Recording, file_options: FileOptions) -> FrameFile:
     """Take a trajectory. In each frame people are moved apart from where the frame before left them. A
     frame where they cannot be has a reason instead; one with nobody inside has no forces.
 
     Raises TrajectoryError where nobody is inside in any frame."""
-    file, radius, mass = recording.file, given.radius or RADIUS_M, given.mass or MASS_KG
+    file, radius, mass = recording.file, file_options.radius or RADIUS_M, file_options.mass or MASS_KG
     room, name = bare(file), "trajectory"
-    if given.room is not None:
-        room, name = read_room(given.room, (radius, mass), whole=False)[0], given.room.stem
+    if file_options.room is not None:
+        room, name = read_room(file_options.room, (radius, mass), complete=False)[0], file_options.room.stem
     if not room.walls:
-        room = _with_walls_inside(room, file, needed=given.room is None)
+        room = _with_walls_inside(room, file, needed=file_options.room is None)
     shift = max(0, 1 - int(recording.data.id.min()))  # ids of disks begin at 1
     if room.drive:
         ids = recording.data.id.to_numpy()
-        room.drive.check_people([ids], f"{given.room}: ", f" in {file}")
+        room.drive.check_people([ids], f"{file_options.room}: ", f" in {file}")
         room = room.model_copy(update={"drive": room.drive.shifted(shift)})
-    scene, origin = empty(room, name), str(given.room or file)
+    scene, origin = empty(room, name), str(file_options.room or file)
     kind = Setting.in_room(room).kind
     measured = kind == "dump"
     # velocities only where they count: who is held has none, and sees where to walk
-    read = recording.heads if measured else recording.still
+    read = recording.head_positions if measured else recording.still
     occupied, about = who_is_inside(recording, scene, origin)
 
     def solve(numbers: Iterable[int]) -> Iterator[FileFrame]:
@@ -262,10 +262,10 @@ def of_heads(recording: Recording, given: Given) -> FrameFile:
                 yield FileFrame(number, time, found)
                 continue
             try:
-                heads = read(number)
-                heads = replace(heads, ids=heads.ids + shift)
+                tracked = read(number)
+                tracked = replace(tracked, ids=tracked.ids + shift)
                 crowd = place_crowd(
-                    heads, radius=radius, room=scene, origin=origin, mass=mass, before=crowd
+                    tracked, radius=radius, room=scene, origin=origin, mass=mass, before=crowd
                 )
             except (OverlapError, SceneError, TrajectoryError) as error:
                 yield FileFrame(number, time, reason=str(error))
@@ -325,10 +325,10 @@ def paired(
     """Pair the frames of two files that are at one instant, within same_s."""
     one, other = next(first, None), next(second, None)
     while one and other:
-        apart = one.time - other.time
-        if abs(apart) <= same_s:
+        difference = one.time - other.time
+        if abs(difference) <= same_s:
             yield one, other
-        if apart <= same_s:
+        if difference <= same_s:
             one = next(first, None)
-        if apart >= -same_s:
+        if difference >= -same_s:
             other = next(second, None)

@@ -20,7 +20,7 @@ from analysis.scene.rigid_bodies import people_of
 from analysis.scene.scene import Scene
 from analysis.scene.schema import Reconciliation
 from nscd import Snapshot
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Floats, Indices, Mask
 from nscd.indeterminacy.equilibrium import Equilibrium
 from nscd.indeterminacy.intervals import Intervals, weights_of_disk
 from nscd.indeterminacy.linear import ProgramError
@@ -32,7 +32,7 @@ FORM = re.compile(r"(?P<first>\d{0,9})(?P<range>:(?P<last>\d{0,9})(:(?P<step>\d{
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Frames:
+class FrameRange:
     """Choose every `step`-th frame from the first to the last, both included.
 
     first, last: those of the file where left out
@@ -45,7 +45,7 @@ class Frames:
     ensemble: bool = False
 
     @classmethod
-    def parse(cls, text: str) -> Frames:
+    def parse(cls, text: str) -> FrameRange:
         """Read `150:250:5` (every fifth from 150 to 250), `150:250`, `150:` or `150`.
 
         Raises ValueError for anything else."""
@@ -68,18 +68,18 @@ class Frames:
         first, last = int(there[0]), int(there[-1])
         start = first if self.first is None else self.first
         end = last if self.last is None else self.last
-        asked = there[(there >= start) & (there <= end)]
+        requested = there[(there >= start) & (there <= end)]
         if self.step:
-            asked = asked[(asked - start) % self.step == 0]
+            requested = requested[(requested - start) % self.step == 0]
         else:
             usual = SAMPLED if self.ensemble else USUAL
-            asked = asked[:: max(1, round((len(asked) - 1) / (usual - 1)))]
-        if not (first <= start <= end <= last and len(asked)):
+            requested = requested[:: max(1, round((len(requested) - 1) / (usual - 1)))]
+        if not (first <= start <= end <= last and len(requested)):
             wanted = f"{start} to {max(start, end)}"
             usual = int(np.median(np.diff(there))) if len(there) > 1 else 1
             by = f", every {usual}" if usual > 1 else ""
             raise ValueError(f"--frames: {wanted}, but {file} has frames {first} to {last}{by}")
-        return [int(one) for one in asked]
+        return [int(one) for one in requested]
 
 
 # Of more open contacts than this only walls and pressure have bounds: each contact and each person
@@ -104,9 +104,9 @@ def openness_at(
     determined = known.determined
     is_open, nothing = determined == 0, np.full((2, k), np.nan)
     exact = {key: (value, value) for key, value in values.items()}
-    if not k and found.answer.status == "solved":
+    if not k and found.solution.status == "solved":
         return determined, nothing, exact
-    if found.answer.friction is not None or (determined < 0).any() or not k:
+    if found.solution.friction is not None or (determined < 0).any() or not k:
         return determined, nothing, dict.fromkeys(values, NONE)
     if not is_open.any():
         return determined, np.tile(np.hypot(*found.pressing.T), (2, 1)), exact
@@ -123,12 +123,12 @@ def openness_at(
 
 
 def _headline_bounds(
-    scene: Scene, found: SnapshotPercussions, bounds: Floats, is_open: Flags, keys: Iterable[str]
+    scene: Scene, found: SnapshotPercussions, bounds: Floats, is_open: Mask, keys: Iterable[str]
 ) -> dict[str, Bounds]:
     """The bounds of the headline numbers of a frame, of whose contacts some are open."""
     contacts, now, window = found.contacts, found.snapshot, found.window or 1.0
     people, of = people_of(now)
-    intervals = Intervals(Equilibrium.of(contacts, found.answer))
+    intervals = Intervals(Equilibrium.of(contacts, found.solution))
 
     def linear(weights: Floats) -> Bounds:
         span = intervals.of(weights)
@@ -137,10 +137,10 @@ def _headline_bounds(
     def at_door() -> Bounds:
         """Of the mean pressure on people near the door, in which contacts weigh in 1/m."""
         near = near_door(scene, people)
-        share = (near / (2 * np.pi * people.radius * max(1, int(near.sum()))))[of]
+        fraction = (near / (2 * np.pi * people.radius * max(1, int(near.sum()))))[of]
         pairs = ~contacts.is_wall
-        weights: Floats = share[contacts.first].copy()
-        weights[pairs] += share[contacts.second[pairs]]
+        weights: Floats = fraction[contacts.first].copy()
+        weights[pairs] += fraction[contacts.second[pairs]]
         return linear(weights)
 
     def person() -> Bounds:
@@ -167,8 +167,8 @@ def _headline_bounds(
         "person_largest": person,
     }
     sums = ("walls", "pressure_door")
-    known = not np.isnan(bounds[0]).any()
-    return {key: found_by[key]() if known or key in sums else NONE for key in keys}
+    finite = not np.isnan(bounds[0]).any()
+    return {key: found_by[key]() if finite or key in sums else NONE for key in keys}
 
 
 # What a film follows; of an impact, which has no forces and no door, only those of SHOCK.
@@ -216,7 +216,7 @@ class Frame:
     values: Mapping[str, Mapping[str, Floats]] = field(default_factory=dict)
     status: str = Status.SOLVED  # of the percussions, with the reason where they are not solved
     reason: str = ""
-    heads: Floats | None = None  # (n,2) m, where people were filmed; None of a run
+    head_positions: Floats | None = None  # (n,2) m, where people were filmed; None of a run
     account: Reconciliation | None = None  # what was done to them
 
     @property
@@ -240,7 +240,7 @@ class Frame:
         """Name the unit of what contacts carry in a model."""
         return FORCE if model == ENGINE or self.found is None else self.found.unit
 
-    def has(self, model: str) -> Flags:
+    def has(self, model: str) -> Mask:
         """Tell which contacts (k,) a model has."""
         return self.match.in_penalty if model == ENGINE else self.match.in_rigid
 
@@ -254,7 +254,7 @@ class Frame:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Reel:
+class Animation:
     """Hold the frames of one run, or of a filmed crowd with one radius."""
 
     title: str  # as a page names it
@@ -370,10 +370,10 @@ def frame_of(
     engine: EngineContacts | None = None,
     *,
     ensemble: bool | None = False,
-    heads: Floats | None = None,
+    positions: Floats | None = None,
     account: Reconciliation | None = None,
 ) -> Frame:
-    """Make a frame of percussions and, of a run, of the engine's contacts; ensemble: see `Frames`. None:
+    """Make a frame of percussions and, of a run, of the engine's contacts; ensemble: see `FrameRange`. None:
     without bounds, which a film of rigid runs does not show."""
     match = match_contacts(found, engine or NOBODY, np.zeros(len(found.contacts), dtype=bool))
     models = [RIGID] if engine is None else [RIGID, ENGINE]
@@ -390,8 +390,8 @@ def frame_of(
     else:
         headlines = {key: rigid[key] for key in HEADLINES if key in rigid}
         known, ends, of_values = openness_at(scene, found, headlines)
-    if heads is not None:
-        far = np.hypot(*(found.snapshot.position - heads).T) > FAR * found.snapshot.radius
+    if positions is not None:
+        far = np.hypot(*(found.snapshot.position - positions).T) > FAR * found.snapshot.radius
         rigid[MOVED_FAR] = 100.0 * float(far.mean())
     rows, k = np.searchsorted(match.keys, keys_of(found)), len(match.ids)
     determined, bounds = np.full(k, -1), np.full((2, k), np.nan)
@@ -414,8 +414,8 @@ def frame_of(
         determined=determined,
         bounds=bounds,
         values=values,
-        status=str(found.answer.status),
-        reason=found.answer.reason,
-        heads=heads,
+        status=str(found.solution.status),
+        reason=found.solution.reason,
+        head_positions=positions,
         account=account,
     )

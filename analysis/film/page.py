@@ -29,7 +29,16 @@ from analysis.exposure.limits import (
     limits_of_people,
 )
 from analysis.exposure.picture import draw_loads
-from analysis.film.frame import HEADLINES, MOST_OPEN, MOVED_FAR, OWN, RIGID, Frame, Reel, window_of
+from analysis.film.frame import (
+    HEADLINES,
+    MOST_OPEN,
+    MOVED_FAR,
+    OWN,
+    RIGID,
+    Animation,
+    Frame,
+    window_of,
+)
 from analysis.film.summary import (
     JUMP,
     band,
@@ -69,68 +78,68 @@ BETWEEN = 0.08
 Line = tuple[str, str]
 
 
-def draw_series(reels: Sequence[Reel]) -> Figure:
+def draw_series(animations: Sequence[Animation]) -> Figure:
     """Draw each headline number over time, those of two units apart: of runs every model, of a
     filmed crowd the middle radius within the band of all; crosses where percussions are not solved."""
-    lines: list[tuple[Sequence[Reel], str, Line]] = [
-        ([reel], model, (colour, line))
-        for reel, colour in zip(reels, cycle(drawing.COLOURS), strict=False)
-        for model, line in zip(reel.models, drawing.LINES, strict=False)
+    lines: list[tuple[Sequence[Animation], str, Line]] = [
+        ([animation], model, (colour, line))
+        for animation, colour in zip(animations, cycle(drawing.COLOURS), strict=False)
+        for model, line in zip(animation.models, drawing.LINES, strict=False)
     ]
     shown = {
-        (key, unit_of(reel, model, key)): None
+        (key, unit_of(animation, model, key)): None
         for key in HEADLINES
-        for (reel,), model, _ in lines
-        if any(key in one.values.get(model, {}) for one in reel.frames)
+        for (animation,), model, _ in lines
+        if any(key in one.values.get(model, {}) for one in animation.frames)
     }
-    if reels[0].radius is not None:
-        lines = [(reels, RIGID, (drawing.BLUE, "-"))]
+    if animations[0].radius is not None:
+        lines = [(animations, RIGID, (drawing.BLUE, "-"))]
     figure, every = drawing.panels(8.0, 2.2 * len(shown) + 1.0, len(shown), sharex=True)
     for axes, (key, unit) in zip(every, shown, strict=True):
-        for mine, model, look in lines:
+        for mine, model, style in lines:
             if unit_of(mine[0], model, key) == unit:
-                _draw_band(axes, mine, model, key, look)
+                _draw_band(axes, mine, model, key, style)
         axes.set_ylabel(fill(f"{title_of(key, unit)} ({unit})", 30), fontsize=8)
         axes.set_ylim(bottom=0)
         axes.grid(alpha=0.3)
         if key == "contact_largest" and unit == FORCE:
             _draw_limits(axes, key)
         # an empty line that is not clipped would upset the layout
-        for bad in ([one.time for one in reel.unsolved] for reel in reels if reel.unsolved):
+        for bad in ([one.time for one in animation.unsolved] for animation in animations if animation.unsolved):
             axes.plot(
                 bad, np.zeros(len(bad)), "x", color=drawing.VERMILION, clip_on=False, zorder=5
             )
     every[-1].set_xlabel("time (s)")
-    drawing.legend_below(figure, every, 2, place="outside upper center")
+    drawing.legend_below(figure, every, 2, anchor="outside upper center")
     return figure
 
 
-def _draw_band(axes: Axes, reels: Sequence[Reel], model: str, key: str, look: Line) -> None:
+def _draw_band(axes: Axes, animations: Sequence[Animation], model: str, key: str, style: Line) -> None:
     """A number of the middle reel, with what the mechanics leaves open; of a filmed crowd the band
     of all radii, and jumps."""
-    every, number = np.stack([one.track(model, key) for one in reels]), len(reels) // 2
-    reel, (low, high), known = reels[number], band(every), ~np.isnan(every[..., 0])
-    time = np.array([frame.time for frame in reel.frames])
-    colour, line = look
-    radii = [one.radius for one in reels if one.radius is not None]
+    every, number = np.stack([one.track(model, key) for one in animations]), len(animations) // 2
+    animation, (low, high), finite = animations[number], band(every), ~np.isnan(every[..., 0])
+    time = np.array([frame.time for frame in animation.frames])
+    colour, line = style
+    radii = [one.radius for one in animations if one.radius is not None]
     if len(radii) > 1:
-        shared = known.any(0)
+        shared = finite.any(0)
         ends = np.nanmin(low[:, shared], axis=0), np.nanmax(high[:, shared], axis=0)
         label = f"radii {min(radii):g} to {max(radii):g} m"
         drawing.shade(axes, time[shared], *ends, colour, FAINTER, label=label)
-    mine = known[number]
+    mine = finite[number]
     time, value = time[mine], every[number, mine, 0]
     low, high = low[number, mine], high[number, mine]
     if np.any(high > low):
-        of = "90 % of" if reel.ensemble else "all"
+        of = "90 % of" if animation.ensemble else "all"
         label = f"{of} admissible forces" if radii else ""
         drawing.shade(axes, time, low, high, colour, FAINT, label=label)
-    places = model == RIGID and not radii
-    label = f"percussions, at the places of {reel.title}" if places else reel.title
+    positions = model == RIGID and not radii
+    label = f"percussions, at the places of {animation.title}" if positions else animation.title
     axes.plot(time, value, color=colour, ls=line, lw=1.2, label=label)
     if radii:
-        jumped = np.abs(jumps(reel)[key][mine]) > JUMP
-        label = f"jumps since the frame before, {reel.title}"
+        jumped = np.abs(jumps(animation)[key][mine]) > JUMP
+        label = f"jumps since the frame before, {animation.title}"
         at = time[jumped], value[jumped]
         axes.plot(*at, "o", mfc="none", ms=4, color=drawing.VERMILION, label=label)
 
@@ -145,38 +154,38 @@ def _draw_limits(axes: Axes, key: str) -> None:
         if limit.number - labelled > BETWEEN * top:
             labelled = limit.number
             words = f"{significant(limit.number, 4)} N"
-            place = 1.005, limit.number / top
-            axes.text(*place, words, fontsize=6, va="center", transform=axes.transAxes)
+            anchor = 1.005, limit.number / top
+            axes.text(*anchor, words, fontsize=6, va="center", transform=axes.transAxes)
 
 
-def draw_still(reel: Reel, shown: Frame, files: tuple[Path, ...] = ()) -> Figure:
+def draw_still(animation: Animation, shown: Frame, files: tuple[Path, ...] = ()) -> Figure:
     """Draw one frame in the first model; files: of users' limits."""
     now = shown.now
-    figure, (axes,) = drawing.panels(*drawing.size_of(_in_view(reel, now), float(now.radius.max())))
-    if marks := still_on(axes, reel, shown, files):
-        look = {"ncols": 3, "fontsize": 7, "frameon": False}
-        figure.legend(handles=marks, loc="outside lower center", **look)
+    figure, (axes,) = drawing.panels(*drawing.size_of(_in_view(animation, now), float(now.radius.max())))
+    if marks := still_on(axes, animation, shown, files):
+        style = {"ncols": 3, "fontsize": 7, "frameon": False}
+        figure.legend(handles=marks, loc="outside lower center", **style)
     return figure
 
 
-def still_on(axes: Axes, reel: Reel, shown: Frame, files: tuple[Path, ...] = ()) -> list[Line2D]:
+def still_on(axes: Axes, animation: Animation, shown: Frame, files: tuple[Path, ...] = ()) -> list[Line2D]:
     """Draw one frame on axes: people in the colours of the limits (files: of users) that their
     largest force is above, and a black line for each contact, wider for more force. Return the
     marks of the limits, for a legend."""
-    now, contacts, size = shown.now, shown.match.contacts, shown.size(reel.models[0])
-    of, pairs, unit = people_of(now)[1], ~contacts.is_wall, shown.unit(reel.models[0])
-    most = np.zeros(len(now))
-    np.maximum.at(most, of[contacts.first], size)
-    np.maximum.at(most, of[contacts.second[pairs]], size[pairs])
+    now, contacts, size = shown.now, shown.match.contacts, shown.size(animation.models[0])
+    of, pairs, unit = people_of(now)[1], ~contacts.is_wall, shown.unit(animation.models[0])
+    maximum = np.zeros(len(now))
+    np.maximum.at(maximum, of[contacts.first], size)
+    np.maximum.at(maximum, of[contacts.second[pairs]], size[pairs])
     largest = float(size.max(initial=0.0)) or 1.0
     limits = [limit.number for limit in limits_of_bodies(files)] if unit == FORCE else []
     colours = np.array(drawing.above_colours(len(limits)))
-    drawing.draw_disks(axes, now, colours[np.searchsorted(limits, most[of])].tolist())
-    drawing.draw_walls(axes, [(wall.start_m, wall.end_m) for wall in reel.scene.walls])
+    drawing.draw_disks(axes, now, colours[np.searchsorted(limits, maximum[of])].tolist())
+    drawing.draw_walls(axes, [(wall.start_m, wall.end_m) for wall in animation.scene.walls])
     lines = LineCollection(list(contact_lines(now, contacts)), colors="black")
     lines.set_linewidth(list(0.1 + 3.0 * size / largest))
     axes.add_collection(lines)
-    drawing.frame(axes, _in_view(reel, now), float(now.radius.max()))
+    drawing.frame(axes, _in_view(animation, now), float(now.radius.max()))
     axes.set_title(f"thickest line: {significant(largest, 2)} {unit}", fontsize=8)
     named = zip(limits, colours[1:], strict=True)
     return [
@@ -185,13 +194,13 @@ def still_on(axes: Axes, reel: Reel, shown: Frame, files: tuple[Path, ...] = ())
     ]
 
 
-def _in_view(reel: Reel, now: Snapshot) -> Floats:
+def _in_view(animation: Animation, now: Snapshot) -> Floats:
     """What a still shows (n,2) m: people who did not leave, the doors, and without people the walls."""
-    drive, people = reel.scene.drive, now.position
+    drive, people = animation.scene.drive, now.position
     if drive and len(now) and not (left := drive.gone(people, now.ids)).all():
         people = people[~left]
     doors = [np.array(one) for one in drive.gates] if drive else []
-    walls = [np.array([wall.start_m, wall.end_m]) for wall in reel.scene.walls]
+    walls = [np.array([wall.start_m, wall.end_m]) for wall in animation.scene.walls]
     return np.concatenate([people, *(doors if len(now) and doors else walls)])
 
 
@@ -202,7 +211,7 @@ STOPS = 9
 HUES = drawing.BLUE, drawing.ORANGE, drawing.VERMILION, drawing.BLUE, drawing.PINK
 
 
-def packed(reels: Sequence[Reel], files: tuple[Path, ...] = (), live: str = "") -> str:
+def packed(animations: Sequence[Animation], files: tuple[Path, ...] = (), live: str = "") -> str:
     """Pack a film for the page: JSON of whole numbers, gzip, base64; files: of users' limits; live: name of
     the scene where explore.html is beside.
 
@@ -212,7 +221,7 @@ def packed(reels: Sequence[Reel], files: tuple[Path, ...] = (), live: str = "") 
     content = {
         "place": PLACE_M,
         "live": live,
-        "reels": [_reel(reel) for reel in reels],
+        "reels": [_animation(animation) for animation in animations],
         "limits": [one.number for one in limits],
         "above": drawing.above_colours(len(limits)),
         "shades": [to_hex(one) for one in shades],
@@ -222,9 +231,9 @@ def packed(reels: Sequence[Reel], files: tuple[Path, ...] = (), live: str = "") 
     return base64.b64encode(gzip.compress(text.encode(), 9, mtime=0)).decode("ascii")
 
 
-def _reel(reel: Reel) -> dict[str, Any]:
+def _animation(animation: Animation) -> dict[str, Any]:
     """Everybody who is ever there, the walls, and the frames."""
-    shown, walls, drive = reel.shown, reel.scene.walls, reel.scene.drive
+    shown, walls, drive = animation.shown, animation.scene.walls, animation.scene.drive
     people = {
         int(one): (float(r), int(who))
         for each in shown
@@ -233,38 +242,38 @@ def _reel(reel: Reel) -> dict[str, Any]:
         )
     }
     ids = np.array(sorted(people), dtype=np.int64)
-    sizes = [each.size(model).max(initial=0.0) for each in shown for model in reel.models]
+    sizes = [each.size(model).max(initial=0.0) for each in shown for model in animation.models]
     largest = float(max(sizes, default=0.0))
     # the power of ten of which the largest has at most 10 times STEPS
     step = 10.0 ** math.floor(math.log10(largest / STEPS)) if largest > 0 else 1.0
     before = np.zeros((len(ids), 2))
     return {
-        "title": reel.title,
-        "since": round(reel.since, 6),
-        "engine": reel.title if reel.engine else "",
-        "bodies": _bodies(reel).split(",")[0] if reel.engine else "",
+        "title": animation.title,
+        "since": round(animation.since, 6),
+        "engine": animation.title if animation.engine else "",
+        "bodies": _bodies(animation).split(",")[0] if animation.engine else "",
         "walls": [[*wall.start_m, *wall.end_m] for wall in walls],
         "names": [wall.name for wall in walls],
         "doors": [[*p, *q] for p, q in drive.gates] if drive else [],
-        "period": float(np.ptp(reel.scene.period_x_m or 0.0)),
+        "period": float(np.ptp(animation.scene.period_x_m or 0.0)),
         "ids": ids.tolist(),
         "radius": [round(people[one][0] / PLACE_M) for one in ids.tolist()],
         # of each disk the first of its person
         "person": np.searchsorted(ids, [people[one][1] for one in ids.tolist()]).tolist(),
         "step": step,
         # of an impact the two models have no unit in common, and so no difference
-        "units": {model: shown[0].unit(model) if shown else FORCE for model in reel.models},
-        "jumps": [] if reel.radius is None else jumping(reel),
-        "frames": [_frame(reel, frame, ids, step, before) for frame in reel.frames],
+        "units": {model: shown[0].unit(model) if shown else FORCE for model in animation.models},
+        "jumps": [] if animation.radius is None else jumping(animation),
+        "frames": [_frame(animation, frame, ids, step, before) for frame in animation.frames],
     }
 
 
-def _bodies(reel: Reel) -> str:
+def _bodies(animation: Animation) -> str:
     """Name what an engine's own forces are those of."""
-    return "own forces" if reel.engine == OWN else bodies_label(reel.scene)
+    return "own forces" if animation.engine == OWN else bodies_label(animation.scene)
 
 
-def _frame(reel: Reel, frame: Frame, ids: Indices, step: float, before: Floats) -> dict[str, Any]:
+def _frame(animation: Animation, frame: Frame, ids: Indices, step: float, before: Floats) -> dict[str, Any]:
     """Places as differences from the frame before, which this one replaces; contacts by bodies."""
     head: dict[str, Any] = {"n": frame.number, "t": round(frame.time, 6), "s": frame.status}
     if frame.reason:
@@ -272,26 +281,26 @@ def _frame(reel: Reel, frame: Frame, ids: Indices, step: float, before: Floats) 
     if frame.found is None:
         return head
     now, match = frame.now, frame.match
-    people, places = np.searchsorted(ids, now.ids), np.round(now.position / PLACE_M)
-    moved = places - before[people]
-    before[people] = places
+    people, coordinates = np.searchsorted(ids, now.ids), np.round(now.position / PLACE_M)
+    moved = coordinates - before[people]
+    before[people] = coordinates
     first, second = np.searchsorted(ids, match.ids).T
-    forces = [np.where(frame.has(model), frame.size(model), np.nan) for model in reel.models]
-    heads = frame.heads
+    forces = [np.where(frame.has(model), frame.size(model), np.nan) for model in animation.models]
+    positions = frame.head_positions
     return head | {
         "p": np.diff(people, prepend=0).tolist(),
-        "x": _whole(moved, 1.0),
+        "x": _integers(moved, 1.0),
         "a": np.diff(first, prepend=0).tolist(),
         "b": np.where(match.is_wall, -match.ids[:, 1], second).tolist(),
-        "f": [_whole(force, step) for force in forces],
+        "f": [_integers(force, step) for force in forces],
         "d": frame.determined.tolist(),
-        "lo": _whole(frame.bounds[0], step),
-        "hi": _whole(frame.bounds[1], step),
-        **({} if heads is None else {"h": _whole(heads - now.position, PLACE_M)}),
+        "lo": _integers(frame.bounds[0], step),
+        "hi": _integers(frame.bounds[1], step),
+        **({} if positions is None else {"h": _integers(positions - now.position, PLACE_M)}),
     }
 
 
-def _whole(values: Floats, unit: float) -> list[int]:
+def _integers(values: Floats, unit: float) -> list[int]:
     """Values as whole multiples of a unit, one after the other; −1 where there is none."""
     multiples = np.where(np.isnan(values), -1.0, np.round(values / unit))
     return [int(one) for one in multiples.ravel()]
@@ -302,15 +311,15 @@ PAGE = "film.html"
 STEP_M = 0.01
 
 
-def write_film(reels: Sequence[Reel], folder: Path, command: str, source: str) -> Path:
+def write_film(animations: Sequence[Animation], folder: Path, command: str, source: str) -> Path:
     """Write film.html with its pictures into a folder, each whole; return its path.
 
     source: name of the file or the scene that was filmed"""
-    words = words_of(reels)
-    still, *others = _pictures(words, reels)
+    words = words_of(animations)
+    still, *others = _pictures(words, animations)
     images = write_pictures([Section(number="still", title="", pictures=[still, *others])], folder)
-    tables = [_headlines(words, reels), *([_limits(words, reels)] if _forces(reels) else [])]
-    drawn, notes = charts_and_notes(reels)
+    tables = [_headlines(words, animations), *([_limits(words, animations)] if _forces(animations) else [])]
+    drawn, notes = charts_and_notes(animations)
     page = render(
         PAGE,
         contents=[
@@ -318,14 +327,14 @@ def write_film(reels: Sequence[Reel], folder: Path, command: str, source: str) -
             ("assumptions", "Assumptions"),
             ("numbers", "In numbers"),
         ],
-        title=" and ".join(dict.fromkeys(reel.scene.title or source for reel in reels)),
-        filmed=reels[0].radius is not None,
-        what=_what(words, reels, source),
-        warnings=_warnings(words, reels),
+        title=" and ".join(dict.fromkeys(animation.scene.title or source for animation in animations)),
+        filmed=animations[0].radius is not None,
+        what=_what(words, animations, source),
+        warnings=_warnings(words, animations),
         charts=drawn,
         notes=notes,
         still=still,
-        data=packed(reels),
+        data=packed(animations),
         sections=[
             Section(
                 number="numbers",
@@ -336,17 +345,17 @@ def write_film(reels: Sequence[Reel], folder: Path, command: str, source: str) -
             )
         ],
         images=images,
-        engines=[reel.engine for reel in reels],
+        engines=[animation.engine for animation in animations],
         command=command,
     )
     write_text(folder / PAGE, page)
     return folder / PAGE
 
 
-def words_of(reels: Sequence[Reel]) -> Words:
+def words_of(animations: Sequence[Animation]) -> Words:
     """Open the words of a film, with what several blocks ask for."""
-    radii = [reel.radius for reel in reels if reel.radius is not None]
-    middle = reels[len(reels) // 2]
+    radii = [animation.radius for animation in animations if animation.radius is not None]
+    middle = animations[len(animations) // 2]
     times = [frame.time for frame in middle.frames]
     duration = times[-1] - times[0]
     return Words(
@@ -358,44 +367,44 @@ def words_of(reels: Sequence[Reel]) -> Words:
         end=times[-1],
         duration=duration,
         step=duration / (len(times) - 1) if len(times) > 1 else None,
-        rigid=any(RIGID in reel.models for reel in reels),
-        columns=list(bands(reels)),
-        sampled=reels[0].ensemble,
-        states="90 % of" if reels[0].ensemble else "all",
+        rigid=any(RIGID in animation.models for animation in animations),
+        columns=list(bands(animations)),
+        sampled=animations[0].ensemble,
+        states="90 % of" if animations[0].ensemble else "all",
     )
 
 
-def _forces(reels: Sequence[Reel]) -> bool:
+def _forces(animations: Sequence[Animation]) -> bool:
     """Whether the percussions are forces."""
-    shown = [(reel, model) for reel in reels for model in reel.models]
-    return all(frame.unit(model) == FORCE for reel, model in shown for frame in reel.frames)
+    shown = [(animation, model) for animation in animations for model in animation.models]
+    return all(frame.unit(model) == FORCE for animation, model in shown for frame in animation.frames)
 
 
-def _what(words: Words, reels: Sequence[Reel], source: str) -> list[str]:
+def _what(words: Words, animations: Sequence[Animation], source: str) -> list[str]:
     """What was filmed, and what presses it."""
-    middle = reels[len(reels) // 2]
+    middle = animations[len(animations) // 2]
     drive, counts = middle.scene.drive, [len(frame.people) for frame in middle.shown]
-    is_driven = drive is not None and _forces(reels)
+    is_driven = drive is not None and _forces(animations)
     if middle.radius is None and middle.engine in ("", OWN):
         own = bool(middle.engine)
-        said = [words.text("dump", file=source, own=own, least=min(counts), most=max(counts))]
+        sentences = [words.text("dump", file=source, own=own, least=min(counts), most=max(counts))]
     elif middle.radius is None:
-        people = [max(len(frame.people) for frame in reel.shown) for reel in reels]
-        names = [reel.engine for reel in reels]
+        people = [max(len(frame.people) for frame in animation.shown) for animation in animations]
+        names = [animation.engine for animation in animations]
         run = words.text(
             "run",
             people=people[0],
-            engines=[in_a_sentence(reel.title) for reel in reels],
+            engines=[in_a_sentence(animation.title) for animation in animations],
             names=names,
             soft=any(name != "rigid" for name in names),
             driven=is_driven,
-            others=[] if _one_crowd(reels) else people,
+            others=[] if _one_crowd(animations) else people,
         )
-        said = [run]
+        sentences = [run]
     else:
         done = [frame.account for frame in middle.shown if frame.account is not None]
-        all_done = [one.account for reel in reels for one in reel.shown if one.account]
-        heads = words.text(
+        all_done = [one.account for animation in animations for one in animation.shown if one.account]
+        heads_text = words.text(
             "heads",
             file=source,
             first=middle.frames[0].number,
@@ -408,16 +417,16 @@ def _what(words: Words, reels: Sequence[Reel], source: str) -> list[str]:
             door=drive is not None,
             shift=middle.shift,
         )
-        said = [heads, _doubts(words, reels)]
+        sentences = [heads_text, _doubts(words, animations)]
     if is_driven:
-        return [*said, words.text("push", push=push_of(middle), drive=drive)]
+        return [*sentences, words.text("push", push=push_of(middle), drive=drive)]
     soft = middle.engine != ""
-    return [*said, words.text("impact", soft=soft)] if RIGID in middle.models else said
+    return [*sentences, words.text("impact", soft=soft)] if RIGID in middle.models else sentences
 
 
-def _one_crowd(reels: Sequence[Reel]) -> bool:
+def _one_crowd(animations: Sequence[Animation]) -> bool:
     """Whether all runs are of the same people in the same room."""
-    bodies = [(reel.scene.snapshot, reel.scene.walls, reel.scene.drive) for reel in reels]
+    bodies = [(animation.scene.snapshot, animation.scene.walls, animation.scene.drive) for animation in animations]
     first = bodies[0]
     return all(
         len(one[0]) == len(first[0])
@@ -428,15 +437,15 @@ def _one_crowd(reels: Sequence[Reel]) -> bool:
     )
 
 
-def _doubts(words: Words, reels: Sequence[Reel]) -> str:
+def _doubts(words: Words, animations: Sequence[Animation]) -> str:
     """What limits the numbers of a filmed crowd: how far people were moved, and jumps."""
     far = {
-        significant(reel.radius): float(
-            np.mean([frame.values[RIGID][MOVED_FAR][0] for frame in reel.shown if len(frame.now)])
+        significant(animation.radius): float(
+            np.mean([frame.values[RIGID][MOVED_FAR][0] for frame in animation.shown if len(frame.now)])
         )
-        for reel in reels
+        for animation in animations
     }
-    middle = reels[len(reels) // 2]
+    middle = animations[len(animations) // 2]
     changes = {key: one for key, one in jumps(middle).items() if not np.isnan(one).all()}
     titles = {key: title_of(key, unit_of(middle, RIGID, key)) for key in changes}
     counts = {titles[key]: int((np.abs(one) > JUMP).sum()) for key, one in changes.items()}
@@ -444,42 +453,42 @@ def _doubts(words: Words, reels: Sequence[Reel]) -> str:
     return words.text("doubts", far=far, counts=counts, steps=steps)
 
 
-def _warnings(words: Words, reels: Sequence[Reel]) -> list[str]:
+def _warnings(words: Words, animations: Sequence[Animation]) -> list[str]:
     """Which frames are not solved, by kinds of reasons."""
-    of = sum(len(reel.frames) for reel in reels if RIGID in reel.models)
+    of = sum(len(animation.frames) for animation in animations if RIGID in animation.models)
     return [
         words.text("unsolved", count=count, of=of, title=title, number=frame.number, reason=reason)
-        for count, title, frame, reason in unsolved_kinds(reels)
+        for count, title, frame, reason in unsolved_kinds(animations)
     ]
 
 
-def _headlines(words: Words, reels: Sequence[Reel]) -> Table:
+def _headlines(words: Words, animations: Sequence[Animation]) -> Table:
     """Every headline number as an interval, in each model."""
-    every = (headline(*one, key) for one in bands(reels).values() for key in HEADLINES)
-    known = [one for one in every if one is not None]
-    unbounded = max((one.unbounded for one in known), default=0)
-    opened, by, unknown = left_open(reels)
-    radii = sorted(reel.radius for reel in reels if reel.radius is not None)
-    apart = max((b - a for a, b in pairwise(radii)), default=0.0)
+    every = (headline(*one, key) for one in bands(animations).values() for key in HEADLINES)
+    finite = [one for one in every if one is not None]
+    unbounded = max((one.unbounded for one in finite), default=0)
+    opened, by, unknown = left_open(animations)
+    radii = sorted(animation.radius for animation in animations if animation.radius is not None)
+    difference = max((b - a for a, b in pairwise(radii)), default=0.0)
     return words.table(
         "headlines",
-        headline_rows(reels)[1],
-        independent=min((one.independent for one in known), default=0.0),
+        headline_rows(animations)[1],
+        independent=min((one.independent for one in finite), default=0.0),
         opened=opened,
         by=by,
-        of=sum(len(reel.frames) - len(reel.unsolved) for reel in reels if RIGID in reel.models),
+        of=sum(len(animation.frames) - len(animation.unsolved) for animation in animations if RIGID in animation.models),
         unknown=unknown,
-        apart=apart if apart > 1.001 * STEP_M else None,
+        apart=difference if difference > 1.001 * STEP_M else None,
         note=words.text("note", count=unbounded, most=MOST_OPEN) if unbounded else "",
     )
 
 
-def charts(reels: Sequence[Reel]) -> list[Chart]:
+def charts(animations: Sequence[Animation]) -> list[Chart]:
     """Draw each headline number as a bar for each model, those of two units apart."""
     made = []
-    columns = bands(reels)
-    if len(reels) == 1 and len(columns) > 1:
-        columns = dict(zip((_bodies(reels[0]), "rigid"), columns.values(), strict=True))
+    columns = bands(animations)
+    if len(animations) == 1 and len(columns) > 1:
+        columns = dict(zip((_bodies(animations[0]), "rigid"), columns.values(), strict=True))
     for key in HEADLINES:
         found: dict[str, dict[str, tuple[float, float, float]]] = {}
         for name, (mine, model) in columns.items():
@@ -493,34 +502,34 @@ def charts(reels: Sequence[Reel]) -> list[Chart]:
     return made
 
 
-def charts_and_notes(reels: Sequence[Reel]) -> tuple[list[Chart], list[str]]:
+def charts_and_notes(animations: Sequence[Animation]) -> tuple[list[Chart], list[str]]:
     """Draw the bars of `charts`; say how to read them, and what makes the force uncertain."""
-    words, drawn, forces = words_of(reels), charts(reels), _forces(reels)
-    wide = sum(left_open(reels)[::2]) > 0  # mechanics leaves something open
-    said = [words.text("bars", limits=any(one.shown for one in drawn), forces=forces, rigid=wide)]
+    words, drawn, forces = words_of(animations), charts(animations), _forces(animations)
+    is_open = sum(left_open(animations)[::2]) > 0  # mechanics leaves something open
+    sentences = [words.text("bars", limits=any(one.shown for one in drawn), forces=forces, rigid=is_open)]
     if not forces:
-        return drawn, said
-    if reels[0].scene.drive is not None:
-        middle = reels[len(reels) // 2]
+        return drawn, sentences
+    if animations[0].scene.drive is not None:
+        middle = animations[len(animations) // 2]
         counts = [len(frame.people) for frame in middle.shown]
         people = (min(counts), max(counts))
-        said.append(words.text("pressed", people=people, push=push_of(middle)))
+        sentences.append(words.text("pressed", people=people, push=push_of(middle)))
     each = [
         found
-        for reel in reels
-        for model in reel.models
-        if (found := headline([reel], model, "contact_largest"))
+        for animation in animations
+        for model in animation.models
+        if (found := headline([animation], model, "contact_largest"))
     ]
     if not each:
-        return drawn, said
+        return drawn, sentences
     medians, found = [one.median for one in each], each[len(each) // 2]
     spans = {"moment": (found.low, found.high)}
     if len(medians) > 1:
-        what = "radius" if reels[0].radius is not None else "model"
+        what = "radius" if animations[0].radius is not None else "model"
         spans[what] = (min(medians), max(medians))
-    done = "Simulated" if reels[0].radius is None else "Filmed"
+    done = "Simulated" if animations[0].radius is None else "Filmed"
     done += f": {significant(words.values['duration'])} s"
-    return drawn, [*said, *force_notes(spans, done)]
+    return drawn, [*sentences, *force_notes(spans, done)]
 
 
 def force_notes(
@@ -532,34 +541,34 @@ def force_notes(
     """Say what the largest contact force depends on most, and what limits of a chest mean beside
     what was done; spans: as of `mattering`; files: of users' limits; average: the word before the
     force where the ranges are of means."""
-    words, most = Words(__package__), mattering(spans)
-    varied = len(most) > 1 and any(low < high for low, high in spans.values())
+    words, maximum = Words(__package__), mattering(spans)
+    varied = len(maximum) > 1 and any(low < high for low, high in spans.values())
     named = {one.name: one for one in known_limits(files)}
     return [
-        *([words.text("matters", most=most, average=average)] if varied else []),
+        *([words.text("matters", most=maximum, average=average)] if varied else []),
         words.text("lasting", named=named, done=done, average=average),
     ]
 
 
-def _pictures(words: Words, reels: Sequence[Reel]) -> list[Picture]:
+def _pictures(words: Words, animations: Sequence[Animation]) -> list[Picture]:
     """A typical frame of the middle reel, all numbers over time, and of forces the load along walls."""
-    middle = reels[len(reels) // 2]
-    most = middle.typical
-    still, drawn = draw_still(middle, most), draw_series(reels)
+    middle = animations[len(animations) // 2]
+    maximum = middle.typical
+    still, drawn = draw_still(middle, maximum), draw_series(animations)
     limits = any(axes.texts for axes in drawn.axes)  # each has its number beside it
     model, scene = middle.models[0], middle.scene
     made = [
-        words.picture("still", still, title=middle.title, number=most.number, time=most.time),
+        words.picture("still", still, title=middle.title, number=maximum.number, time=maximum.time),
         words.picture("series", drawn, limits=limits),
     ]
     windows = [window_of(one.match, one.now, model) for one in middle.shown]
     on = [outlined(scene, one) for one in windows]
-    if _forces(reels) and any(one.force.any() for one in on):
+    if _forces(animations) and any(one.force.any() for one in on):
         made.append(words.picture("walls", draw_loads(scene, on), title=middle.title, count=len(on)))
     return made
 
 
-def _limits(words: Words, reels: Sequence[Reel]) -> Table:
+def _limits(words: Words, animations: Sequence[Animation]) -> Table:
     """How many people are above each limit at an instant."""
     rows: list[list[Cell]] = [
         [
@@ -567,8 +576,8 @@ def _limits(words: Words, reels: Sequence[Reel]) -> Table:
             f"{limit.what} ({limit.population})",
             QUANTITIES[limit.quantity].title,
             *(
-                interval_text(headline(*one, above_key(limit)), partial(decimals, places=0))
-                for one in bands(reels).values()
+                interval_text(headline(*one, above_key(limit)), partial(decimals, digits=0))
+                for one in bands(animations).values()
             ),
             limit.signed,
         ]

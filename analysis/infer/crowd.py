@@ -14,7 +14,7 @@ from analysis.infer.tracks import STEP_S, Gate, departures, measure
 from analysis.scene.placement import rooms_of
 from analysis.scene.scene import Drive, Room, Scene, SceneError
 from analysis.scene.schema import ContactModel, Run
-from analysis.scene.waiting import COVER, Doorway, places
+from analysis.scene.waiting import COVER, Doorway, positions_of
 from nscd import Snapshot
 from nscd.arrays import Floats
 from nscd.segments import lengths
@@ -71,14 +71,14 @@ class Ran(NamedTuple):
     parts: tuple[Ran, ...] = ()
 
 
-def gate_of(room: Room, path: str, heads: Floats) -> Gate:
+def gate_of(room: Room, path: str, positions: Floats) -> Gate:
     """Find the door of a room and the floor around heads (n,2) m. Raises SceneError naming the key."""
     if (drive := room.drive) is None or not drive.has_door:
         raise SceneError(f"{path}: drive: a door is needed (door_start_m, door_end_m, outward)")
-    for name, given in (("drive.goals", drive.goals), ("body_force", room.body_force), ("period_x_m", room.period_x_m)):
-        if given:
+    for name, inputs in (("drive.goals", drive.goals), ("body_force", room.body_force), ("period_x_m", room.period_x_m)):
+        if inputs:
             raise SceneError(f"{path}: {name}: a push is inferred on a level floor with one door")
-    if not (rooms := rooms_of(heads, room.wall_segments(), room.door())):
+    if not (rooms := rooms_of(positions, room.wall_segments(), room.door())):
         raise SceneError(f"{path}: walls: with the door they must enclose a room")
     start, end, outward = (np.array(part) for part in (drive.door_start_m, drive.door_end_m, drive.outward))
     return Gate(start=start, end=end, outward=outward, floor=shapely.union_all(rooms))
@@ -89,24 +89,24 @@ def waiting(gate: Gate, people: int, seed: int) -> Floats:
     ends = (float(gate.start[0]), float(gate.start[1])), (float(gate.end[0]), float(gate.end[1]))
     free = gate.floor.difference(shapely.LineString(ends).buffer(FREE_M))
     radius = np.full(people, np.sqrt(COVER / (START_PER_M2 * np.pi)))
-    return places(gate.floor, [], [Doorway(ends=ends, start=free)], [people], radius, seed)
+    return positions_of(gate.floor, [], [Doorway(ends=ends, start=free)], [people], radius, seed)
 
 
 def crowd_of(drawn: Floats, largest_m: float = np.inf) -> dict[str, float]:
     """Give the parameters of PRIOR that numbers (k,) from 0 to 1 stand for; largest_m: see `Site`."""
     crowd: dict[str, float] = {}
     for (name, (low, high, power)), u in zip(PRIOR.items(), drawn.tolist(), strict=True):
-        most = {"relaxation_time_s": crowd.get("time_gap_s", high), "radius_m": largest_m}.get(name, high)
-        crowd[name] = low + (min(high, most) - low) * (u * u if power == 2 else u)
+        maximum = {"relaxation_time_s": crowd.get("time_gap_s", high), "radius_m": largest_m}.get(name, high)
+        crowd[name] = low + (min(high, maximum) - low) * (u * u if power == 2 else u)
     return crowd
 
 
 def scene_of(site: Site, crowd: Mapping[str, float], seed: int) -> Scene:
     """Make the scene of a crowd; one without a time gap pushes for ever."""
     drive, n = site.room.drive, site.people
-    share = 1 + SPREAD * (2 * np.random.default_rng([seed, 1]).random(n) - 1)
+    fraction = 1 + SPREAD * (2 * np.random.default_rng([seed, 1]).random(n) - 1)
     start = waiting(site.gate, n, seed) if site.start is None else site.start
-    snapshot = Snapshot(position=start, radius=crowd["radius_m"] * share, mass=np.full(n, MASS_KG))
+    snapshot = Snapshot(position=start, radius=crowd["radius_m"] * fraction, mass=np.full(n, MASS_KG))
     law = {key: value for key, value in crowd.items() if key not in OF_BODIES}
     law |= {key: getattr(drive, key) for key in OF_DOOR} | ({"seed": seed} if "time_gap_s" in crowd else {})
     frames = round((PATIENCE * site.duration_s + AFTER_S) / STEP_S)
@@ -142,12 +142,12 @@ def simulate(site: Site, crowd: Mapping[str, float], seed: int) -> Ran | None:
 
 def shown(site: Site, position: Floats, loads: Floats, sway: float, seed: int) -> Ran:
     """Measure tracks (f,n,2) m whose heads sway (m) and loads (f,2) N: the largest contact, all walls."""
-    left, heads = np.sort(departures(site.gate, position)), swayed(position, sway, seed)
+    left, positions = np.sort(departures(site.gate, position)), swayed(position, sway, seed)
     each = []
     for span in (site.span, *site.parts):
         begin, end = (int(min(left[k], len(position) - 1)) for k in span)
         high = np.quantile(loads[min(begin, end - 1) : end + 1], HIGH, axis=0)
-        each.append(Ran(measure(site.gate, heads, span), *high.tolist()))
+        each.append(Ran(measure(site.gate, positions, span), *high.tolist()))
     return each[0]._replace(parts=tuple(each[1:]))
 
 

@@ -118,13 +118,13 @@ def run_prior(
 
 
 def gathered(
-    seen: Mapping[str, float], ran: Sequence[Ran | None], seed: int = 1
+    observed: Mapping[str, float], ran: Sequence[Ran | None], seed: int = 1
 ) -> tuple[list[str], Floats, Floats]:
     """Give what can be compared of a crowd with these statistics and runs of `run_prior`: names of statistics,
     those of runs (n,s), and their coordinates (n,k+2): parameters and forces without bounds.
 
     Raises ValueError where fewer than 60 runs can be compared."""
-    names = [name for name, value in seen.items() if np.isfinite(value)]
+    names = [name for name, value in observed.items() if np.isfinite(value)]
     solved = [(uniform(seed, k), one.statistics, one[1:3]) for k, one in enumerate(ran) if one is not None]
     have = {name: sum(np.isfinite(one[name]) for _, one, _ in solved) for name in names}
     names = [name for name in names if have[name] >= SHOWN_BY * len(solved)]
@@ -137,16 +137,16 @@ def gathered(
 
 
 def infer(
-    site: Site, seen: Mapping[str, float], ran: Sequence[Ran | None], seed: int = 1, progress: Progress | None = None
+    site: Site, observed: Mapping[str, float], ran: Sequence[Ran | None], seed: int = 1, progress: Progress | None = None
 ) -> Inferred:
     """Infer the push of a crowd from its statistics, and the contact forces and wall loads that follow.
 
-    site, seen: of `seen.see`; ran: of `run_prior` with the same seed
+    site, observed: of `observed.see`; ran: of `run_prior` with the same seed
 
     Raises ValueError as `gathered` does."""
-    names, statistics, coordinates = gathered(seen, ran, seed)
-    every, report = Reference(coordinates, comparable(names, statistics)), progress or (lambda label, share: None)
-    crowd = comparable(names, np.array([seen[name] for name in names]))
+    names, statistics, coordinates = gathered(observed, ran, seed)
+    every, report = Reference(coordinates, comparable(names, statistics)), progress or (lambda label, fraction: None)
+    crowd = comparable(names, np.array([observed[name] for name in names]))
     report("each run from the others", 0.0)
     left_out, posterior = every.left_out(), every.posterior(crowd)
     report("each run from the others", 1.0)
@@ -164,7 +164,7 @@ def infer(
     by_name = _widths(found) / _widths(before), usual / _widths(before), inside, posterior.owed(len(PRIOR))
     width, usual, coverage, owed = (dict(zip(NAMES, each.tolist(), strict=True)) for each in by_name)
     return Inferred(
-        seen={name: seen[name] for name in names}, statistics=statistics, values=values, unsolved=len(ran) - len(statistics),
+        seen={name: observed[name] for name in names}, statistics=statistics, values=values, unsolved=len(ran) - len(statistics),
         beyond=every.misfit(crowd), odd=dict(zip(names, every.unusual(crowd).tolist(), strict=True)), prior=before,
         found=found, alone=alone, width=width, usual=usual, coverage=coverage,
         owed={name: owed[name] for name in PRIOR},
@@ -172,11 +172,11 @@ def infer(
 
 
 def infer_parts(
-    site: Site, seen: Sequence[Mapping[str, float]], ran: Sequence[Ran | None], seed: int = 1
+    site: Site, observed: Sequence[Mapping[str, float]], ran: Sequence[Ran | None], seed: int = 1
 ) -> list[Inferred | None]:
     """Infer the push in each of the site's parts from its statistics; None where too few runs can be compared."""
     found: list[Inferred | None] = []
-    for k, statistics in enumerate(seen):
+    for k, statistics in enumerate(observed):
         try:
             found.append(infer(site, statistics, [one and one.parts[k] for one in ran], seed))
         except ValueError:

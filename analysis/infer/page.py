@@ -35,10 +35,10 @@ def interval(found: Floats) -> str:
 
 def rows(found: Inferred) -> list[list[str]]:
     """Give the rows of HEAD: quantiles before and after, the width as a share, and the coverage."""
-    said = Words(__package__).parts("names")
+    labels = Words(__package__).parts("names")
     after = {name: [interval(found.found[name]), percent(found.width[name], 2)] for name in SHOWN if found.fits}
     return [
-        [said[name], interval(found.prior[name]), *after.get(name, ["–", "–"]), percent(found.coverage[name], 2)]
+        [labels[name], interval(found.prior[name]), *after.get(name, ["–", "–"]), percent(found.coverage[name], 2)]
         for name in SHOWN
     ]
 
@@ -54,31 +54,31 @@ def verdict(found: Inferred) -> str:
 
 def below(found: Inferred) -> dict[str, float]:
     """Give the share of runs below what was seen, by statistic."""
-    seen = np.array([*found.seen.values()])
-    return dict(zip(found.seen, (found.statistics < seen).mean(0).tolist(), strict=True))
+    observed = np.array([*found.seen.values()])
+    return dict(zip(found.seen, (found.statistics < observed).mean(0).tolist(), strict=True))
 
 
 def _owed(found: Inferred) -> list[tuple[str, str]]:
-    said, ranked = Words(__package__).parts("names"), sorted(found.owed.items(), key=lambda one: -one[1])
-    return [(said[name].split(" (")[0], percent(share, 2)) for name, share in ranked]
+    labels, ranked = Words(__package__).parts("names"), sorted(found.owed.items(), key=lambda one: -one[1])
+    return [(labels[name].split(" (")[0], percent(fraction, 2)) for name, fraction in ranked]
 
 
 def write_inferred(found: Inferred, name: str, notes: Sequence[str], folder: Path, command: str) -> list[Path]:
     """Write `index.html`, its picture, `runs.csv` and `infer.json`; return the paths, the page last."""
-    words, said, shares = Words(__package__), Words(__package__).parts("names"), below(found)
+    words, labels, ratios = Words(__package__), Words(__package__).parts("names"), below(found)
     spans = np.quantile(found.statistics, INTERVAL, axis=0).T
     statistics = [
-        [f"{said[one]} ({STATISTICS[one]})", significant(seen), interval(span), percent(shares[one], 2), two(found.odd[one])]
-        for (one, seen), span in zip(found.seen.items(), spans, strict=True)
+        [f"{labels[one]} ({STATISTICS[one]})", significant(value), interval(span), percent(ratios[one], 2), two(found.odd[one])]
+        for (one, value), span in zip(found.seen.items(), spans, strict=True)
     ]
     alone = [
-        [", ".join(said[one] for one in names), *(interval(each[key]) for key in SHOWN[:BARS])]
+        [", ".join(labels[one] for one in names), *(interval(each[key]) for key in SHOWN[:BARS])]
         for names, each in (*found.alone.items(), (tuple(found.seen), found.found))
     ]
     charts = []
     for key in SHOWN[:BARS] if found.fits else ():
         bars = {of: (q[1], q[0], q[2]) for of, q in (("before", found.prior[key]), ("inferred", found.found[key]))}
-        title, _, unit = said[key].partition(" (")
+        title, _, unit = labels[key].partition(" (")
         charts.append(Chart(title, unit.strip(")"), bars, widest=bars["inferred"][1:]))
     about: dict[str, Any] = {
         "runs": len(found.statistics), "unsolved": found.unsolved, "factor": WALL_FACTOR,
@@ -87,7 +87,7 @@ def write_inferred(found: Inferred, name: str, notes: Sequence[str], folder: Pat
     tables = [words.table("table_statistics", statistics), words.table("table_alone", alone)]
     tables, inferred = tables[: 1 + found.fits], [words.table("table_inferred", rows(found))]
     first = Section(number="result", title=words.text("title"), introduction=[verdict(found)], charts=charts,
-                    warnings=notes, pictures=[words.picture("seen", _seen(found, said))])  # fmt: skip
+                    warnings=notes, pictures=[words.picture("seen", _draw_statistics(found, labels))])  # fmt: skip
     folds = [
         Section(number="inferred", title=words.text("title_inferred"), tables=inferred),
         Section(number="statistics", title=words.text("title_statistics"), tables=tables),
@@ -124,22 +124,22 @@ def write_course(
 def content(found: Inferred) -> dict[str, Any]:
     """Give what infer.json holds: quantiles 5, 50 and 95 %; nothing inferred where nothing fits."""
     left = ("statistics", "values", "alone", *(() if found.fits else ("found", "width", "owed")))
-    kept = {one.name: getattr(found, one.name) for one in fields(found) if one.name not in left}
+    selected = {one.name: getattr(found, one.name) for one in fields(found) if one.name not in left}
     return {"fits": found.fits, "runs": len(found.statistics)} | {
         key: {name: np.asarray(each).tolist() for name, each in value.items()} if isinstance(value, Mapping) else value
-        for key, value in kept.items()
+        for key, value in selected.items()
     }
 
 
-def _seen(found: Inferred, said: Mapping[str, str]) -> Figure:
+def _draw_statistics(found: Inferred, message: Mapping[str, str]) -> Figure:
     """Each statistic of the runs, and what was seen."""
     count = -(-len(found.seen) // 4)
     figure, every = drawing.panels(7.2, 1.9 * count, count, 4)
     for axes in every[len(found.seen) :]:
         axes.set_axis_off()
-    for axes, (name, seen), runs in zip(every, found.seen.items(), found.statistics.T, strict=False):
+    for axes, (name, observed), runs in zip(every, found.seen.items(), found.statistics.T, strict=False):
         axes.hist(runs, bins=16, color=drawing.GREY, label="simulated crowds")
-        axes.axvline(seen, color=drawing.VERMILION, lw=2, label="seen")
-        axes.set(xlabel=f"{said[name]} ({STATISTICS[name]})", yticks=[])
+        axes.axvline(observed, color=drawing.VERMILION, lw=2, label="seen")
+        axes.set(xlabel=f"{message[name]} ({STATISTICS[name]})", yticks=[])
     drawing.legend_below(figure, every[0], 2)
     return figure

@@ -40,8 +40,8 @@ class Posterior(NamedTuple):
 
     def owed(self, of: int) -> Floats:
         """Give what share (k,) of the scatter of one coordinate goes with each: r² of residuals."""
-        apart = self.residual - np.average(self.residual, axis=0, weights=self.weight)
-        both, own = (self.weight @ (apart * other) for other in (apart[:, [of]], apart))
+        difference = self.residual - np.average(self.residual, axis=0, weights=self.weight)
+        both, own = (self.weight @ (difference * other) for other in (difference[:, [of]], difference))
         return np.asarray(both**2 / np.maximum(own * own[of], 1e-300))
 
 
@@ -76,18 +76,18 @@ class Reference:
         self.coordinates, self.statistics = coordinates, statistics
         self._scatter = coordinates.std(0) + 1e-12
         self._summary = Quadratic(statistics, coordinates / self._scatter)
-        told = 1 - ((self._summary.left_out - coordinates / self._scatter) ** 2).mean(0)
-        self._told = np.flatnonzero(told >= min(TOLD, told.max()))
-        self.summaries = self._summary.left_out[:, self._told]
+        informative = 1 - ((self._summary.left_out - coordinates / self._scatter) ** 2).mean(0)
+        self._informative = np.flatnonzero(informative >= min(TOLD, informative.max()))
+        self.summaries = self._summary.left_out[:, self._informative]
         self._usual = Quadratic(self.summaries, statistics)
 
-    def summary(self, seen: Floats) -> Floats:
+    def summary(self, observed: Floats) -> Floats:
         """Give the summaries of a crowd with these statistics (s,)."""
-        return np.asarray(self._summary(seen[None])[0, self._told])
+        return np.asarray(self._summary(observed[None])[0, self._informative])
 
-    def posterior(self, seen: Floats, without: int | None = None) -> Posterior:
+    def posterior(self, observed: Floats, without: int | None = None) -> Posterior:
         """Infer the coordinates of a crowd with these statistics (s,), or of a run from all others."""
-        crowd = self.summary(seen) if without is None else self.summaries[without]
+        crowd = self.summary(observed) if without is None else self.summaries[without]
         distance = np.sqrt(((self.summaries - crowd) ** 2).sum(1))
         if without is not None:
             distance[without] = np.inf
@@ -99,25 +99,25 @@ class Reference:
         residual = (self.coordinates[near] - terms @ fitted) / (1 - own)[:, None]
         return Posterior(fitted[0] + residual, weight, residual)
 
-    def unusual(self, seen: Floats) -> Floats:
+    def unusual(self, observed: Floats) -> Floats:
         """Give by how many standard deviations statistics (s,) differ from those of runs with such summaries."""
         rest = self.statistics - self._usual.left_out
-        return np.asarray((seen - self._usual(self.summary(seen)[None])[0]) / (rest.std(0) + 1e-12))
+        return np.asarray((observed - self._usual(self.summary(observed)[None])[0]) / (rest.std(0) + 1e-12))
 
     def left_out(self) -> Floats:
         """Infer each run from all others: quantiles (n,3,k)."""
-        return np.array([self.posterior(seen, n).quantiles() for n, seen in enumerate(self.statistics)])
+        return np.array([self.posterior(observed, n).quantiles() for n, observed in enumerate(self.statistics)])
 
-    def misfit(self, seen: Floats) -> float:
+    def misfit(self, observed: Floats) -> float:
         """Give the share of runs that are less odd than a crowd with these statistics (s,).
 
         Odd is who is far from the five runs with the nearest summaries, or whose statistics are not those
         that runs with such summaries have (Mahalanobis distance of what is left of them)."""
-        crowd = self.summary(seen)
+        crowd = self.summary(observed)
         tree, rest = cKDTree(self.summaries), self.statistics - self._usual.left_out
         spread = np.atleast_2d(np.cov(rest.T))
-        spread = (1 - SHRINK) * spread + SHRINK * np.diag(np.diag(spread)) + 1e-12 * np.eye(len(seen))
-        rest = np.concatenate([rest, (seen - self._usual(crowd[None])[0])[None]])
+        spread = (1 - SHRINK) * spread + SHRINK * np.diag(np.diag(spread)) + 1e-12 * np.eye(len(observed))
+        rest = np.concatenate([rest, (observed - self._usual(crowd[None])[0])[None]])
         near = tree.query(self.summaries, k=NEIGHBOURS + 1)[0][:, 1:].mean(1), tree.query(crowd, k=NEIGHBOURS)[0].mean()
         odd = np.append(*near), np.einsum("ij,ij->i", rest, np.linalg.solve(spread, rest.T).T)
         worst = np.maximum(*((each[:, None] > each[:-1]).mean(1) + 1e-6 * each / each[:-1].max() for each in odd))

@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
-from nscd.arrays import Flags, Floats
+from nscd.arrays import Floats, Mask
 from nscd.segments import dots, lengths, nearest_on_segment
 
 # s: between instants; over which speeds and accelerations are; and of the window (Hann) that takes the
@@ -73,11 +73,11 @@ def departures(gate: Gate, position: Floats) -> Floats:
     """Tell in which instant each of n people left: (n,), inf for never; who is lost near the door left there.
 
     position: (f,n,2) m, NaN where somebody is not seen"""
-    seen = np.isfinite(position[..., 0])
-    behind = seen & (gate.ahead(position) <= 0)
-    last = len(seen) - 1 - seen[::-1].argmax(0)
+    observed = np.isfinite(position[..., 0])
+    behind = observed & (gate.ahead(position) <= 0)
+    last = len(observed) - 1 - observed[::-1].argmax(0)
     where = np.take_along_axis(position, last[None, :, None], axis=0)[0]
-    lost = seen.any(0) & (last < len(seen) - 1) & (np.abs(gate.away(where)) <= LOST_M)
+    lost = observed.any(0) & (last < len(observed) - 1) & (np.abs(gate.away(where)) <= LOST_M)
     return np.where(behind.any(0), behind.argmax(0), np.where(lost, last, np.inf))
 
 
@@ -92,8 +92,8 @@ def smooth(position: Floats) -> Floats:
     window = 0.5 + 0.5 * np.cos(np.pi * np.arange(-half, half + 1) / (half + 1))
     pad = [(half, half), (0, 0), (0, 0)]
     total, weight = (
-        sum(one * whole[k : k + len(position)] for k, one in enumerate(window))
-        for whole in (np.pad(np.where(good, position, 0.0), pad), np.pad(good.astype(float), pad))
+        sum(one * full[k : k + len(position)] for k, one in enumerate(window))
+        for full in (np.pad(np.where(good, position, 0.0), pad), np.pad(good.astype(float), pad))
     )
     enough = good & (weight >= SEEN * window.sum())
     return np.where(enough, total / np.maximum(weight, 1e-9), np.nan)
@@ -174,7 +174,7 @@ def _door(gate: Gate, position: Floats, left: Floats, between: tuple[int, int]) 
     return {name: float(each) for name, each in (found | ({"door_gain": gain.mean()} if len(gain) else {})).items()}
 
 
-def _neighbours(tracks: Floats, lag: Floats, queue: Flags, away: Floats) -> Sequence[float]:
+def _neighbours(tracks: Floats, lag: Floats, queue: Mask, away: Floats) -> Sequence[float]:
     """5 % and 50 % of distances to the nearest, 50 % of those to the third, and the mean product of what
     velocities of neighbours lag."""
     found, product = [np.zeros((0, 4))], [np.zeros(0)]

@@ -51,8 +51,8 @@ def main(words: Sequence[str]) -> int:
             engine.command(f"fix {LOOK} all external pf/callback 1 1")
             out = Path(engine.extract_variable("out")) / OUT
             file = files.enter_context(out.open("w", encoding="utf-8"))
-            look = _Look(engine, path.read_text(encoding="utf-8").splitlines(), file)
-            engine.set_fix_external_callback(LOOK, look.step, None)
+            observer = _Observer(engine, path.read_text(encoding="utf-8").splitlines(), file)
+            engine.set_fix_external_callback(LOOK, observer.step, None)
         if (path := Path(decks) / DISTANCE).exists():
             wish = _Wish(engine, np.loadtxt(path))
             engine.set_fix_external_callback(WISH, wish.step, None)
@@ -78,13 +78,13 @@ class _Wish:
             np.ctypeslib.as_array(self.engine.extract_atom(name), (count,))
             for name in ("radius", *WANTED)
         )
-        place = np.ascontiguousarray(x[order, :2])
-        velocity = self.drive.desired(place, radius[order], number * self.time_step)
+        position = np.ascontiguousarray(x[order, :2])
+        velocity = self.drive.desired(position, radius[order], number * self.time_step)
         for axis, each in zip(velocity.T, wanted, strict=True):
             each[order] = axis
 
 
-class _Look:
+class _Observer:
     """What is done at each step of a running LAMMPS.
 
     Its arrays are taken by their addresses: its own ways to them cost twice the step itself."""
@@ -122,29 +122,29 @@ class _Look:
             write_frame(self.file, "ENTRIES", number, IMPULSE_COLUMNS, columns)
             self._add(disks, x, 0.5)
 
-    def _add(self, disks: Any, x: Any, share: float) -> None:
+    def _add(self, disks: Any, x: Any, fraction: float) -> None:
         """Add a share of the step's impulses: force times step, LAMMPS' being on the first body."""
-        times = -share * self.time_step
+        times = -fraction * self.time_step
         ids = self._local(IDS, 2)
         if len(ids):
             self.sums.add_pairs(ids, self._local(PAIRS, 4), times)
-        for place, fix in enumerate(self.fixes, start=1):
+        for index, fix in enumerate(self.fixes, start=1):
             found = self.extract_fix(self.engine.lmp, fix, PER_ATOM, ARRAY, 0, 0)
-            self.sums.add_wall(place, disks, _array(found, len(disks), WALL_COLUMNS), times)
+            self.sums.add_wall(index, disks, _array(found, len(disks), WALL_COLUMNS), times)
         if self.arms:
             self._add_arms(self.arms, disks, x, times)
 
     def _add_arms(self, arms: Arms, disks: Any, x: Any, times: float) -> None:
         """The same of pushes through arms: of pairs that do not touch, and at walls."""
         radius = np.array(self.engine.extract_atom("radius")[: len(disks)])
-        near, push = arms.reached(np.ascontiguousarray(x[: len(disks), :2]), radius, self.walls)
-        given = np.column_stack([np.ones(len(push)), -push[:, None] * near.normal, 0 * near.normal])
-        apart = (near.second >= 0) & (near.gap >= 0)
-        ids = disks[np.column_stack([near.first, near.second])[apart]].astype(float)
-        self.sums.add_pairs(ids, given[apart, 1:], times)
-        for place in range(len(self.fixes)):
-            mine = near.wall == place
-            self.sums.add_wall(place + 1, disks[near.first[mine]], given[mine], times)
+        neighbours, push = arms.reached(np.ascontiguousarray(x[: len(disks), :2]), radius, self.walls)
+        values = np.column_stack([np.ones(len(push)), -push[:, None] * neighbours.normal, 0 * neighbours.normal])
+        separated = (neighbours.second >= 0) & (neighbours.gap >= 0)
+        ids = disks[np.column_stack([neighbours.first, neighbours.second])[separated]].astype(float)
+        self.sums.add_pairs(ids, values[separated, 1:], times)
+        for index in range(len(self.fixes)):
+            mine = neighbours.wall == index
+            self.sums.add_wall(index + 1, disks[neighbours.first[mine]], values[mine], times)
 
     def _local(self, name: bytes, columns: int) -> Floats:
         """The rows of a local compute, computed for this step where it is not yet."""
@@ -158,8 +158,8 @@ class _Look:
 
 def _array(rows: Any, count: int, columns: int) -> Floats:
     """The numbers (count, columns) that begin at the first of some rows; they stay LAMMPS' own."""
-    held: Any = (ctypes.c_double * (count * columns)).from_address(rows[0])
-    numbers: Floats = np.frombuffer(held, dtype=np.float64).reshape(count, columns)
+    buffer: Any = (ctypes.c_double * (count * columns)).from_address(rows[0])
+    numbers: Floats = np.frombuffer(buffer, dtype=np.float64).reshape(count, columns)
     return numbers
 
 

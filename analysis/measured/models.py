@@ -62,8 +62,8 @@ class Step:
 def equilibrium(packing: Packing, friction: float) -> Equilibrium:
     """Pose the balance of all disks under the loads of the boundary."""
     disks, among = packing.snapshot, packing.contacts
-    given = disks.position, disks.radius, np.column_stack([among.first, among.second])
-    return Equilibrium.of_disks(*given, packing.loads, friction=friction)
+    values = disks.position, disks.radius, np.column_stack([among.first, among.second])
+    return Equilibrium.of_disks(*values, packing.loads, friction=friction)
 
 
 def open_by(packing: Packing, inner: float, edge: float) -> Floats:
@@ -75,9 +75,9 @@ def open_by(packing: Packing, inner: float, edge: float) -> Floats:
 
 def sampled(packing: Packing, friction: float, scale: float, inner: float, seed: int) -> Ensemble:
     """Sample the admissible states; scale and inner: of the law and of open balances, in units of f."""
-    f, held = packing.scale, equilibrium(packing, friction)
+    f, balance_of = packing.scale, equilibrium(packing, friction)
     spread = open_by(packing, inner * f, max(EDGE, inner) * f)
-    return ensemble(held, scale * f, spread, seed=seed, **SAMPLING)
+    return ensemble(balance_of, scale * f, spread, seed=seed, **SAMPLING)
 
 
 def judge(packing: Packing, friction: float, seed: int = 0) -> Step:
@@ -120,14 +120,14 @@ def judge(packing: Packing, friction: float, seed: int = 0) -> Step:
 def distance(packing: Packing, friction: float, shuffle: int | None = None) -> Distance:
     """Find how far the measured forces are from the nearest state in which inner disks are in balance;
     shuffle: seed of a permutation of these forces first."""
-    order, seen = np.arange(len(packing.contacts)), np.flatnonzero(packing.force)
+    order, observed = np.arange(len(packing.contacts)), np.flatnonzero(packing.force)
     if shuffle is not None:
-        order[seen] = np.random.default_rng(shuffle).permutation(seen)
+        order[observed] = np.random.default_rng(shuffle).permutation(observed)
     force, sigma = packing.force[order], packing.sigma[order]
     allowed = open_by(packing, TOLERANCE * packing.scale, np.inf)
     near = nearest(equilibrium(packing, friction), force, sigma, allowed)
-    apart = np.hypot(near.normal - force, near.tangential) / sigma
-    return Distance(float(np.sqrt((apart[seen] ** 2).mean())), near.status)
+    distance = np.hypot(near.normal - force, near.tangential) / sigma
+    return Distance(float(np.sqrt((distance[observed] ** 2).mean())), near.status)
 
 
 class Law(NamedTuple):
@@ -151,23 +151,23 @@ def calibrate(packings: Sequence[Packing], friction: float, progress: Progress) 
     first: list[Floats] = []
     for number, (scale, inner) in enumerate(LAWS):
         draws = []
-        for place, packing in enumerate(packings):
-            progress("laws", (number + place / len(packings)) / len(LAWS))
-            drawn = sampled(packing, friction, scale, inner, place).draws
+        for index, packing in enumerate(packings):
+            progress("laws", (number + index / len(packings)) / len(LAWS))
+            drawn = sampled(packing, friction, scale, inner, index).draws
             draws.append(drawn.reshape(-1, drawn.shape[2])[:, : len(packing.contacts)])
         first = first or draws
-        found.append(_held(packings, draws, scale, inner, 0.0))
+        found.append(_scored(packings, draws, scale, inner, 0.0))
     for error in np.arange(0.1, MOST_ERROR, 0.1).round(1).tolist():
-        widened = _held(packings, first, *LAWS[0], error)
+        widened = _scored(packings, first, *LAWS[0], error)
         if widened.used >= BAND:
             break
     return [*found, widened]
 
 
-def _held(
+def _scored(
     packings: Sequence[Packing], draws: Sequence[Floats], scale: float, inner: float, error: float
 ) -> Law:
     every = zip(packings, draws, strict=True)
-    held = np.array([bands(packing, some, error * packing.scale) for packing, some in every])
-    unseen = held[1::2, 0].mean() if len(held) > 1 else np.nan
-    return Law(scale, inner, error, held[::2, 0].mean(), unseen, *held[:, 1:].mean(0))
+    collected = np.array([bands(packing, some, error * packing.scale) for packing, some in every])
+    unseen = collected[1::2, 0].mean() if len(collected) > 1 else np.nan
+    return Law(scale, inner, error, collected[::2, 0].mean(), unseen, *collected[:, 1:].mean(0))

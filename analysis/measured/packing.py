@@ -18,7 +18,7 @@ from scipy.optimize import nnls
 from analysis.support.cells import cells_of, number_of
 from analysis.support.reading import UnreadableError, read_text
 from nscd import Contacts, Snapshot, find_contacts
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Floats, Indices, Mask
 
 DISKS, MATRIX = "ParticleData.dlm", "NormWeightedAdjacencyMatrix.dlm"
 PLACES, BONDS = "coordinates.txt", "bonds.txt"
@@ -72,7 +72,7 @@ class Packing:
         return np.where(self.sides > 0, self.error.of(self.force, self.sides), self.least)
 
     @cached_property
-    def boundary(self) -> Flags:
+    def boundary(self) -> Mask:
         """Tell (n,) which disks a wall can touch: their edge is near the bounding box, or farther and
         no other disk is between (by the ray from the centre)."""
         x, r = self.snapshot.position, self.snapshot.radius
@@ -86,13 +86,13 @@ class Packing:
         return found
 
     @cached_property
-    def inner(self) -> Flags:
+    def inner(self) -> Mask:
         """Tell (k,) which contacts are of two inner disks: those that are predicted and scored."""
         edge = self.boundary
         return np.asarray(~edge[self.contacts.first] & ~edge[self.contacts.second])
 
     @cached_property
-    def carries(self) -> Flags:
+    def carries(self) -> Mask:
         """Tell (k,) which of these have a force."""
         return self.inner & (self.force > 0)
 
@@ -164,17 +164,17 @@ def read_packing(name: str, disks: Path, forces: Path, error: ErrorBar | None = 
     if not len(first):
         raise UnreadableError(f"{forces}: no force in it")
     snapshot = disks_at(position, radius)
-    contacts, place = touching(snapshot, first, second)
-    if (place < 0).any():
-        i, j = first[place < 0][0] + 1, second[place < 0][0] + 1
+    contacts, location = contacts_listed(snapshot, first, second)
+    if (location < 0).any():
+        i, j = first[location < 0][0] + 1, second[location < 0][0] + 1
         raise UnreadableError(f"{forces}: disks {i} and {j} have a force and do not touch")
-    seen = np.zeros((2, len(contacts)))
-    seen[:, place] = one, other
-    sides = (seen > 0).sum(0)
-    force = seen.sum(0) / np.maximum(sides, 1)
+    visited = np.zeros((2, len(contacts)))
+    visited[:, location] = one, other
+    sides = (visited > 0).sum(0)
+    force = visited.sum(0) / np.maximum(sides, 1)
     return Packing(
         name=name, snapshot=snapshot, contacts=contacts, force=force, sides=sides,
-        error=error or _fitted(seen, force), least=float(np.quantile(seen[seen > 0], DETECTED)),
+        error=error or _fitted(visited, force), least=float(np.quantile(visited[visited > 0], DETECTED)),
     )  # fmt: skip
 
 
@@ -183,18 +183,18 @@ def disks_at(position: Floats, radius: Floats) -> Snapshot:
     return Snapshot(position=position, radius=radius, mass=np.pi * radius**2)
 
 
-def touching(disks: Snapshot, first: Indices, second: Indices) -> tuple[Contacts, Indices]:
+def contacts_listed(disks: Snapshot, first: Indices, second: Indices) -> tuple[Contacts, Indices]:
     """Find the pairs with a gap of at most GAP, and all pairs first < second (m,) with a force; return
     them and the place (m,) of the latter among them, −1 where they are far apart."""
     n, unit = len(disks), disks.radius.min()
     found = find_contacts(disks, tolerance=NEVER * unit)
     pairs = first * n + second
-    kept = found.select((found.gap <= GAP * unit) | np.isin(found.first * n + found.second, pairs))
-    where = {pair: place for place, pair in enumerate((kept.first * n + kept.second).tolist())}
-    return kept, np.array([where.get(pair, -1) for pair in pairs.tolist()], dtype=np.int64)
+    selected = found.select((found.gap <= GAP * unit) | np.isin(found.first * n + found.second, pairs))
+    where = {pair: index for index, pair in enumerate((selected.first * n + selected.second).tolist())}
+    return selected, np.array([where.get(pair, -1) for pair in pairs.tolist()], dtype=np.int64)
 
 
-def _refuse(path: Path, wrong: Flags, words: str) -> None:
+def _refuse(path: Path, wrong: Mask, words: str) -> None:
     """Raise UnreadableError for the first line that is wrong."""
     if wrong.any():
         raise UnreadableError(f"{path}, line {int(np.argmax(wrong)) + 1}: {words}")
@@ -227,13 +227,13 @@ Sides = tuple[Indices, Indices, Floats, Floats]
 
 def _matrix(path: Path, n: int) -> Sides:
     """Pairs with a force, and what either side saw, of a dense matrix."""
-    seen = _numbers(path, ",")
-    if seen.shape != (n, n):
-        raise UnreadableError(f"{path}: {seen.shape[0]} × {seen.shape[1]} numbers for {n} disks")
-    _refuse(path, np.asarray((seen < 0).any(1)), "a force below 0")
-    _refuse(path, seen.diagonal() != 0, "a force of a disk on itself")
-    first, second = np.nonzero(np.triu((seen > 0) | (seen.T > 0)))
-    return first, second, seen[first, second], seen[second, first]
+    observed = _numbers(path, ",")
+    if observed.shape != (n, n):
+        raise UnreadableError(f"{path}: {observed.shape[0]} × {observed.shape[1]} numbers for {n} disks")
+    _refuse(path, np.asarray((observed < 0).any(1)), "a force below 0")
+    _refuse(path, observed.diagonal() != 0, "a force of a disk on itself")
+    first, second = np.nonzero(np.triu((observed > 0) | (observed.T > 0)))
+    return first, second, observed[first, second], observed[second, first]
 
 
 def _bonds(path: Path, n: int) -> Sides:
@@ -245,25 +245,25 @@ def _bonds(path: Path, n: int) -> Sides:
     wrong = (pair != np.round(pair)).any(1) | (pair[:, 0] < 0) | (pair[:, 1] >= n)
     _refuse(path, np.asarray(wrong | (pair[:, 0] == pair[:, 1])), f"not two of {n} disks")
     _refuse(path, rows[:, 4] < 0, "a force below 0")
-    place = pair @ (n, 1)
+    position = pair @ (n, 1)
     _refuse(
-        path, ~np.isin(np.arange(len(pair)), np.unique(place, return_index=True)[1]), "a pair again"
+        path, ~np.isin(np.arange(len(pair)), np.unique(position, return_index=True)[1]), "a pair again"
     )
     carries = rows[:, 4] > 0
     first, second = pair[carries].astype(np.int64).T
     return first, second, rows[carries, 4], np.zeros(len(first))
 
 
-def _fitted(seen: Floats, force: Floats) -> ErrorBar:
+def _fitted(observed: Floats, force: Floats) -> ErrorBar:
     """α and β from the robust spread median|a − b| / 2 / 0.6745 in bins of F with equal counts."""
-    both = np.flatnonzero((seen > 0).all(0))
+    both = np.flatnonzero((observed > 0).all(0))
     if len(both) < FEWEST:
         return ErrorBar()
     bins = np.array_split(both[np.argsort(force[both])], BINS)
-    apart = np.abs(seen[0] - seen[1]) / (2 * NORMAL_MEDIAN)
-    spread, middle = np.array([[np.median(apart[some]), np.median(force[some])] for some in bins]).T
+    difference = np.abs(observed[0] - observed[1]) / (2 * NORMAL_MEDIAN)
+    spread, middle = np.array([[np.median(difference[some]), np.median(force[some])] for some in bins]).T
     weight = 1 / np.maximum(spread, 1e-9 * middle) ** 2
     squares, _ = nnls(np.column_stack([weight * middle**2, weight]), weight * spread**2)
     alpha, beta = np.sqrt(squares).tolist()
-    correlation = float(np.corrcoef(*seen[:, both])[0, 1])
+    correlation = float(np.corrcoef(*observed[:, both])[0, 1])
     return ErrorBar(alpha, max(beta, 1e-6 * force.max()), correlation)

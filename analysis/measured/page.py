@@ -108,15 +108,15 @@ def _values(steps: Sequence[Step], laws: Sequence[Law], friction: float) -> dict
     every = {name: [s.predictions[name].scores.correlation for s in steps] for name in names}
     best = max(every, key=lambda name: sum(every[name]))
     far = [(s.distance, NEAR * min(one.rms for one in s.distance.values())) for s in steps]
-    said = {
+    stated = {
         "with_friction": [one[friction].rms for one, _ in far],
         "without": [one[0.0].rms for one, _ in far],
         "shuffled": [s.shuffled[friction].rms for s in steps],
-        "least": [min(mu for mu, each in one.items() if each.rms <= most) for one, most in far],
+        "least": [min(mu for mu, each in one.items() if each.rms <= maximum) for one, maximum in far],
         "best_range": every[best],
         "percussions": every[f"percussions, μ = {friction:g}"],
     }
-    return {name: between(min(r), max(r)) for name, r in said.items()} | {
+    return {name: between(min(r), max(r)) for name, r in stated.items()} | {
         "steps": len(steps), "best": best, "friction": significant(friction), "near": percent(NEAR - 1, 2),
         "two_sided": not any(s.packing.error.assumed for s in steps), "inner": INNER, "edge": EDGE,
         "tolerance": TOLERANCE, "laws": laws, "all": every,
@@ -125,8 +125,8 @@ def _values(steps: Sequence[Step], laws: Sequence[Law], friction: float) -> dict
 
 def _warnings(steps: Sequence[Step]) -> list[str]:
     """What is not as it should be: one side only, and solvers that did not end well."""
-    said = "the error bar is assumed, not from both sides of contacts"
-    lines = [f"{s.packing.name}: {said}" for s in steps if s.packing.error.assumed]
+    message = "the error bar is assumed, not from both sides of contacts"
+    lines = [f"{s.packing.name}: {message}" for s in steps if s.packing.error.assumed]
     for s in steps:
         found = {name: one.status for name, one in s.predictions.items()}
         for what, far in (("distance", s.distance), ("distance, shuffled", s.shuffled)):
@@ -158,10 +158,10 @@ def _distances(steps: Sequence[Step]) -> Figure:
     """The distance from an admissible state against friction, of every step and of shuffled forces."""
     figure, (axes,) = drawing.panels(7.0, 3.6)
     for s in steps:
-        for far, look, label in ((s.distance, "o-", "measured"), (s.shuffled, "s", "shuffled")):
+        for far, style, label in ((s.distance, "o-", "measured"), (s.shuffled, "s", "shuffled")):
             colour = drawing.BLUE if far is s.distance else drawing.GREY
             rms = [one.rms for one in far.values()]
-            axes.plot(list(far), rms, look, color=colour, ms=4, lw=1, label=label)
+            axes.plot(list(far), rms, style, color=colour, ms=4, lw=1, label=label)
     axes.set(xlabel="friction μ", ylabel="distance from equilibrium (σ)", ylim=(0, None))
     axes.grid(color=drawing.GRID)
     drawing.legend_below(figure, axes, 2)

@@ -80,6 +80,6 @@ def bands(packing: Packing, draws: Floats, model_error: float) -> tuple[float, f
         (force >= low) & (force <= high),
         (low < packing.least)[packing.inner & ~carries],
     )
-    share = float(quiet.mean()) if len(quiet) else float("nan")
+    fraction = float(quiet.mean()) if len(quiet) else float("nan")
     width = (high - low)[carries].mean() / force[carries].mean()
-    return float(inside[carries].mean()), share, float(width)
+    return float(inside[carries].mean()), fraction, float(width)

@@ -232,7 +232,7 @@ def table_of(designs: Sequence[Sequence[Outcome]]) -> Table:
     return Table(values=[{key: one[key] for key in has} for one in columns], reached=reached)
 
 
-def looks(first: int) -> Iterator[tuple[int, float]]:
+def interim_levels(first: int) -> Iterator[tuple[int, float]]:
     """Give the numbers of replicates at which to look, and how often an interval of that look may
     miss: 1/2, 1/6, 1/12 … of 10 %, so that all looks together miss in 10 %."""
     size = first
@@ -242,7 +242,7 @@ def looks(first: int) -> Iterator[tuple[int, float]]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Asked:
+class Target:
     """Say when to stop: where an interval excludes zero, or half of it is at most a share of the first
     design's mean, or a number in a unit; unit: of the quantities asked for, all where empty."""
 
@@ -251,7 +251,7 @@ class Asked:
     unit: str = ""
 
     @classmethod
-    def parse(cls, text: str) -> Asked:
+    def parse(cls, text: str) -> Target:
         """Read `decided`, `decided kN/m`, `10%` or `0.2 kN/m`. Raises ValueError for anything else."""
         units = {one.unit for one in QUANTITIES.values()}
         found = re.fullmatch(r"(decided|[\d.]+(?:e[+-]?\d+)?) *(.*)", text.strip())
@@ -280,14 +280,14 @@ class Asked:
         return found.significant or found.half <= self.width(found)
 
 
-def needed(found: Difference, asked: Asked, sizes: tuple[int, int, int], family: int) -> int:
+def needed(found: Difference, target: Target, sizes: tuple[int, int, int], family: int) -> int:
     """Foretell after how many replicates a quantity is answered; 0 where more than the most are needed.
 
     sizes: the first look, how many replicates there are, and the most
     family: how many intervals there are"""
-    first, now, most = sizes
-    for size, alpha in looks(first):
+    first, now, maximum = sizes
+    for size, alpha in interim_levels(first):
         half = found.half_at(size / now, alpha / family)
-        if size > most or (size > now and (half < abs(found.value) or half <= asked.width(found))):
-            return size if size <= most else 0
+        if size > maximum or (size > now and (half < abs(found.value) or half <= target.width(found))):
+            return size if size <= maximum else 0
     raise AssertionError

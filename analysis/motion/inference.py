@@ -12,7 +12,7 @@ import numpy as np
 from scipy.special import betainc
 from scipy.stats import t as student
 
-from nscd.arrays import Flags, Floats
+from nscd.arrays import Floats, Mask
 
 LEVEL = 0.90
 TAIL = 0.5 - LEVEL / 2
@@ -130,7 +130,7 @@ def differences(mine: Mapping[str, Sample], theirs: Mapping[str, Sample]) -> dic
 class _Test:
     """One quantity under all permutations of the labels."""
 
-    def __init__(self, mine: Sample, theirs: Sample, labels: Flags) -> None:
+    def __init__(self, mine: Sample, theirs: Sample, labels: Mask) -> None:
         self.mine, self.theirs, self.labels = mine, theirs, labels
         self.values = np.concatenate([mine.values, theirs.values])
         self.rounding = ROUNDING * float(np.abs(self.values).max())
@@ -149,10 +149,10 @@ class _Test:
         sums = np.abs(labels @ values)
         inside = np.maximum((values**2).sum() - sums**2 * weight, 0.0)
         variance = (inside + OF_NOISE * self.noise) / (first + second - 2 + OF_NOISE)
-        apart = np.where(sums * weight > self.rounding, sums * weight, 0.0)
+        difference = np.where(sums * weight > self.rounding, sums * weight, 0.0)
         # a variance that is rounding is none: replicates that are all alike
         spread = np.sqrt(np.where(variance > self.rounding**2, variance, 0.0) * weight)
-        return np.divide(apart, spread, out=np.where(apart > 0, np.inf, 0.0), where=spread > 0)
+        return np.divide(difference, spread, out=np.where(difference > 0, np.inf, 0.0), where=spread > 0)
 
     def observed(self) -> Floats:
         """|t| (permutations,) of the replicates as they are; infinite where a flow stops."""
@@ -197,7 +197,7 @@ def _probability(sizes: Floats, rest: Floats) -> float:
     return float(np.mean(np.maximum(sizes, rest) >= sizes[0] * (1 - ROUNDING)))
 
 
-def _labels(first: int, second: int) -> Flags:
+def _labels(first: int, second: int) -> Mask:
     """Which replicates (permutations, n) are called the first model's, as observed in row 0."""
     every = first + second
     if comb(every, first) <= ALL:
@@ -257,11 +257,11 @@ def range_of_counts(counts: Floats) -> tuple[float, float]:
         over = ((n - 1) * over + OF_NOISE) / (n - 1 + OF_NOISE)
     # far into the upper tail
     y = np.arange(0.0, 10 + 10 * over + 5 * total)
-    least, most = np.ones((2, len(y)))
-    most[1:] = betainc(y[1:] / over, total / over + 1, 1 / (n + 1))  # P(as many or more)
+    minimum, maximum = np.ones((2, len(y)))
+    maximum[1:] = betainc(y[1:] / over, total / over + 1, 1 / (n + 1))  # P(as many or more)
     if total:
-        least = betainc(total / over, y / over + 1, n / (n + 1))  # P(as few or fewer)
-    likely = y[(least > TAIL) & (most > TAIL)]
+        minimum = betainc(total / over, y / over + 1, n / (n + 1))  # P(as few or fewer)
+    likely = y[(minimum > TAIL) & (maximum > TAIL)]
     return float(likely[0]), float(likely[-1])
 
 

@@ -226,8 +226,8 @@ def _row(
     loads, values = [], []
     for number, window in enumerate(windows):
         every = np.concatenate([keys, window.keys])
-        place = np.unique(every, axis=0, return_inverse=True)[1].ravel()[len(keys) :]
-        impulses[number, place], has[number, place] = window.impulse, 1
+        index = np.unique(every, axis=0, return_inverse=True)[1].ravel()[len(keys) :]
+        impulses[number, index], has[number, index] = window.impulse, 1
         borne = loads_of(scene, window)
         loads.append(borne["contact_sum"][shared[number]])
         values.append(values_of(scene, window, borne) | flows[number])
@@ -276,15 +276,15 @@ def _paired(first: Floats, second: Floats) -> Paired:
     """The means of both (t,), and how their difference goes on from window to window."""
     difference = second - first
     difference[np.abs(difference) <= ROUNDING * np.maximum(first, second)] = 0.0
-    mean, apart = float(first.mean()), difference - difference.mean()
-    square = float((apart**2).sum())
+    mean, distance = float(first.mean()), difference - difference.mean()
+    square = float((distance**2).sum())
     relative = not next_to_zero(first)
     return Paired(
         first=mean,
         second=float(second.mean()),
         more=float(difference.mean()) / (mean if relative else 1.0),
         relative=relative,
-        autocorrelation=float(apart[1:] @ apart[:-1]) / square if square else float("nan"),
+        autocorrelation=float(distance[1:] @ distance[:-1]) / square if square else float("nan"),
         independent=len(first) / correlation_windows([difference]),
     )
 

@@ -108,7 +108,7 @@ class Model:
     @property
     def valid(self) -> bool:
         """Whether its bodies are hard enough for their crowd (`softness`)."""
-        springs = self.runs and self.runs[0].engine in (known.NAME for known in PENALTY)
+        springs = self.runs and self.runs[0].engine in (each.NAME for each in PENALTY)
         return not springs or softness(self.runs[0].scene) < VALID
 
     @property
@@ -165,7 +165,7 @@ class MotionStudy:
 def model_title(scene: Scene, name: str) -> str:
     """Name the model of a run: the engine with its stiffness or step, and friction where it has
     some."""
-    if name in (known.NAME for known in PENALTY):
+    if name in (each.NAME for each in PENALTY):
         setting = f"k = {numbers.number(scene.contact.stiffness_N_per_m)} N/m"
     else:
         setting = f"h = {numbers.number(1e3 * engine(name).timing(scene).time_step)} ms"
@@ -202,8 +202,8 @@ def study_motion(
             elif is_stopped and not model.valid:
                 stopped[model.label] = stopped.get(model.label, 0) + 1
             else:
-                said = f"{model.title}, replicate {index}: {why}"
-                (failures if is_stopped else warnings).append(said)
+                message = f"{model.title}, replicate {index}: {why}"
+                (failures if is_stopped else warnings).append(message)
         if series:
             last = min(last_s, float(series[0].time[-1]))
             read.append(replace(model, series=series, last_s=last))

@@ -19,7 +19,7 @@ from matplotlib.patches import Circle
 
 from analysis.scene.scene import Scene
 from nscd import Snapshot
-from nscd.arrays import Flags, Floats
+from nscd.arrays import Floats, Mask
 
 BLUE, ORANGE, GREEN, PINK = "#0072B2", "#E69F00", "#009E73", "#CC79A7"
 SKY, VERMILION, YELLOW, BLACK = "#56B4E9", "#D55E00", "#F0E442", "#000000"
@@ -44,14 +44,14 @@ NARROW_IN = 4.4
 def above_colours(count: int) -> list[str]:
     """Give the colours of people below all of so many limits, above the first, and so on."""
     above = LinearSegmentedColormap.from_list("above", ABOVE)
-    return [BELOW, *(to_hex(above(share)) for share in np.linspace(0, 1, count))]
+    return [BELOW, *(to_hex(above(fraction)) for fraction in np.linspace(0, 1, count))]
 
 
-def circles(snapshot: Snapshot, chosen: Flags | None = None) -> list[Circle]:
+def circles(snapshot: Snapshot, chosen: Mask | None = None) -> list[Circle]:
     """Make circles of the disks, or of the chosen ones (n,)."""
     shown = np.ones(len(snapshot), dtype=bool) if chosen is None else chosen
-    places = zip(snapshot.position[shown], snapshot.radius[shown], strict=True)
-    return [Circle((x, y), r) for (x, y), r in places]
+    positions = zip(snapshot.position[shown], snapshot.radius[shown], strict=True)
+    return [Circle((x, y), r) for (x, y), r in positions]
 
 
 def draw_disks(
@@ -64,7 +64,7 @@ def draw_disks(
 ) -> None:
     """Draw the disks in one colour, in one each, or in the shades of `values` (n,)."""
     # of a body of several disks the outline only
-    for edge in (DARK_GREY,) if snapshot.wide is None else (DARK_GREY, "none"):
+    for edge in (DARK_GREY,) if snapshot.compound is None else (DARK_GREY, "none"):
         disks = PatchCollection(circles(snapshot), edgecolor=edge, linewidth=0.3)
         if values is None:
             disks.set_facecolor(colour)
@@ -89,9 +89,9 @@ def draw_forces(axes: Axes, lines: Floats, force: Floats, norm: Normalize) -> No
     axes.add_collection(drawn)
 
 
-def draw_vectors(axes: Axes, start: Floats, vectors: Floats, **look: Any) -> None:
+def draw_vectors(axes: Axes, start: Floats, vectors: Floats, **style: Any) -> None:
     """Draw arrows of vectors (n,2) m that begin at points (n,2) m; look: what `quiver` takes."""
-    axes.quiver(*start.T, *vectors.T, angles="xy", scale_units="xy", scale=1, **look)
+    axes.quiver(*start.T, *vectors.T, angles="xy", scale_units="xy", scale=1, **style)
 
 
 def add_scale(figure: Figure, axes: Axes | Sequence[Axes], norm: Normalize, label: str) -> Colorbar:
@@ -107,8 +107,8 @@ def size_of(points: Floats, margin: float) -> tuple[float, float]:
     """Return the figure size (inches) for one panel that shows points (n,2) m and a margin (m)."""
     width, height = points.max(0) - points.min(0) + 4 * margin
     tall = np.clip(6.3 * height / width + 1.3, 2.2, 6.5)
-    wide = (tall - 1.3) * width / height + 0.7
-    return float(min(max(wide, 2.6), 11.0) + 1.0), float(tall)
+    broad = (tall - 1.3) * width / height + 0.7
+    return float(min(max(broad, 2.6), 11.0) + 1.0), float(tall)
 
 
 def frame(axes: Axes, points: Floats, margin: float) -> None:
@@ -145,7 +145,7 @@ def legend_below(
     columns: int,
     fontsize: int = 8,
     *,
-    place: Literal["outside lower center", "outside upper center"] = "outside lower center",
+    anchor: Literal["outside lower center", "outside upper center"] = "outside lower center",
 ) -> None:
     """Name the lines of one or of several axes, each name once, below all axes."""
     every = [axes] if isinstance(axes, Axes) else axes
@@ -154,14 +154,14 @@ def legend_below(
         for one in every
         for line, name in zip(*one.get_legend_handles_labels(), strict=True)
     }
-    figure.legend(named.values(), named.keys(), loc=place, ncols=columns, fontsize=fontsize)
+    figure.legend(named.values(), named.keys(), loc=anchor, ncols=columns, fontsize=fontsize)
 
 
 def shade(
-    axes: Axes, x: Floats, low: Floats, high: Floats, colour: str, alpha: float, **look: Any
+    axes: Axes, x: Floats, low: Floats, high: Floats, colour: str, alpha: float, **style: Any
 ) -> None:
     """Shade the band between two curves; look: what `fill_between` takes."""
-    axes.fill_between(x, low, high, color=colour, alpha=alpha, lw=0, **look)
+    axes.fill_between(x, low, high, color=colour, alpha=alpha, lw=0, **style)
 
 
 def panels(
@@ -183,18 +183,18 @@ def for_telephone(figure: Figure) -> None:
     as it is."""
     rows: dict[tuple[int, int], list[Axes]] = {}
     for axes in figure.axes:
-        if place := axes.get_subplotspec():
-            rows.setdefault((place.rowspan.start, place.colspan.start), []).append(axes)
+        if anchor := axes.get_subplotspec():
+            rows.setdefault((anchor.rowspan.start, anchor.colspan.start), []).append(axes)
     shown = {at: rows[at] for at in sorted(rows) if any(one.axison for one in rows[at])}
     if not shown:
         return
-    sizes = [together[0].get_window_extent().size for together in shown.values()]
-    heights = [(NARROW_IN - 0.8) * np.clip(high / wide, 0.45, 1.5) + 0.8 for wide, high in sizes]
+    sizes = [grouped[0].get_window_extent().size for grouped in shown.values()]
+    heights = [(NARROW_IN - 0.8) * np.clip(high / width, 0.45, 1.5) + 0.8 for width, high in sizes]
     grid = figure.add_gridspec(len(shown), 1, height_ratios=heights)
-    for number, ((row, column), together) in enumerate(shown.items()):
+    for number, ((row, column), combined) in enumerate(shown.items()):
         beside, *_ = shown[min(at for at in shown if at[0] == row)]
         below, *_ = shown[max(at for at in shown if at[1] == column)]
-        for axes in together:
+        for axes in combined:
             axes.set_ylabel(textwrap.fill(axes.get_ylabel() or beside.get_ylabel(), 32))
             axes.set_xlabel(textwrap.fill(axes.get_xlabel() or below.get_xlabel(), 36))
             axes.set_title(textwrap.fill(axes.get_title(), 36), fontsize=9)
@@ -210,22 +210,22 @@ def for_telephone(figure: Figure) -> None:
         names, handles = [one.get_text() for one in legend.get_texts()], legend.legend_handles
         columns = max(1, int(50 / (max(map(len, names)) + 6)))
         lines += -(-len(names) // columns)
-        look: dict[str, Any] = {"ncols": columns, "title": legend.get_title().get_text() or None}
+        style: dict[str, Any] = {"ncols": columns, "title": legend.get_title().get_text() or None}
         legend.remove()
-        look |= {"handles": handles, "labels": names, "loc": "outside lower center", "fontsize": 8}
-        figure.legend(**look)
+        style |= {"handles": handles, "labels": names, "loc": "outside lower center", "fontsize": 8}
+        figure.legend(**style)
     figure.set_size_inches(NARROW_IN, sum(heights) + 0.18 * lines + 0.2)
     figure.draw_without_rendering()  # panels of equal scale find their place the second time
 
 
-def lead(axes: Axes, words: str, point: Any, place: Any, colour: str, **look: Any) -> None:
+def lead(axes: Axes, words: str, point: Any, position: Any, colour: str, **style: Any) -> None:
     """Write words at a place (shares of the axes) and lead a thin line to their point."""
     line = {"arrowstyle": "-", "color": colour, "lw": 0.5, "alpha": 0.6}
-    given = {"textcoords": "axes fraction", "color": colour, "arrowprops": line} | look
-    axes.annotate(words, point, xytext=place, **given)
+    arguments = {"textcoords": "axes fraction", "color": colour, "arrowprops": line} | style
+    axes.annotate(words, point, xytext=position, **arguments)
 
 
-def look(number: int, *, hollow: bool = False) -> dict[str, Any]:
+def line_style(number: int, *, hollow: bool = False) -> dict[str, Any]:
     """Give colour, marker and dashes of the curve of this number; hollow: whether its marks are."""
     colour = COLOURS[number]
     face = "none" if hollow else colour
@@ -235,10 +235,10 @@ def look(number: int, *, hollow: bool = False) -> dict[str, Any]:
 def label_outer(every: Iterable[Axes]) -> None:
     """Label a grid of panels at its foot and at its left."""
     for axes in every:
-        place: Any = axes.get_subplotspec()
-        if place.is_last_row():
+        anchor: Any = axes.get_subplotspec()
+        if anchor.is_last_row():
             axes.set_xlabel("x (m)")
-        if place.is_first_col():
+        if anchor.is_first_col():
             axes.set_ylabel("y (m)")
 
 

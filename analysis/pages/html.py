@@ -161,8 +161,8 @@ def drawn(picture: Picture | Drawn) -> Drawn:
     # the layout that the first one found serves the second
     figure.set_layout_engine("none")
     pdf = saved(figure, "pdf")
-    wide = figure.get_figwidth() > WIDE * NARROW_IN
-    if narrow is None and wide and not figure.subfigs:
+    width = figure.get_figwidth() > WIDE * NARROW_IN
+    if narrow is None and width and not figure.subfigs:
         narrow = figure
         figure.set_layout_engine(layout)
         for_telephone(figure)

@@ -30,11 +30,11 @@ def number(value: float | None, digits: int = 3) -> str:
     return text.replace("-", "−")
 
 
-def decimals(value: float | None, places: int) -> str:
+def decimals(value: float | None, digits: int) -> str:
     """Write a number with so many places after the point; – where there is none."""
     if value is None or not math.isfinite(value):
         return NONE
-    return f"{value:,.{places}f}".replace(",", THIN).replace("-", "−")
+    return f"{value:,.{digits}f}".replace(",", THIN).replace("-", "−")
 
 
 def significant(value: float | None, digits: int = 3) -> str:
@@ -55,11 +55,11 @@ def two(value: float) -> str:
 
 def between(low: float, high: float, written: Callable[[float], str] = two) -> str:
     """Write a range, with two digits; one number where its ends read the same."""
-    least, most = written(low), written(high)
-    return least if least == most else f"{least}–{most}"
+    minimum, maximum = written(low), written(high)
+    return minimum if minimum == maximum else f"{minimum}–{maximum}"
 
 
-def whole(value: float) -> str:
+def integer(value: float) -> str:
     """Write a count, also a mean of counts, as a whole number of two digits."""
     return decimals(float(f"{round(value):.2g}"), 0)
 
@@ -77,9 +77,9 @@ def percent(value: float | None, digits: int | None = None) -> str:
     return f"{decimals(100 * value, 1)} %"
 
 
-def signed(share: float) -> str:
+def signed(fraction: float) -> str:
     """Write a share in per cent with its sign and two significant digits."""
-    return with_sign(share, percent(share, 2))
+    return with_sign(fraction, percent(fraction, 2))
 
 
 def with_sign(value: float, text: str) -> str:
@@ -94,8 +94,8 @@ def with_unit(text: str, unit: str) -> str:
 
 def interval(ends: Sequence[float], digits: int = 3) -> str:
     """Write an interval; one number where both ends read the same."""
-    least, most = (significant(end, digits) for end in ends)
-    return least if least == most else f"{least} to {most}"
+    minimum, maximum = (significant(end, digits) for end in ends)
+    return minimum if minimum == maximum else f"{minimum} to {maximum}"
 
 
 def seconds(value: float | None) -> str:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from analysis.pages.numbers import NONE, between, decimals, significant, two, whole
+from analysis.pages.numbers import NONE, between, decimals, integer, significant, two
 
 # About so much of the axis is a letter of a label, and labels end there: of a bar alone, and of bars
 # with names and numbers beside them, on a telephone.
@@ -45,7 +45,7 @@ class Chart:
         """Write a range: of counts whole numbers; – of none."""
         if not math.isfinite(low + high):
             return NONE
-        return between(low, high, two if self.most is None else whole)
+        return between(low, high, two if self.most is None else integer)
 
     @property
     def alone(self) -> bool:
@@ -88,8 +88,8 @@ class Chart:
                 groups.append([mark])
         found = []
         for group in groups:
-            text, wide = self._words(group, letter)
-            late = group[0] / self.top + wide > end
+            text, width_text = self._words(group, letter)
+            late = group[0] / self.top + width_text > end
             found.append((group[-1] if late else group[0], text, late))
         return found
 

@@ -45,21 +45,21 @@ RAISED, LOWERED = re.compile(r"\^([^ \n^]+)\^"), re.compile(r"~([^ \n~]+)~")
 class Words:
     """Read the blocks of a module's or a package's words, to be filled with numbers one by one.
 
-    place: `__name__` of a module with a .md of its name beside it, or of a package with a words.md.
+    module: `__name__` of a module with a .md of its name beside it, or of a package with a words.md.
     values: what every block may use, beside what it is given itself and the module's constants.
     Raises ValueError for two blocks of one name, and (here and below) for a block that is not
     there, that lacks a value, or that holds a float without a filter.
     """
 
-    def __init__(self, place: str, **values: Any) -> None:
-        spec = importlib.util.find_spec(place)
+    def __init__(self, module: str, **values: Any) -> None:
+        spec = importlib.util.find_spec(module)
         if spec is None or spec.origin is None:
-            raise ValueError(f"{place}: no module or package of this name")
+            raise ValueError(f"{module}: no module or package of this name")
         home = Path(spec.origin)
         file = home.with_name("words.md") if home.stem == "__init__" else home.with_suffix(".md")
-        constants = vars(sys.modules[place]) if place in sys.modules else {}
+        constants = vars(sys.modules[module]) if module in sys.modules else {}
         self.values = {name: value for name, value in constants.items() if name.isupper()} | values
-        self.place = f"{place}: {file.name}"
+        self.place = f"{module}: {file.name}"
         source = file.read_text(encoding="utf-8")
         names, blocks = HEADING.findall(source), HEADING.split(source)[2::2]
         twice = sorted({name for name in names if names.count(name) > 1})
@@ -100,8 +100,8 @@ class Words:
         """Give rows their caption and the heads of their columns: `| a (m) | b |` in the block."""
         lines = self._filled(name, values).splitlines()
         caption = "\n".join(line for line in lines if not line.startswith("| "))
-        heads = [line for line in lines if line.startswith("| ")]
-        head = [cell for line in heads for cell in line.removeprefix("| ")[:-2].split(" | ")]
+        headers = [line for line in lines if line.startswith("| ")]
+        head = [cell for line in headers for cell in line.removeprefix("| ")[:-2].split(" | ")]
         return Table(caption="\n\n".join(_lines(caption)), head=head, rows=rows)
 
     def section(
@@ -144,9 +144,9 @@ class Words:
             raise ValueError(f"{self.place}: {name}: {error}") from error
 
 
-def words_of(place: str, **values: Any) -> dict[str, str | list[str]]:
+def words_of(module: str, **values: Any) -> dict[str, str | list[str]]:
     """Fill all blocks of a module's or a package's words: a list for a block that is a list."""
-    words = Words(place)
+    words = Words(module)
     return {
         name: words.items(name, **values)
         if source.lstrip().startswith("- ")

@@ -132,7 +132,7 @@ class Built:
     section: Section
     cpu_seconds: float  # s, in Python
     engines: Cost = field(default_factory=Cost)
-    kept: bool = False  # whether an earlier build made it
+    reused: bool = False  # whether an earlier build made it
     used: Sequence[str] = ()  # names of the engines whose runs it shows
 
     @property
@@ -172,7 +172,7 @@ def build(
     built = {
         part.number: found
         for part in parts
-        if not part.engine_runs and (found := kept(folder_of(runs, part)))
+        if not part.engine_runs and (found := stored_section(folder_of(runs, part)))
     }
     missing = [part for part in parts if part.number not in built]
     if len(missing) < 2:
@@ -219,12 +219,12 @@ def edition() -> str:
 def keep(built: Built, folder: Path, made_by: str) -> None:
     """Write a drawn section as one JSON file, whole or not at all; made_by: the edition."""
     content = asdict(built.section) | {"cpu_seconds": built.cpu_seconds}
-    cache.keep(folder / "section.json", made_by, content)
+    cache.store(folder / "section.json", made_by, content)
 
 
-def kept(folder: Path) -> Built | None:
+def stored_section(folder: Path) -> Built | None:
     """Read the section that this edition of the product has kept; None where there is none."""
-    content = cache.kept(folder / "section.json", edition())
+    content = cache.cached(folder / "section.json", edition())
     if content is None:
         return None
     try:
@@ -236,7 +236,7 @@ def kept(folder: Path) -> Built | None:
         content["claims"] = [
             Claim(**claim | {"verdict": Verdict(claim["verdict"])}) for claim in content["claims"]
         ]
-        return Built(section=Section(**content), cpu_seconds=float(seconds), kept=True)
+        return Built(section=Section(**content), cpu_seconds=float(seconds), reused=True)
     except (ValueError, KeyError, TypeError):
         return None
 

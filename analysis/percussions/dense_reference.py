@@ -17,19 +17,19 @@ def dense_percussions(
     left_velocity: ArrayLike,
     *,
     restitution: float = 0.0,
-    least: bool = False,
+    minimum: bool = False,
 ) -> tuple[Floats, Floats]:
     """Compute λ (k,) N·s and u⁺ (n,2) m/s of Newton's law at all contacts at once, in Moreau's
     form: 0 ≤ λ ⟂ −C(u⁺ + e u⁻) ≥ 0.
 
     λ minimises |M^(−½) Cᵀλ − (1+e) M^(½) u⁻| over λ ≥ 0, and u⁺ = u⁻ − M⁻¹Cᵀλ (Lawson and Hanson's
-    active set, dense). `least` adds LITTLE·|λ|², which leads to the reactions of least Σλ² where
+    active set, dense). `minimum` adds LITTLE·|λ|², which leads to the reactions of least Σλ² where
     they are not unique."""
     root = np.sqrt(np.repeat(snapshot.mass, 2))
     left = np.asarray(left_velocity, dtype=np.float64).ravel()
     closing = contacts.normal_matrix(len(snapshot)).toarray()
     columns, wanted = closing.T / root[:, None], (1 + restitution) * root * left
-    if least:
+    if minimum:
         size = np.sqrt(LITTLE) * np.linalg.norm(columns, 2)
         columns = np.vstack([columns, size * np.eye(len(contacts))])
         wanted = np.concatenate([wanted, np.zeros(len(contacts))])

@@ -17,8 +17,8 @@ from analysis.dumps import DumpError, EngineContacts, contacts_at, snapshot_of
 from analysis.dumps.contacts import keys_of
 from analysis.dumps.digits import LastDigit
 from analysis.dumps.foreign import wall_fixes
-from analysis.dumps.held import OwnContacts, open_contacts
 from analysis.dumps.index import DumpIndex
+from analysis.dumps.own_contacts import OwnContacts, open_contacts
 from analysis.percussions.setting import MOST_ROUNDING, Setting
 from analysis.scene.scene import Scene
 from analysis.support.reading import note
@@ -48,7 +48,7 @@ def open_own(
     own.wall_fixes = wall_fixes(() if "is_wall" in index.columns else trajectory.ts.data)
     if factor is not None:
         own.factor, own.sign = abs(factor) if not own.is_whole else factor, np.sign(factor)
-    own.look_at_signs(trajectory, file, factor is not None)
+    own.check_signs(trajectory, file, factor is not None)
     if not np.isnan(trajectory[0].time):
         _test_by_momentum(own, trajectory, setting, stated=factor is not None)
     return own
@@ -80,8 +80,8 @@ def listed_in(own: OwnContacts, ts: Any, now: Snapshot, setting: Setting) -> Lis
     keep = np.zeros(len(found), dtype=bool)
     force[here] = np.where(one == first, 1.0, -1.0)[here, None] * rows.force[there]
     keep[here] = near[here] | pressed[there]
-    kept = keep | (near & wall & own.lacks_walls)
-    return Listed(found.select(kept), force[kept], len(rows) - int(keep.sum()), int((near & ~kept).sum()))
+    selected = keep | (near & wall & own.lacks_walls)
+    return Listed(found.select(selected), force[selected], len(rows) - int(keep.sum()), int((near & ~selected).sum()))
 
 
 def _test_by_momentum(own: OwnContacts, trajectory: Any, setting: Setting, *, stated: bool) -> None:
@@ -94,23 +94,23 @@ def _test_by_momentum(own: OwnContacts, trajectory: Any, setting: Setting, *, st
     first = int(np.argmax(np.convolve(rows, np.ones(min(some, len(rows))), "valid")))
     record = read_record(own, trajectory, setting, range(first, min(first + some, len(rows))))
     found = judge(record, time_step=record.step_s)
-    faults, said = {*found.faults}, found.words[0].lower() + found.words[1:]
+    faults, stated_value = {*found.faults}, found.words[0].lower() + found.words[1:]
     if found.status == "unknown":
         if not (own.is_whole or stated):
-            note(path, f"{said}. They are taken as N (--contacts-factor)")
+            note(path, f"{stated_value}. They are taken as N (--contacts-factor)")
     elif found.status == "agrees":
         if not own.is_whole:
-            note(path, said)
+            note(path, stated_value)
     elif faults & WRONG_FORCES:
-        raise DumpError(f"{path}: {said}. See percussions audit")
+        raise DumpError(f"{path}: {stated_value}. See percussions audit")
     elif np.isfinite(found.factor) and found.factor != 1 and not stated:
         if meant := "factor" not in faults:
             own.factor *= found.factor
         factor = own.stated * (1.0 if meant else found.factor)
-        taken = f"times {found.factor:.6g}, as with" if meant else "as they are, not with"
-        note(path, f"{said}. They are taken {taken} --contacts-factor {factor:.6g}")
+        factor_words = f"times {found.factor:.6g}, as with" if meant else "as they are, not with"
+        note(path, f"{stated_value}. They are taken {factor_words} --contacts-factor {factor:.6g}")
     elif faults != {"walls missing"} or not own.lacks_walls:
-        note(path, said)
+        note(path, stated_value)
 
 
 def read_record(
@@ -123,16 +123,16 @@ def read_record(
     Raises DumpError naming the file and the frame."""
     file, steps = trajectory.filename, trajectory.steps
     pressed = acceleration is not None or setting.drive is not None or any(setting.acceleration)
-    known = pressed or setting.walls is not None or "drive_x" in trajectory.ts.data
+    finite = pressed or setting.walls is not None or "drive_x" in trajectory.ts.data
     every = bool((np.diff([steps[k] for k in numbers]) == 1).all())
     snapshots: list[Snapshot] = []
     listed = []
     for number in numbers:
         snapshots.append(snapshot_of(trajectory[number], file, needs_velocity=False))
-        place = own.index.steps.index(steps[number])
+        index = own.index.steps.index(steps[number])
         duration = float(np.diff([one.time for one in snapshots[-2:]] * 2)[0]) or np.inf
-        listed.append(_listed(own, place, trajectory.ts, snapshots[-1], duration if impulses else 0.0))
-    pushes = (lambda now: external_of(setting, now, acceleration)) if known else None
+        listed.append(_listed(own, index, trajectory.ts, snapshots[-1], duration if impulses else 0.0))
+    pushes = (lambda now: external_of(setting, now, acceleration)) if finite else None
     has_velocity = "vx" in trajectory.ts.data
     try:
         record = record_of(snapshots, listed, pushes, setting.walls, has_velocity, every_step=every)

@@ -147,12 +147,12 @@ class Setting:
         if standing is not None and self.arms:
             raise DumpError(f"{path}: fixed types (--fixed-type) are not for people with arms")
         if digits != self.digits and digits is not None and (wrong := digits.rounding()) > TOUCH:
-            said = f"positions have {digits.position.digits} digits, so gaps may be wrong by {wrong:.2g} m"
-            given = self.contact_tolerance
-            if given is None:
-                note(path, f"{said}. Such gaps are contacts (--contact-tolerance)")
-            elif given < wrong:
-                note(path, f"{said}. The contact tolerance {given:g} m is finer")
+            message = f"positions have {digits.position.digits} digits, so gaps may be wrong by {wrong:.2g} m"
+            inputs = self.contact_tolerance
+            if inputs is None:
+                note(path, f"{message}. Such gaps are contacts (--contact-tolerance)")
+            elif inputs < wrong:
+                note(path, f"{message}. The contact tolerance {inputs:g} m is finer")
         names = self.wall_names
         if standing is not None and self.standing is None:
             names = names or tuple(map(str, range(1, 1 + len(self.walls or ()))))
@@ -184,8 +184,8 @@ class Setting:
         """The law of contacts with this friction; inelastic, in an impact of this restitution, and of
         elastic ones that nearest to it which a finite dissipation gives."""
         bouncing = min(self.restitution, NEARLY_ELASTIC) if self.kind == "dump" else 0.0
-        rough = ContactLaw(friction=self.friction, wall_friction=self.wall_friction)
-        return replace(rough, restitution=bouncing) if bouncing else rough
+        frictional = ContactLaw(friction=self.friction, wall_friction=self.wall_friction)
+        return replace(frictional, restitution=bouncing) if bouncing else frictional
 
     @property
     def moves(self) -> bool:
@@ -212,12 +212,12 @@ class Setting:
         radius = snapshot.radius[found.first]
         pairs = ~found.is_wall
         radius[pairs] = np.minimum(radius[pairs], snapshot.radius[found.second[pairs]])
-        share = -found.gap / radius
-        if len(found) and not share.max() <= self.largest_overlap:
-            worst = int(np.argmax(share))
+        fraction = -found.gap / radius
+        if len(found) and not fraction.max() <= self.largest_overlap:
+            worst = int(np.argmax(fraction))
             raise ValueError(
                 f"disk {snapshot.ids[found.first[worst]]} and {self.name(found, snapshot, worst)} "
-                f"overlap by {share[worst]:.3g} of a radius. At most {self.largest_overlap:g} is "
+                f"overlap by {fraction[worst]:.3g} of a radius. At most {self.largest_overlap:g} is "
                 "taken (--largest-overlap, largest_overlap)"
             )
         return found
@@ -230,9 +230,9 @@ class Setting:
         n, bodies = len(snapshot), snapshot.bodies
         found = find_contacts(fixed.behind(snapshot), self.walls, tolerance=touch)
         found = found.select(found.first < n)
-        held = ~found.is_wall & (found.second >= n)
-        second = np.where(held, found.second - n + len(self.walls or ()), found.second)
-        found = replace(found, second=second, is_wall=found.is_wall | held)
+        on_fixed = ~found.is_wall & (found.second >= n)
+        second = np.where(on_fixed, found.second - n + len(self.walls or ()), found.second)
+        found = replace(found, second=second, is_wall=found.is_wall | on_fixed)
         if bodies is not None:
             other = np.where(found.is_wall, 0, found.second)
             within = ~found.is_wall & (bodies.number[found.first] == bodies.number[other])
@@ -270,9 +270,9 @@ class Setting:
             drive = drive.routed(self.walls or NO_WALLS, float(snapshot.radius.max()))
         time = snapshot.time if isinstance(snapshot, Snapshot) else snapshot.time_of_rows
         # frames of bodies of several disks are not solved at once
-        place = snapshot.centres if isinstance(snapshot, Snapshot) else snapshot.position
+        position = snapshot.centres if isinstance(snapshot, Snapshot) else snapshot.position
         who = snapshot.ids, time, snapshot.radius
-        wanted = drive.desired_velocity(place, *who) if drive else None
+        wanted = drive.desired_velocity(position, *who) if drive else None
         if self.kind == "desired":
             if drive is None or wanted is None:
                 if g.any():  # a crowd at rest: whatever the time, forces are the same
@@ -308,7 +308,7 @@ def standing_walls(room: Room) -> Walls:
 
 
 def room_beside(
-    dump: Path, room: Path | None = None, stated: Mapping[str, Any] | None = None, **given: Any
+    dump: Path, room: Path | None = None, stated: Mapping[str, Any] | None = None, **value: Any
 ) -> tuple[Room | None, Setting]:
     """Read a room or scene file, or scene.toml beside the dump, and take the setting from it; no room
     where there is neither. Its keys that are not used are said in a line, but those that a run used.
@@ -323,14 +323,14 @@ def room_beside(
         RunRecord.read(dump.parent).check_beside(dump, beside if room is None else None)
     chosen = room if room is not None else beside if beside.exists() else None
     if chosen is None:
-        return None, Setting(**given)
-    found = read_room(chosen, lambda: means_of(next(_frames(dump, stated))), whole=False)[0]
+        return None, Setting(**value)
+    found = read_room(chosen, lambda: means_of(next(_frames(dump, stated))), complete=False)[0]
     if not found.period_x_m and has_period(dump):
         raise SceneError(
             f"{chosen}: period_x_m: missing. scene.toml beside {dump} has one: contacts across its "
             "boundary would be missed"
         )
-    setting = Setting.in_room(found, **given)
+    setting = Setting.in_room(found, **value)
     if found.drive and setting.kind != "dump":
         ids = (frame.ids for frame in _frames(dump, stated))
         found.drive.check_people(ids, f"{chosen}: ", f" in {dump}")
@@ -350,10 +350,10 @@ def _frames(dump: Path, stated: Mapping[str, Any] | None) -> Iterator[Snapshot]:
 
 
 def setting_beside(
-    dump: Path, room: Path | None = None, stated: Mapping[str, Any] | None = None, **given: Any
+    dump: Path, room: Path | None = None, stated: Mapping[str, Any] | None = None, **value: Any
 ) -> Setting:
     """Take walls and drive of `room_beside`, which says what is raised."""
-    return room_beside(dump, room, stated, **given)[1]
+    return room_beside(dump, room, stated, **value)[1]
 
 
 def law_of(scene: Scene) -> ContactLaw:

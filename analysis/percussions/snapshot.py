@@ -22,7 +22,7 @@ from nscd.indeterminacy.linear import ProgramError
 from nscd.indeterminacy.nearest import ForceState, least_energy_within
 from nscd.percussions import Status
 from nscd.show import arrays, as_frame, as_html, draw
-from nscd.solve import Search
+from nscd.solve import SolveOptions
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -40,14 +40,14 @@ class SnapshotPercussions:
     contacts: the k that it has
     left_velocity: (n,2) m/s, u⁻
     window: s, the time that turns percussions into forces; None for an impact
-    answer: percussions with their certificate"""
+    solution: percussions with their certificate"""
 
     setting: Setting
     snapshot: Snapshot
     contacts: Contacts
     left_velocity: Floats
     window: float | None
-    answer: Percussions
+    solution: Percussions
 
     @property
     def unit(self) -> str:
@@ -57,7 +57,7 @@ class SnapshotPercussions:
     @property
     def pressing(self) -> Floats:
         """(k,2) in `unit`: forces p/window where a window is known, else impulses p."""
-        pressing: Floats = self.answer.impulse / (self.window or 1.0)
+        pressing: Floats = self.solution.impulse / (self.window or 1.0)
         return pressing
 
     @property
@@ -81,36 +81,36 @@ class SnapshotPercussions:
         return float(np.hypot(*self.pressing[on].T).sum())
 
     def columns(
-        self, openness: Openness = "none", *, time: float | None = None, step: int | None = None,
+        self, indeterminacy: Openness = "none", *, time: float | None = None, step: int | None = None,
         own: Floats | None = None,
     ) -> dict[str, Column]:  # fmt: skip
         """Name the columns of k rows, those of contacts.csv that have something to say: arrays, or
         lists of words or of what may be None. own: (k,2) N, forces that came with the dump."""
-        contacts, answer = self.contacts, self.answer
+        contacts, solution = self.contacts, self.solution
         cells: dict[str, Column] = {
-            **arrays(self.snapshot.ids, contacts, answer.reaction, answer.impulse, self.window)
+            **arrays(self.snapshot.ids, contacts, solution.reaction, solution.impulse, self.window)
         }
-        if answer.friction is not None:
-            cells |= answer.friction.columns()
+        if solution.friction is not None:
+            cells |= solution.friction.columns()
         if own is not None:
             cells |= {name: known(force) for name, force in zip(OWN, own.T, strict=True)}
-        if openness != "none":
-            found = openness_of(self, openness == "ranges")
+        if indeterminacy != "none":
+            found = openness_of(self, indeterminacy == "ranges")
             cells["determined"] = known(found.determined, found.determined >= 0)
-        if openness == "ranges":
-            names = OPEN_COLUMNS[: 2 if answer.friction is None else 4]
+        if indeterminacy == "ranges":
+            names = OPEN_COLUMNS[: 2 if solution.friction is None else 4]
             cells |= {name: known(ends) for name, ends in zip(names, found[1:], strict=False)}
-        if openness == "ensemble":
+        if indeterminacy == "ensemble":
             cells |= ensemble_cells(self)
-        certificate = str(answer.status), answer.residual, answer.velocity_error
+        certificate = str(solution.status), solution.residual, solution.velocity_error
         return table_columns(cells, self.setting, contacts, (time, step), certificate)
 
     def to_dataframe(
-        self, time: float | None = None, openness: Openness = "determined"
+        self, time: float | None = None, indeterminacy: Openness = "determined"
     ) -> pd.DataFrame:
         """Return one row per contact, with the columns of contacts.csv."""
-        frame = as_frame(self.columns(openness, time=time))
-        return frame if openness == "none" else frame.astype({"determined": "Int64"})
+        frame = as_frame(self.columns(indeterminacy, time=time))
+        return frame if indeterminacy == "none" else frame.astype({"determined": "Int64"})
 
     def plot(self, axes: Any = None) -> Any:
         """Draw disks, walls and what the contacts carry into matplotlib axes; return them."""
@@ -120,7 +120,7 @@ class SnapshotPercussions:
             self.contacts,
             np.hypot(*self.pressing.T),
             label=f"{what} ({self.unit})",
-            title=f"{self.answer.status}, residual {self.answer.residual:.0e}",
+            title=f"{self.solution.status}, residual {self.solution.residual:.0e}",
             walls=self.setting.walls,
             axes=axes,
         )
@@ -128,12 +128,12 @@ class SnapshotPercussions:
     def __repr__(self) -> str:
         return (
             f"<SnapshotPercussions: {len(self.snapshot)} disks, {len(self.contacts)} contacts, "
-            f"largest {self.largest:.3g} {self.unit}, {self.answer.status}, "
-            f"residual {self.answer.residual:.1e}>"
+            f"largest {self.largest:.3g} {self.unit}, {self.solution.status}, "
+            f"residual {self.solution.residual:.1e}>"
         )
 
     def _repr_html_(self) -> str:
-        return as_html(repr(self)[1:-1], self.to_dataframe(openness="none"))
+        return as_html(repr(self)[1:-1], self.to_dataframe(indeterminacy="none"))
 
 
 def percussions_of(
@@ -144,7 +144,7 @@ def percussions_of(
     tolerance: float = 1e-8,
     solver: str = "auto",
     before: SnapshotPercussions | None = None,
-    **search: Unpack[Search],
+    **search: Unpack[SolveOptions],
 ) -> SnapshotPercussions:
     """Compute the percussions of a snapshot in a scene: contacts, left velocity, solution, window.
 
@@ -161,14 +161,14 @@ def percussions_of(
     law = setting.law if law is None else law
     # who wants to go somewhere does not want to turn: a blocked crowd is at rest in its spins too
     still = law.frictional and setting.kind == "desired"
-    answer = solve(
+    solution = solve(
         replace(snapshot, spin=np.zeros(len(snapshot))) if still else snapshot,
         contacts,
         left_velocity=left,
         law=law,
         tolerance=tolerance,
         solver=solver,
-        guess=before.answer if before and _alike(before, contacts, left) else None,
+        guess=before.solution if before and _alike(before, contacts, left) else None,
         **search,
     )
     return SnapshotPercussions(
@@ -177,7 +177,7 @@ def percussions_of(
         contacts=contacts,
         left_velocity=left,
         window=window,
-        answer=answer,
+        solution=solution,
     )
 
 
@@ -236,22 +236,22 @@ def openness_of(found: SnapshotPercussions, ranges: bool) -> Open:
     """Find what the balance and reactions that only push leave open; `ranges`: and how far.
 
     Nothing is known where the answer is not solved, or no linear program proves it."""
-    k, contacts, answer = len(found.contacts), found.contacts, found.answer
+    k, contacts, solution = len(found.contacts), found.contacts, found.solution
     nothing = Open(np.full(k, -1), *np.full((4, k), np.nan))
-    if answer.status != Status.SOLVED or not k:
+    if solution.status != Status.SOLVED or not k:
         return nothing
-    ends, rough = np.full((4, k), np.nan), answer.friction is not None
+    ends, frictional = np.full((4, k), np.nan), solution.friction is not None
     try:
-        held = (Equilibrium.with_friction if rough else Equilibrium.of)(contacts, answer)
-        determined = determinacy_of(held).determined
-        ends[:2] = answer.reaction
-        if ranges and (rough or not determined.all()):
-            intervals = Intervals(held)
-            for row in range(k) if rough else np.flatnonzero(~determined).tolist():
+        equilibrium = (Equilibrium.with_friction if frictional else Equilibrium.of)(contacts, solution)
+        determined = determinacy_of(equilibrium).determined
+        ends[:2] = solution.reaction
+        if ranges and (frictional or not determined.all()):
+            intervals = Intervals(equilibrium)
+            for row in range(k) if frictional else np.flatnonzero(~determined).tolist():
                 weights = weights_of_contacts(contacts, row)
                 span = intervals.of(weights)
                 ends[:2, row] = span.lower, span.upper
-                if rough:
+                if frictional:
                     span = intervals.of(weights, tangential=True)
                     ends[2:, row] = span.lower, span.upper
     except (ProgramError, ValueError):
@@ -270,15 +270,15 @@ def states_of(found: SnapshotPercussions) -> tuple[Ensemble, ForceState] | None:
 
     The scale of their law is the mean reaction of least energy of contacts that can carry something:
     the loads of a crowd between walls do not give one."""
-    k, answer = len(found.contacts), found.answer
-    if answer.status != Status.SOLVED or not k:
+    k, solution = len(found.contacts), found.solution
+    if solution.status != Status.SOLVED or not k:
         return None
     try:
-        held = Equilibrium.of_answer(found.contacts, answer)
-        least = least_energy_within(held)
-        carries = np.bincount(held.contact, minlength=k) > 0
-        scale = float(least.normal[carries].mean()) if carries.any() else 1.0
-        return ensemble(held, scale, draws=100, most_sweeps=MOST_FLIGHTS), least
+        equilibrium = Equilibrium.of_answer(found.contacts, solution)
+        least_energy = least_energy_within(equilibrium)
+        carries = np.bincount(equilibrium.contact, minlength=k) > 0
+        scale = float(least_energy.normal[carries].mean()) if carries.any() else 1.0
+        return ensemble(equilibrium, scale, draws=100, most_sweeps=MOST_FLIGHTS), least_energy
     except (ProgramError, ValueError):
         return None
 
@@ -286,15 +286,15 @@ def states_of(found: SnapshotPercussions) -> tuple[Ensemble, ForceState] | None:
 def ensemble_cells(found: SnapshotPercussions) -> dict[str, Column]:
     """Name the columns of k rows that say the mean and the spread of `states_of`, and with friction
     the ones of least energy; None where there are none."""
-    k, rough = len(found.contacts), found.answer.friction is not None
-    names = [*ENSEMBLE_COLUMNS, *(ROUGH_COLUMNS if rough else ())]
+    k, frictional = len(found.contacts), found.solution.friction is not None
+    names = [*ENSEMBLE_COLUMNS, *(ROUGH_COLUMNS if frictional else ())]
     cells: dict[str, Column] = dict.fromkeys([*names, "r_hat", "sampling"], [None] * k)
     if (both := states_of(found)) is None:
         return cells
-    drawn, least = both
+    drawn, least_energy = both
     values = [drawn.mean(), drawn.sd(), drawn.quantile(0.05), drawn.quantile(0.95)]
     values += [drawn.mean(tangential=True), drawn.sd(tangential=True)]
-    values += [least.normal, least.tangential]
+    values += [least_energy.normal, least_energy.tangential]
     cells |= dict(zip(names, values, strict=False))
     cells["r_hat"] = drawn.r_hat.reshape(2, k).max(0)
     fixed = drawn.sd() + drawn.sd(tangential=True) <= NO_SPREAD * drawn.scale

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from analysis.dumps import Bodies, DumpError, open_bodies
-from analysis.dumps.held import OwnContacts
+from analysis.dumps.own_contacts import OwnContacts
 from analysis.percussions import table
 from analysis.percussions.own import listed_in
 from analysis.percussions.setting import FORCE, IMPULSE, Setting
@@ -35,7 +35,7 @@ from analysis.support.parallel import workers as processes
 from analysis.support.reading import read_text
 from nscd import ContactLaw, _core
 from nscd.arrays import LARGEST
-from nscd.frames import Asked, Disks, Found, solve_frames
+from nscd.frames import Disks, Found, FrameOptions, solve_frames
 from nscd.percussions import Status
 from nscd.show import arrays
 
@@ -84,7 +84,7 @@ class SolvedRows(NamedTuple):
 
     columns: list[str]
     rows: table.Rows
-    said: SolvedDump
+    summary: SolvedDump
 
 
 # The cells of some frames by columns, and what is said of them.
@@ -107,7 +107,7 @@ class DumpToSolve:
     setting: Setting  # walls, drive, left velocity
     law: ContactLaw | None = None
     tolerance: float = 1e-8  # residual up to which a frame counts as solved
-    openness: table.Openness = "determined"  # of reactions that mechanics may leave open
+    indeterminacy: table.Openness = "determined"  # of reactions that mechanics may leave open
     threads: int = 1  # of each large frame
     own: OwnContacts | None = None
     parquet: bool = False  # whether rows are made for Parquet, not for CSV
@@ -123,7 +123,7 @@ class DumpToSolve:
         """Whether many frames are solved in one compiled call, beside which threads go on."""
         law = self.setting.law if self.law is None else self.law
         small = max(self.trajectory.index.counts) < _core.SHARED
-        return small and law.plain and self.openness == "none" and self.own is None
+        return small and law.plain and self.indeterminacy == "none" and self.own is None
 
     def blocks(self, numbers: range) -> list[range]:
         """Cut frames into those that are solved together: the same ones however many work on
@@ -156,7 +156,7 @@ class DumpToSolve:
                 cells = iter([self._batch(bodies, found, frames)])
             else:
                 cells = self._one_by_one(bodies, frames, numbers)
-            solved += [SolvedRows(list(one), table.rows_of(one, self.parquet), said) for one, said in cells]
+            solved += [SolvedRows(list(one), table.rows_of(one, self.parquet), message) for one, message in cells]
         return solved
 
     def _batch(self, bodies: Bodies, found: Found, frames: list[int]) -> Cells:
@@ -168,7 +168,7 @@ class DumpToSolve:
         some = found._replace(**{name: getattr(found, name)[those] for name in names})
         each, size = np.repeat(frames, np.diff(start)), np.hypot(*(some.impulse / (window or 1.0)).T)
         number = int(each[size.argmax()]) if len(size) else frames[0]
-        said = SolvedDump(
+        message = SolvedDump(
             frames=len(frames),
             contacts=len(size),
             largest=float(size.max(initial=0.0)),
@@ -184,7 +184,7 @@ class DumpToSolve:
             (times, np.array(bodies.steps)[each]),
             (str(Status.SOLVED), found.residual[each], found.velocity_error[each]),
         )
-        return cells, said
+        return cells, message
 
     def _one_by_one(self, bodies: Bodies, frames: Iterable[int], numbers: range) -> Iterator[Cells]:
         """Some of the frames, one after the other; numbers: of all in the dump, for own contacts."""
@@ -201,29 +201,29 @@ class DumpToSolve:
                 )
             except ValueError as error:
                 raise DumpError(f"{self.path}, step {bodies.steps[number]}: {error}") from None
-            answer, when = found.answer, _when(bodies, number)
-            said = SolvedDump(
+            solution, when = found.solution, _when(bodies, number)
+            summary = SolvedDump(
                 frames=1,
                 contacts=len(found.contacts),
                 largest=found.largest,
                 unit=found.unit,
                 when=when,
-                residual=answer.residual,
+                residual=solution.residual,
                 standing=found.on_standing,
             )
             cells = found.columns(
-                self.openness,
+                self.indeterminacy,
                 time=None if math.isnan(seconds) else seconds,
                 step=bodies.steps[number],
                 own=listed and listed.force,
             )
             if listed:
-                said.apart, said.missing = listed.apart, listed.missing
-            if answer.status != Status.SOLVED:
-                said.unsolved.append(f"{self.path}, {when}: {answer.status}: {answer.reason}")
+                summary.apart, summary.missing = listed.apart, listed.missing
+            if solution.status != Status.SOLVED:
+                summary.unsolved.append(f"{self.path}, {when}: {solution.status}: {solution.reason}")
             if bad := list(cells.get("sampling", ())).count(NOT_CONVERGED):
-                said.unsolved.append(f"{self.path}, {when}: sampling of {bad} contacts {NOT_CONVERGED}")
-            yield cells, said
+                summary.unsolved.append(f"{self.path}, {when}: sampling of {bad} contacts {NOT_CONVERGED}")
+            yield cells, summary
 
 
 def solve_batch(bodies: Bodies, setting: Setting, tolerance: float) -> Found | None:
@@ -243,8 +243,8 @@ def solve_batch(bodies: Bodies, setting: Setting, tolerance: float) -> Found | N
     ):
         return None
     disks = Disks(bodies.start, bodies.ids, bodies.position, left, bodies.radius, bodies.mass)
-    asked = Asked(touch.pop()[0], setting.largest_overlap, tolerance)
-    return solve_frames(disks, setting.walls, asked)
+    options = FrameOptions(touch.pop()[0], setting.largest_overlap, tolerance)
+    return solve_frames(disks, setting.walls, options)
 
 
 def _when(bodies: Bodies, number: int) -> str:
@@ -275,11 +275,11 @@ def _open_job(
         yield fitted, fitted.trajectory.n_frames, executor
 
 
-def _refuse_none(dump: DumpToSolve, whole: SolvedDump, end: str = "") -> SolvedDump:
-    if not whole.contacts:
+def _refuse_none(dump: DumpToSolve, total: SolvedDump, end: str = "") -> SolvedDump:
+    if not total.contacts:
         touch = dump.setting.usual_touch
         raise DumpError(f"{dump.path}: no contact in any frame (gap ≤ {touch:g} m){end}")
-    return whole
+    return total
 
 
 def solve_dump(
@@ -299,16 +299,16 @@ def solve_dump(
 
     Neither the dump nor the answers need to fit in memory. Raises DumpError for a damaged dump and
     one without any contact; then `out` stays as it was."""
-    whole = SolvedDump()
+    total = SolvedDump()
     opened = _open_job(dump, table.is_parquet(out), workers, scheduler)
     with opened as (dump, frames, executor), table.table_file(out) as add:
-        for columns, rows, said in _solved(dump, frames, executor, workers, expected):
-            if said.contacts:
+        for columns, rows, summary in _solved(dump, frames, executor, workers, expected):
+            if summary.contacts:
                 add(columns, rows)
-            whole.join(said)
+            total.join(summary)
             if progress:
-                progress(f"percussions of {dump.path}", whole.frames / frames)
-        return _refuse_none(dump, whole, ". Nothing was written")
+                progress(f"percussions of {dump.path}", total.frames / frames)
+        return _refuse_none(dump, total, ". Nothing was written")
 
 
 def _solved(
@@ -373,7 +373,7 @@ def solve_in_chunks(
 
     Raises ValueError for a folder that has something else, DumpError as `solve_dump` does; then the
     chunks that are finished stay."""
-    whole = SolvedDump()
+    total = SolvedDump()
     with _open_job(dump, True, workers, scheduler) as (dump, count, executor):
         job = _claim(folder, dump, frames, count)
         starts = range(0, count, frames)
@@ -390,8 +390,8 @@ def solve_in_chunks(
     for left in folder.glob(".frames_*.part"):  # by workers that were lost
         left.unlink(missing_ok=True)
     for part in chunks:
-        whole.join(found[part])
-    return _refuse_none(dump, whole)
+        total.join(found[part])
+    return _refuse_none(dump, total)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -411,24 +411,24 @@ class _Chunk:
         summary = SolvedDump()
 
         def about() -> dict[bytes, str]:
-            said = json.dumps(dataclasses.asdict(summary))
-            return {SUMMARY: said, SEAL: self._seal(said)}
+            content = json.dumps(dataclasses.asdict(summary))
+            return {SUMMARY: content, SEAL: self._seal(content)}
 
         with table.table_file(self.path, about) as add:
             none = None
             for block in dump.blocks(self.numbers):
-                for columns, rows, said in dump.solve(block):
-                    if said.contacts:
+                for columns, rows, block_summary in dump.solve(block):
+                    if block_summary.contacts:
                         add(columns, rows)
                     none = none or (columns, rows)
-                    summary.join(said)
+                    summary.join(block_summary)
             if not summary.contacts and none:
                 add(*none)
         return summary
 
-    def _seal(self, said: str) -> str:
+    def _seal(self, content: str) -> str:
         """What only a part of this job, that says this, has."""
-        return hashlib.sha256(f"{self.job}\n{self.numbers}\n{said}".encode()).hexdigest()
+        return hashlib.sha256(f"{self.job}\n{self.numbers}\n{content}".encode()).hexdigest()
 
     def summary(self) -> SolvedDump | None:
         """What a finished part says of itself; None where there is none. Raises ValueError for a
@@ -442,12 +442,12 @@ class _Chunk:
                 rows = sum(len(batch) for batch in file.iter_batches())
         except (arrow.ArrowException, OSError):
             return None  # cut off or damaged, as by a full disk: it is computed again
-        said = about.get(SUMMARY, b"").decode("utf-8", "replace")
-        if about.get(SEAL, b"") != self._seal(said).encode():
+        content = about.get(SUMMARY, b"").decode("utf-8", "replace")
+        if about.get(SEAL, b"") != self._seal(content).encode():
             raise ValueError(
                 f"--out: {self.path}: no part of this dump and these settings. Remove it"
             )
-        found = SolvedDump(**json.loads(said))
+        found = SolvedDump(**json.loads(content))
         return found if rows == found.contacts else None
 
 
@@ -455,19 +455,19 @@ def _claim(folder: Path, dump: DumpToSolve, frames: int, count: int) -> str:
     """Say in a folder what its chunks are of, and return it. Raises ValueError where it has
     others."""
     job = _job_of(dump, frames, count)
-    place = folder / JOB
-    if not place.exists():
+    job_file = folder / JOB
+    if not job_file.exists():
         if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
             raise ValueError(
                 f"--out: {folder}: it is there, and no folder of parts. Give another name"
             )
-        write_json(place, job)
+        write_json(job_file, job)
         return json.dumps(job)
     try:
-        known = json.loads(read_text(place))
+        known = json.loads(read_text(job_file))
         other = [name for name in job if known.get(name) != job[name]]
     except (ValueError, AttributeError):
-        raise ValueError(f"{place}: not what is written there. Give another --out") from None
+        raise ValueError(f"{job_file}: not what is written there. Give another --out") from None
     if other:
         raise ValueError(
             f"--out: {folder}: its parts are of another {other[0]} ({_short(known.get(other[0]))} "
@@ -495,7 +495,7 @@ def _job_of(dump: DumpToSolve, frames: int, count: int) -> dict[str, Any]:
         "version": version("crowd-percussions"),
         **{name.replace("_", " "): getattr(dump, name) for name in STATED},
         "tolerance": dump.tolerance,
-        "openness": dump.openness,
+        "openness": dump.indeterminacy,
         "law": dump.law,
         "setting": dump.setting,
         "contacts": dump.own and _file_of(dump.own.index.path) | {"factor": dump.own.stated},

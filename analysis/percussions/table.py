@@ -15,7 +15,7 @@ from analysis.support.columns import Columns
 from analysis.support.extras import load
 from analysis.support.files import whole_file
 from nscd import _core
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Floats, Indices, Mask
 from nscd.contacts import Contacts
 from nscd.frames import Found
 
@@ -57,7 +57,7 @@ def table_columns(
     return {name: found[name] for name in COLUMNS if name in found}
 
 
-def known(values: Floats | Indices, where: Flags | None = None) -> Column:
+def known(values: Floats | Indices, where: Mask | None = None) -> Column:
     """Give numbers as a column, None in place of those that are not known: not finite, or not
     `where` (k,)."""
     sure = np.isfinite(values) if where is None else where
@@ -89,14 +89,14 @@ def rows_of(cells: Mapping[str, Column], parquet: bool = False) -> Rows:
     empty. Raises ValueError for columns of different lengths, and a text with a null character."""
     if parquet:
         return load("pyarrow").RecordBatch.from_pydict(dict(cells), schema=schema_of(cells))
-    given: list[Any] = []
+    inputs: list[Any] = []
     for cell in cells.values():
         kind = getattr(cell, "dtype", None)
         own = np.float64 if kind is not None and kind.kind == "f" else np.int64
-        given.append(list(cell) if kind is None else np.ascontiguousarray(cell, own))
-    if len(lengths := {len(one) for one in given}) > 1:
+        inputs.append(list(cell) if kind is None else np.ascontiguousarray(cell, own))
+    if len(lengths := {len(one) for one in inputs}) > 1:
         raise ValueError(f"columns of {sorted(lengths)} rows. One length is needed")
-    return _core.table(given, csv=True)
+    return _core.table(inputs, csv=True)
 
 
 @contextlib.contextmanager

@@ -132,7 +132,7 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
         except ValueError as error:
             raise DumpError(f"{self._filename}, step {step}: {error}") from None
         self._before = found
-        entries = (found, found.contacts, found.answer, snapshot.ids, float(self._ts.time), step)
+        entries = (found, found.contacts, found.solution, snapshot.ids, float(self._ts.time), step)
         for name, entry in zip(LISTS, entries, strict=True):
             self.results[name].append(entry)
 
@@ -145,16 +145,16 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
     @property
     def all_solved(self) -> bool:
         """Whether every frame reached the tolerance."""
-        return all(answer.status == "solved" for answer in self.results.percussions)
+        return all(solution.status == "solved" for solution in self.results.percussions)
 
     def to_dataframe(self) -> pd.DataFrame:
         """Return one row per frame and contact, with the columns of contacts.csv."""
         return self._table("determined")
 
-    def _table(self, openness: Openness) -> pd.DataFrame:
+    def _table(self, indeterminacy: Openness) -> pd.DataFrame:
         pandas = load("pandas")
         frames = zip(self.results.frames, self.results.times, self.results.steps, strict=True)
-        tables = [one.to_dataframe(time, openness).assign(step=step) for one, time, step in frames]
+        tables = [one.to_dataframe(time, indeterminacy).assign(step=step) for one, time, step in frames]
         table: pd.DataFrame = pandas.concat(tables, ignore_index=True)
         return table
 
@@ -166,7 +166,7 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
         found = self.results.get("frames", [])
         if not found:
             return f"<PercussionAnalysis of {self._trajectory.n_frames} frames, not run>"
-        solved = sum(frame.answer.status == "solved" for frame in found)
+        solved = sum(frame.solution.status == "solved" for frame in found)
         largest = max(frame.largest for frame in found)
         return (
             f"<PercussionAnalysis: {len(found)} frames, {solved} solved, "

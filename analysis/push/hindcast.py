@@ -11,7 +11,7 @@ from scipy.special import logsumexp, ndtri
 
 from analysis.push.trial import SPEED_OVER_S, Trial, onset, speed_of
 from analysis.support.parallel import Progress
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Floats, Indices, Mask
 
 # Time steps: of rigid people (s), and of springs as a share of sqrt(m/k) of the lightest person.
 RIGID_STEP_S, SOFT_SHARE = 0.008, 0.05
@@ -60,7 +60,7 @@ class Moved(NamedTuple):
     along: Floats  # (f, n, s) m, heads along the row
     largest: Floats
     impulse: Floats
-    possible: Flags  # (s,) whether the case can be (see `rigid` and `soft`)
+    possible: Mask  # (s,) whether the case can be (see `rigid` and `soft`)
 
 
 def inputs_of(
@@ -76,9 +76,9 @@ def inputs_of(
     drawn = (strata + random.random(strata.shape)) / DRAWS
     posture = low + (high - low) * drawn[:, 0]
     before_wall = drawn[:, 1] * (trial.wall is not None)
-    share = np.repeat(posture[:, None], len(room), axis=1)
+    fraction = np.repeat(posture[:, None], len(room), axis=1)
     if trial.wall is not None:
-        share[:, -1] = before_wall
+        fraction[:, -1] = before_wall
     error = trial.depth_sd * ndtri(drawn[:, 3:])
     # drawn by themselves, so that a reach of 0 leaves all others as they are
     random = np.random.default_rng([batch, 6])
@@ -88,7 +88,7 @@ def inputs_of(
         arms=posture,
         wall=before_wall,
         tau=TAU_S[0] * (TAU_S[1] / TAU_S[0]) ** drawn[:, 2],
-        gap=(1 - share) * np.maximum(room + error, 0.0),
+        gap=(1 - fraction) * np.maximum(room + error, 0.0),
         batch=np.full(DRAWS, batch),
         reach=min(reach) + (max(reach) - min(reach)) * layers[0],
         force=ARM_N[0] + (ARM_N[1] - ARM_N[0]) * layers[1],
@@ -106,11 +106,11 @@ def rigid(trial: Trial, inputs: Inputs) -> Moved:
     A case cannot be where people are pressed together before the first has gone as far as it was
     measured to go, or where the impulse is above `most_impulse`."""
     mass, gap = trial.mass[1:, None], inputs.gap.T
-    place = np.cumsum(gap[: len(mass)], axis=0)
+    position = np.cumsum(gap[: len(mass)], axis=0)
     wall = np.full(gap.shape[1], np.inf) if trial.wall is None else gap.sum(0)
     step, many = steps(trial, RIGID_STEP_S)
     keep = np.exp(-step / inputs.tau)
-    at, speed, start = place.copy(), np.zeros_like(place), place.copy()
+    at, speed, start = position.copy(), np.zeros_like(position), position.copy()
     along, impulse, first = [at - start], np.zeros(len(inputs.tau)), np.zeros((1, len(gap.T)))
     for before, after in pairwise(trial.pushed):
         for number in range(1, many + 1):
@@ -126,7 +126,7 @@ def rigid(trial: Trial, inputs: Inputs) -> Moved:
             at, speed = moved, (moved - at) / step
         along.append(at - start)
     return Moved(
-        along=_heads(trial, np.array(along)),
+        along=_head_positions(trial, np.array(along)),
         largest=np.full(len(impulse), np.nan),
         impulse=impulse,
         possible=(trial.pushed.max() <= wall + STOPPED_M)
@@ -151,8 +151,8 @@ def _isotonic(free: Floats, mass: Floats) -> Floats:
     found = np.full_like(free, -np.inf)
     for behind in range(len(free)):
         means = (sums[behind + 1 :] - sums[behind]) / (weights[behind + 1 :] - weights[behind])
-        least = np.minimum.accumulate(means[::-1], axis=0)[::-1]
-        np.maximum(found[behind:], least, out=found[behind:])
+        minimum = np.minimum.accumulate(means[::-1], axis=0)[::-1]
+        np.maximum(found[behind:], minimum, out=found[behind:])
     return found
 
 
@@ -189,7 +189,7 @@ def soft(trial: Trial, inputs: Inputs, stiffness: float) -> Moved:
         along.append(at[people].copy())
     impulse *= step
     return Moved(
-        along=_heads(trial, np.array(along)),
+        along=_head_positions(trial, np.array(along)),
         largest=largest,
         impulse=impulse,
         possible=(impulse <= most_impulse(trial, inputs.tau))
@@ -222,7 +222,7 @@ def steps(trial: Trial, longest: float) -> tuple[float, int]:
     return frame / many, many
 
 
-def _heads(trial: Trial, moved: Floats) -> Floats:
+def _head_positions(trial: Trial, moved: Floats) -> Floats:
     """Heads (f, n, s) m: the first as measured, the others as far from their start as moved."""
     first = np.broadcast_to(trial.along[:, 0, None, None], (len(moved), 1, moved.shape[2]))
     return np.concatenate([first, trial.along[0, 1:, None] + moved], axis=1)
@@ -250,7 +250,7 @@ class Cases(NamedTuple):
     scores: Mapping[str, Floats]  # (s,) each of SCORES, root mean squares over all but the first
     largest: Floats
     impulse: Floats
-    possible: Flags
+    possible: Mask
 
 
 @dataclass(frozen=True, slots=True)
@@ -317,7 +317,7 @@ def baselines(trial: Trial, inputs: Inputs) -> dict[str, Moved]:
         "geometry": carried,
     }
     none, able = np.full(closed.shape[1], np.nan), np.ones(closed.shape[1], bool)
-    return {name: Moved(_heads(trial, each), none, none, able) for name, each in moved.items()}
+    return {name: Moved(_head_positions(trial, each), none, none, able) for name, each in moved.items()}
 
 
 def error_of(trial: Trial, cases: Mapping[str, Cases]) -> float:
@@ -341,7 +341,7 @@ def odds(trial: Trial, inputs: Inputs, models: Mapping[str, Cases]) -> dict[str,
     sigma = error_of(trial, models)
     able = {name: one for name, one in models.items() if one.possible.any()}
     near = {name: log_likelihood(trial, one, sigma) for name, one in able.items()}
-    none, most = (0.0,), float(inputs.reach.max()) or 1.0
+    none, maximum = (0.0,), float(inputs.reach.max()) or 1.0
     ways = [
         *product(
             (1.0, 2.0),
@@ -353,13 +353,13 @@ def odds(trial: Trial, inputs: Inputs, models: Mapping[str, Cases]) -> dict[str,
 
     def likelihood(name: str, batch: int | None, way: tuple[float, ...]) -> float:
         chosen = able[name].possible & ((inputs.batch == batch) if batch is not None else True)
-        tilted = way[1] * inputs.arms + way[2] * inputs.wall + way[3] * inputs.reach / most
+        tilted = way[1] * inputs.arms + way[2] * inputs.wall + way[3] * inputs.reach / maximum
         weight = tilted[chosen]
         found = near[name][chosen] / way[0] ** 2
         return float(logsumexp(weight + found) - logsumexp(weight)) if chosen.any() else np.nan
 
-    whole = {name: likelihood(name, None, (1.0, 0.0, 0.0, 0.0)) for name in able}
-    best = max(whole, key=lambda name: whole[name], default="")
+    full = {name: likelihood(name, None, (1.0, 0.0, 0.0, 0.0)) for name in able}
+    best = max(full, key=lambda name: full[name], default="")
     found = {}
     for name in able:
         ratio = np.exp(
@@ -369,11 +369,11 @@ def odds(trial: Trial, inputs: Inputs, models: Mapping[str, Cases]) -> dict[str,
                 for way in ways
             ]
         )
-        known = not np.isnan(ratio).any()
+        finite = not np.isnan(ratio).any()
         found[name] = Odds(
-            share=float(np.exp(whole[name] - whole[best])),
-            low=float(ratio.min()) if known else 0.0,
-            high=float(ratio.max()) if known else np.inf,
+            share=float(np.exp(full[name] - full[best])),
+            low=float(ratio.min()) if finite else 0.0,
+            high=float(ratio.max()) if finite else np.inf,
         )
     return found
 
@@ -402,7 +402,7 @@ class Hindcast:
     base: dict[str, Cases]  # the same of baselines
     odds: dict[str, Odds]  # over the likeliest, of each model that has a possible case
 
-    def together(self) -> list[str]:
+    def combined(self) -> list[str]:
         """Name the models that are not ten times less likely than the likeliest."""
         return [name for name, one in self.odds.items() if not one.out]
 
@@ -431,7 +431,7 @@ class Hindcast:
         far = np.where(one.possible, 0.0, 1e9) + one.scores[ONSET]
         return int(far.argmin())
 
-    def heads(self, name: str) -> Floats:
+    def head_positions(self, name: str) -> Floats:
         """Compute the heads (f, n) m of a model's nearest case."""
         case = [self.nearest(name)]
         drawn = Inputs._make(each[case] for each in self.inputs)
@@ -455,10 +455,10 @@ def hindcast(
     made: dict[str, list[Cases]] = {}
     drawn = [inputs_of(trial, arms, batch, reach) for batch in range(batches)]
     for batch, inputs in enumerate(drawn):
-        for place, name in enumerate(names, start=1):
+        for index, name in enumerate(names, start=1):
             made.setdefault(name, []).append(scored(trial, _moved(trial, inputs, name)))
             if progress:
-                progress("rows", (batch + place / len(names)) / batches)
+                progress("rows", (batch + index / len(names)) / batches)
         for name, moved in baselines(trial, inputs).items():
             made.setdefault(name, []).append(scored(trial, moved))
     inputs, found = _joined(drawn), {name: _joined(parts) for name, parts in made.items()}

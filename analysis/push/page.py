@@ -59,9 +59,9 @@ def summary(found: Hindcast) -> list[list[str]]:
     for name, one in (found.models | found.base).items():
         last = [NONE] * 3
         if name in found.models:
-            shares = " / ".join(percent(share, 2) for share in found.better(name).values())
+            fractions = " / ".join(percent(fraction, 2) for fraction in found.better(name).values())
             impossible = float((~one.possible).mean())
-            last = [shares, percent(impossible, 2) if impossible else "0", _odds(found, name)]
+            last = [fractions, percent(impossible, 2) if impossible else "0", _odds(found, name)]
         cells = [_spread(one.scores[score][one.possible]) for score in SCORES]
         rows.append([title_of(name), *cells, *last])
     return rows
@@ -95,7 +95,7 @@ def write_hindcast(found: Hindcast, folder: Path, command: str) -> list[Path]:
         introduction=[words.text("lead", **about)],
         words=[words.text("verdict", **_values(found))],
         charts=_charts(found),
-        pictures=[words.picture("heads", _heads(found))],
+        pictures=[words.picture("heads", _draw_heads(found))],
         warnings=trial.notes,
     )
     folds = _folds(words, found, about)
@@ -143,7 +143,7 @@ def _charts(found: Hindcast) -> list[Chart]:
         if len(chosen) and name != "nobody":
             low, middle, high = np.quantile(chosen, [0.05, 0.5, 0.95])
             errors[_short(name)] = float(middle), float(low), float(high)
-    for name in found.together():
+    for name in found.combined():
         if name != RIGID:
             low, high = found.likely(name)[1]
             forces[_short(name)] = np.nan, 1e-3 * low, 1e-3 * high
@@ -158,21 +158,21 @@ def _short(name: str) -> str:
 
 
 def _values(found: Hindcast) -> dict[str, object]:
-    together, models = found.together(), found.models
+    combined, models = found.combined(), found.models
     best = max(found.odds, key=lambda name: found.odds[name].share, default="")
-    fits = {name: found.likely(name) for name in together}
-    soft = np.array([fits[name][1] for name in together if name != RIGID])
-    impulse = np.array([fits[name][2] for name in together])
+    fits = {name: found.likely(name) for name in combined}
+    soft = np.array([fits[name][1] for name in combined if name != RIGID])
+    impulse = np.array([fits[name][2] for name in combined])
     beat = {score: [n for n in models if found.better(n)[score] >= BEATS] for score in SCORES}
     first = found.trial.pushed.max()
     wedged = (first > found.inputs.gap.sum(1)) if found.trial.wall is not None else np.zeros(1)
     return {
         "best": title_of(best) if best else "",
         "out": _models_named([name for name, one in found.odds.items() if one.out]),
-        "together": _models_named(together),
-        "many": len(together),
+        "together": _models_named(combined),
+        "many": len(combined),
         "unsettled": _models_named(
-            [name for name in together if name != best and not found.odds[name].settled]
+            [name for name in combined if name != best and not found.odds[name].settled]
         ),
         "fits": "; ".join(
             f"{_models_named([name])}: {interval(fit[0], 2)}" for name, fit in fits.items()
@@ -214,11 +214,11 @@ def _odds(found: Hindcast, name: str) -> str:
     return f"{_ratio(one.share)} ({_ratio(one.high)} – {_ratio(one.low)})"
 
 
-def _ratio(share: float) -> str:
+def _ratio(fraction: float) -> str:
     # models that are wrong by so much are just that: the scatter of onsets has no such tails
-    if share <= UNLIKELY:
+    if fraction <= UNLIKELY:
         return f"< 1 : {number(1 / UNLIKELY)}"
-    return f"1 : {significant(1 / share, 2)}"
+    return f"1 : {significant(1 / fraction, 2)}"
 
 
 def _spread(values: Floats) -> str:
@@ -244,12 +244,12 @@ def _people(words: Words, found: Hindcast) -> Table:
     rows = [
         [
             person,
-            number(trial.mass[place]),
-            decimals(room[place - 1], 2) if place else NONE,
-            decimals(at[place], 2),
-            decimals(near[place - 1], 2) if place else NONE,
+            number(trial.mass[position]),
+            decimals(room[position - 1], 2) if position else NONE,
+            decimals(at[position], 2),
+            decimals(near[position - 1], 2) if position else NONE,
         ]
-        for place, person in enumerate(trial.people)
+        for position, person in enumerate(trial.people)
     ]
     if trial.wall is not None:
         rows.append(["wall", NONE, decimals(room[-1], 2), NONE, NONE])
@@ -277,27 +277,27 @@ def _nearest(found: Hindcast) -> Iterator[list[object]]:
         yield [name, case, *map(repr, one.onset[case].tolist())]
 
 
-def _looks(found: Hindcast) -> Iterator[tuple[str, dict[str, Any]]]:
-    for place, name in enumerate(found.models):
-        colour = (*drawing.COLOURS, drawing.SKY, drawing.VERMILION)[place]
-        yield name, {"color": colour, "ls": drawing.LINES[place % 4], "label": _short(name)}
+def _styles(found: Hindcast) -> Iterator[tuple[str, dict[str, Any]]]:
+    for index, name in enumerate(found.models):
+        colour = (*drawing.COLOURS, drawing.SKY, drawing.VERMILION)[index]
+        yield name, {"color": colour, "ls": drawing.LINES[index % 4], "label": _short(name)}
 
 
 def _posture(found: Hindcast) -> Figure:
     """Errors of onsets against posture: medians over the other inputs."""
     arms = found.inputs.arms
     edges = np.linspace(arms.min(), arms.max(), BINS + 1)
-    place = np.clip(np.searchsorted(edges, arms) - 1, 0, BINS - 1)
+    index = np.clip(np.searchsorted(edges, arms) - 1, 0, BINS - 1)
     figure, (axes,) = drawing.panels(8.0, 4.5)
 
-    def draw(one: Cases, **look: Any) -> None:
+    def draw(one: Cases, **style: Any) -> None:
         errors = one.scores[ONSET]
-        bins = [errors[(place == each) & one.possible] for each in range(BINS)]
+        bins = [errors[(index == each) & one.possible] for each in range(BINS)]
         middle = [float(np.median(each)) if len(each) else np.nan for each in bins]
-        axes.plot(0.5 * (edges[1:] + edges[:-1]), middle, **look)
+        axes.plot(0.5 * (edges[1:] + edges[:-1]), middle, **style)
 
-    for name, look in _looks(found):
-        draw(found.models[name], lw=1.5, **look)
+    for name, appearance in _styles(found):
+        draw(found.models[name], lw=1.5, **appearance)
     for name, style in (("copy", ":"), ("geometry", "--")):
         draw(found.base[name], color=drawing.GREY, ls=style, label=title_of(name), lw=2, zorder=0)
     x = "share of the room between chests that arms bridge"
@@ -307,15 +307,15 @@ def _posture(found: Hindcast) -> Figure:
     return figure
 
 
-def _heads(found: Hindcast) -> Figure:
+def _draw_heads(found: Hindcast) -> Figure:
     """Heads against time, each model's nearest case."""
     trial = found.trial
     figure, (axes,) = drawing.panels(8.0, 4.0)
     time = trial.time - trial.start_s
     measured, *_ = axes.plot(time, trial.along, color=drawing.BLACK, lw=3, alpha=0.5)
     measured.set_label("measured")
-    for name, look in _looks(found):
-        lines = axes.plot(time, found.heads(name)[:, 1:], lw=1, **look)
+    for name, style in _styles(found):
+        lines = axes.plot(time, found.head_positions(name)[:, 1:], lw=1, **style)
         for line in lines[1:]:
             line.set_label("_")
     if trial.wall is not None:

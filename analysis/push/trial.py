@@ -12,7 +12,7 @@ from scipy.integrate import cumulative_trapezoid
 
 from analysis.compare.comparison import first_above
 from analysis.scene.anthropometry import MEN, WOMEN, Group
-from analysis.scene.real.plausible import STOREYS, TAKE_AS_IS, doubt, heights, look_at
+from analysis.scene.real.plausible import STOREYS, TAKE_AS_IS, doubt, heights, plausibility_of
 from analysis.scene.real.times import in_seconds
 from analysis.support.reading import note, read_text
 from nscd.arrays import Floats
@@ -85,11 +85,11 @@ def _cells(file: Path) -> pd.DataFrame:
     head."""
     lines = list(enumerate(read_text(file).splitlines(), start=1))
     named = [one for one in lines if set(NEEDED) <= set(_words(one[1]))]
-    kept = [one for one in lines if one[1].strip() and not one[1].lstrip().startswith("#")]
-    head = min([*named[:1], *kept[:1]], default=None)
+    selected = [one for one in lines if one[1].strip() and not one[1].lstrip().startswith("#")]
+    head = min([*named[:1], *selected[:1]], default=None)
     if head is None:
         raise TrialError(f"{file}: there is no row in it")
-    rows = [one for one in kept if one[0] > head[0]]
+    rows = [one for one in selected if one[0] > head[0]]
     mark = max(",;\t", key=head[1].count)
     text = "\n".join(line for _, line in [head, *rows])
     try:
@@ -189,16 +189,16 @@ def read_trial(
     has_order = {ORDER, NAME} <= set(table) and table[ORDER].notna().any()
     ids = _ordered(file, people, str(table[ORDER].dropna().iloc[0]) if has_order else "")
     notes: list[str] = []
-    time, heads = _heads(file, table, ids, notes)
-    order = _by_place(time, heads)
+    time, positions = _head_positions(file, table, ids, notes)
+    order = _by_place(time, positions)
     if not has_order:
-        ids, heads = [ids[place] for place in order], heads[:, order]
+        ids, positions = [ids[position] for position in order], positions[:, order]
     elif ids[order[0]] == ids[-1]:
         notes.append(
             f"the row begins with person {ids[0]:g} by its order, and person {ids[-1]:g} at its "
             "other end is the first who moves towards the others"
         )
-    along, axis, origin = _along(file, heads, ids)
+    along, axis, origin = _along(file, positions, ids)
     speed = speed_of(time, along[:, 0])
     start = float(onset(time, speed))
     if not np.isfinite(start):
@@ -245,13 +245,13 @@ def _check_people(file: Path, table: pd.DataFrame, time_unit: str, take_as_is: b
         raise TrialError(f"{file}: {error}") from None
     rows = table[[*NEEDED]].assign(frame=table["time"].rank(method="dense"))
     high = pd.to_numeric(table["z"], errors="coerce") if "z" in table else np.nan
-    said = heights(rows.assign(z=high))
-    why = f"{said}. Give {TAKE_AS_IS}" if said.startswith(STOREYS) else doubt(rows, timed=True)
+    message = heights(rows.assign(z=high))
+    why = f"{message}. Give {TAKE_AS_IS}" if message.startswith(STOREYS) else doubt(rows, timed=True)
     if why and not take_as_is:
         raise TrialError(f"{file}: {why}")
-    if said:
-        note(file, f"z is not used: {said}")
-    note(file, look_at(rows).line())
+    if message:
+        note(file, f"z is not used: {message}")
+    note(file, plausibility_of(rows).line())
 
 
 def _check_start(
@@ -260,16 +260,16 @@ def _check_start(
     """Raise TrialError where the first was pushed before all of the others are seen."""
     first = table[(table.id == ids[0]) & np.isfinite(table.x) & np.isfinite(table.y)]
     first = first.sort_values("time")
-    time, heads = first.time.to_numpy(), first[["x", "y"]].to_numpy()
+    time, positions = first.time.to_numpy(), first[["x", "y"]].to_numpy()
     earlier = int((time < begins).sum())
     if earlier < 2:
         return
-    time, along = time[: earlier + 1], heads[: earlier + 1] @ axis
+    time, along = time[: earlier + 1], positions[: earlier + 1] @ axis
     pushed = float(onset(time, speed_of(time, along)))
     if np.isfinite(pushed):
-        seen = table[np.isfinite(table.x)].groupby("id").time.min()
+        present = table[np.isfinite(table.x)].groupby("id").time.min()
         raise TrialError(
-            f"{file}: person {seen.idxmax():g} is first seen at {begins:g} s, when person "
+            f"{file}: person {present.idxmax():g} is first seen at {begins:g} s, when person "
             f"{ids[0]:g}, the first of the row, is already pushed (at {pushed:.3g} s)"
         )
 
@@ -292,32 +292,32 @@ def _ordered(file: Path, people: pd.DataFrame, order_of_names: str) -> list[floa
     return order
 
 
-def _by_place(time: Floats, heads: Floats) -> list[int]:
+def _by_place(time: Floats, positions: Floats) -> list[int]:
     """The order along the row of heads (f, n, 2) m, beginning where the push does."""
-    spread = heads[0] - heads[0].mean(0)
+    spread = positions[0] - positions[0].mean(0)
     axis = np.linalg.svd(spread)[2][0]
     order = np.argsort(spread @ axis)
     ends = ((order[0], axis), (order[-1], -axis))
-    early, late = (float(onset(time, speed_of(time, heads[:, end] @ way))) for end, way in ends)
-    return [int(place) for place in (order if early <= late else order[::-1])]
+    early, late = (float(onset(time, speed_of(time, positions[:, end] @ way))) for end, way in ends)
+    return [int(position) for position in (order if early <= late else order[::-1])]
 
 
-def _heads(
+def _head_positions(
     file: Path, table: pd.DataFrame, ids: list[float], notes: list[str]
 ) -> tuple[Floats, Floats]:
     """Evenly spaced times (f,) s at which everybody is there, and heads (f, n, 2) m; what is
     missing for a short time is interpolated."""
     table = table[np.isfinite(table.x) & np.isfinite(table.y)]
-    seen = [table[table.id == one].sort_values("time") for one in ids]
-    for one, rows in zip(ids, seen, strict=True):
+    observed = [table[table.id == one].sort_values("time") for one in ids]
+    for one, rows in zip(ids, observed, strict=True):
         if len(rows) < 2:
             raise TrialError(f"{file}: person {one:g} is seen in {len(rows)} frames")
-    first = max(rows.time.iloc[0] for rows in seen)
-    last = min(rows.time.iloc[-1] for rows in seen)
+    first = max(rows.time.iloc[0] for rows in observed)
+    last = min(rows.time.iloc[-1] for rows in observed)
     frames = np.unique(table.time[(table.time >= first) & (table.time <= last)])
     if len(frames) < 3:
         raise TrialError(f"{file}: {len(frames)} frames have everybody. At least 3 are needed")
-    step = float(np.median(np.concatenate([np.diff(rows.time) for rows in seen])))
+    step = float(np.median(np.concatenate([np.diff(rows.time) for rows in observed])))
     if last - first > MOST_UNEVEN * step * len(frames):
         raise TrialError(
             f"{file}: {len(frames)} frames over {last - first:.3g} s, most of them {step:.2g} s "
@@ -327,38 +327,38 @@ def _heads(
         notes.append(f"frames are {step:.2g} s apart: onsets are not known better than that")
     between = max(step, FINEST_S)
     time = first + between * np.arange(int((last - first) / between + 1e-6) + 1)
-    for one, rows in zip(ids, seen, strict=True):
+    for one, rows in zip(ids, observed, strict=True):
         there = rows.time.to_numpy()
-        apart = np.diff(there)
-        if apart.max() > LONGEST_GAP_S:
-            place = int(apart.argmax())
+        intervals = np.diff(there)
+        if intervals.max() > LONGEST_GAP_S:
+            index = int(intervals.argmax())
             raise TrialError(
-                f"{file}: person {one:g} is missing from {there[place]:g} to "
-                f"{there[place + 1]:g} s. Up to {LONGEST_GAP_S:g} s are interpolated"
+                f"{file}: person {one:g} is missing from {there[index]:g} to "
+                f"{there[index + 1]:g} s. Up to {LONGEST_GAP_S:g} s are interpolated"
             )
-        if missing := int(np.maximum(np.rint(apart / step) - 1, 0).sum()):
+        if missing := int(np.maximum(np.rint(intervals / step) - 1, 0).sum()):
             notes.append(f"person {one:g}: {missing} of {len(time)} frames were interpolated")
-    heads = np.stack(
+    positions = np.stack(
         [
             np.stack([np.interp(time, rows.time, rows[name]) for name in ("x", "y")], axis=1)
-            for rows in seen
+            for rows in observed
         ],
         axis=1,
     )
-    fastest = np.hypot(*np.gradient(heads, time, axis=0).T).max()
+    fastest = np.hypot(*np.gradient(positions, time, axis=0).T).max()
     if fastest > FASTEST_M_PER_S:
         raise TrialError(
             f"{file}: a head moves at {fastest:.3g} m/s. Is x and y in m, and time in s?"
         )
-    return time, heads
+    return time, positions
 
 
-def _along(file: Path, heads: Floats, ids: list[float]) -> tuple[Floats, Floats, Floats]:
+def _along(file: Path, positions: Floats, ids: list[float]) -> tuple[Floats, Floats, Floats]:
     """Heads (f, n) m along the row of the first frame, its axis (2,) and its origin (2,) m."""
-    origin, ends = heads[0, 0], heads[0, -1] - heads[0, 0]
+    origin, ends = positions[0, 0], positions[0, -1] - positions[0, 0]
     axis = ends / (np.hypot(*ends) or 1.0)
-    along = (heads - origin) @ axis
-    beside = np.abs((heads[0] - origin) @ np.array([-axis[1], axis[0]]))
+    along = (positions - origin) @ axis
+    beside = np.abs((positions[0] - origin) @ np.array([-axis[1], axis[0]]))
     if (np.diff(along[0]) <= 0).any() or beside.max() > BESIDE_M:
         raise TrialError(
             f"{file}: the heads of {', '.join(f'{one:g}' for one in ids)} are not one behind the "
@@ -368,39 +368,39 @@ def _along(file: Path, heads: Floats, ids: list[float]) -> tuple[Floats, Floats,
     return along, axis, origin
 
 
-def _wall(file: Path, wall_m: float, axis: Floats, origin: Floats, heads: Floats) -> float:
+def _wall(file: Path, wall_m: float, axis: Floats, origin: Floats, positions: Floats) -> float:
     """Where the row meets a wall at a coordinate of the file (m along the row)."""
     way = int(np.argmax(np.abs(axis)))
-    place = float((wall_m - origin[way]) / axis[way])
-    if not heads[-1] < place < np.inf:
-        last = origin[way] + heads[-1] * axis[way]
+    position = float((wall_m - origin[way]) / axis[way])
+    if not positions[-1] < position < np.inf:
+        last = origin[way] + positions[-1] * axis[way]
         side = "above" if axis[way] > 0 else "below"
         raise TrialError(
             f"{file}: a wall at {'xy'[way]} = {wall_m:g} m is not in front of the last head, which "
             f"is at {last:.3g} m. It needs {'xy'[way]} {side} that"
         )
-    return place
+    return position
 
 
 def _groups(people: pd.DataFrame, notes: list[str]) -> list[tuple[Group, ...]]:
-    said = [str(word or "").strip().lower() for word in people[GENDER]]
-    if not all(word in GROUPS for word in said):
+    sentences = [str(word or "").strip().lower() for word in people[GENDER]]
+    if not all(word in GROUPS for word in sentences):
         notes.append(f"{GENDER} is not known of everybody: the mean of men and women is taken")
-    return [(GROUPS[word],) if word in GROUPS else (MEN, WOMEN) for word in said]
+    return [(GROUPS[word],) if word in GROUPS else (MEN, WOMEN) for word in sentences]
 
 
 def _masses(
     file: Path, people: pd.DataFrame, groups: list[tuple[Group, ...]], notes: list[str]
 ) -> Floats:
     found = []
-    for (one, said), group in zip(people[MASS].items(), groups, strict=True):
-        value = pd.to_numeric(said, errors="coerce")
-        if said is None:
+    for (one, stated), group in zip(people[MASS].items(), groups, strict=True):
+        value = pd.to_numeric(stated, errors="coerce")
+        if stated is None:
             value = np.mean([each.mass[0] for each in group])
             notes.append(f"person {one:g}: no {MASS}: {value:.3g} kg, the mean of ANSUR II")
         elif not LEAST_KG <= value <= MOST_KG:
             raise TrialError(
-                f"{file}: person {one:g}: {MASS}: {str(said)[:40]} where {LEAST_KG:g} to {MOST_KG:g} "
+                f"{file}: person {one:g}: {MASS}: {str(stated)[:40]} where {LEAST_KG:g} to {MOST_KG:g} "
                 "kg are needed"
             )
         found.append(float(value))

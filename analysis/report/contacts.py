@@ -67,11 +67,11 @@ def moved_between(study: Study, engine: str) -> float:
     stiffnesses."""
     mine = [c.snapshot for c in study.comparisons if c.record.engine == engine]
     pairs = pairwise(mine) if engine in study.anew else ((mine[0], one) for one in mine)
-    moved = max(_apart(one, other) for one, other in pairs)
+    moved = max(_relative_difference(one, other) for one, other in pairs)
     return moved if moved > SAME * float(study.scene.snapshot.radius.mean()) else 0.0
 
 
-def _apart(one: Snapshot, other: Snapshot) -> float:
+def _relative_difference(one: Snapshot, other: Snapshot) -> float:
     """The largest distance (m) between the places of a person, of those in both."""
     _, here, there = np.intersect1d(one.ids, other.ids, return_indices=True)
     way = one.position[here] - other.position[there]
@@ -133,19 +133,19 @@ def contacts_section(study: Study, runs: Sequence[Run]) -> Section:
 
 
 def _found(words: Words, study: Study, runs: Sequence[Run]) -> list[str]:
-    said = []
+    sentences = []
     for run in runs:
         block = "found" if run["difference_from_first_engine"] is None else "agree"
-        said.append(words.text(block, run=run))
+        sentences.append(words.text(block, run=run))
     engines = {comparison.record.engine for comparison in study.comparisons}
     moved = {engine: moved_between(study, engine) for engine in engines}
-    said += _trends(words, runs, moved, study.anew)
+    sentences += _trends(words, runs, moved, study.anew)
     moving = max(c.balance.unbalanced for c in study.comparisons)
     if moving > compared.AT_REST:
-        said.append(words.text("moving", share=moving))
+        sentences.append(words.text("moving", share=moving))
     if study.scene.reconciliation:
-        said.append(words.text("frame", frame=_real_frame(study.scene)))
-    return said
+        sentences.append(words.text("frame", frame=_real_frame(study.scene)))
+    return sentences
 
 
 def _trends(
@@ -156,7 +156,7 @@ def _trends(
     moved: how far (m) somebody is from one run of an engine to another; where that is not nothing,
         motion and softness cannot be told apart and nothing is concluded
     anew: engines whose stiffer runs began where the softest had come to rest"""
-    said: dict[str, list[str]] = {}
+    sentences: dict[str, list[str]] = {}
     for engine in sorted({run["engine"] for run in runs}):
         mine = [run for run in runs if run["engine"] == engine]
         mine.sort(key=lambda run: float(run["stiffness"]))
@@ -178,14 +178,14 @@ def _trends(
             "fewest": compared.FEWEST,
         }
         sentence = words.text("trend", engines="ENGINES", **values)
-        said.setdefault(sentence, []).append(mine[0]["engine_name"])
-    return [sentence.replace("ENGINES", " and ".join(names), 1) for sentence, names in said.items()]
+        sentences.setdefault(sentence, []).append(mine[0]["engine_name"])
+    return [sentence.replace("ENGINES", " and ".join(names), 1) for sentence, names in sentences.items()]
 
 
 def _real_frame(scene: Scene) -> dict[str, Any]:
     """Percussions of the imported frame as forces p/τ (N)."""
     found = percussions_of(scene, scene.snapshot, tolerance=1e-10)
-    force = found.answer.reaction / (found.window or 1.0)
+    force = found.solution.reaction / (found.window or 1.0)
     return {
         "contacts": len(found.contacts),
         "mean": float(force.mean()) if len(force) else 0.0,
@@ -193,8 +193,8 @@ def _real_frame(scene: Scene) -> dict[str, Any]:
         "determined": int(
             determinacy(found.contacts, len(scene.snapshot), scene.snapshot).determined.sum()
         ),
-        "status": str(found.answer.status),
-        "residual": found.answer.residual,
+        "status": str(found.solution.status),
+        "residual": found.solution.residual,
     }
 
 
@@ -243,9 +243,9 @@ def _numbers(comparison: compared.Comparison) -> dict[str, Any]:
         "time_s": comparison.snapshot.time,
         "record": asdict(record) | {"particle_steps": record.particle_steps},
         "statistics": compared.statistics(comparison),
-        "status": str(comparison.answer.status),
-        "solver": comparison.answer.solver,
-        "percussion_seconds": comparison.answer.seconds,
+        "status": str(comparison.solution.status),
+        "solver": comparison.solution.solver,
+        "percussion_seconds": comparison.solution.seconds,
         "drive_sum": comparison.balance.drive.tolist(),
         "wall_sum": match.penalty[match.is_wall].sum(0).tolist(),
         "rigid_wall_sum": match.rigid[match.is_wall].sum(0).tolist(),

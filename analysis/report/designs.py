@@ -20,7 +20,7 @@ from analysis.engines import EngineError
 from analysis.engines.run import EngineRun
 from analysis.exposure.limits import limits_of_bodies, limits_of_walls
 from analysis.film.export import film_runs
-from analysis.film.frame import Frame, Frames, Reel
+from analysis.film.frame import Animation, Frame, FrameRange
 from analysis.film.page import still_on
 from analysis.motion import designs as motion
 from analysis.motion.designs import QUANTITIES, Difference, Outcome, Quantity
@@ -97,9 +97,9 @@ def _unlike(one: Scene, first: Scene) -> str:
             return f"another {name} of disk {mine.ids[unlike.argmax()]} than"
     keys = [("contact", key) for key in type(one.contact).model_fields]
     for part, key in [*keys, *(("drive", key) for key in PUSH)]:
-        given, was = (getattr(getattr(of, part), key) for of in (one, first))
-        if given != was:
-            return f"{part}.{key}: {given}, but {was}"
+        inputs, was = (getattr(getattr(of, part), key) for of in (one, first))
+        if inputs != was:
+            return f"{part}.{key}: {inputs}, but {was}"
     return "" if one.body_force == first.body_force else "another body_force than"
 
 
@@ -115,7 +115,7 @@ def _where(one: Scene, first: Scene) -> Design:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Look:
+class Interim:
     """Hold what is known after so many replicates of each design, by QUANTITIES of each design after the
     first; alpha: how often any interval of this look may miss."""
 
@@ -178,41 +178,41 @@ class Replicates:
         self.made = number
 
     def _failed(self, at: tuple[int, int], why: str) -> None:
-        said = f"{self.designs[at[0]].name}, replicate {at[1]}: {why}"
-        self.failures += [said] * (said not in self.failures)
+        message = f"{self.designs[at[0]].name}, replicate {at[1]}: {why}"
+        self.failures += [message] * (message not in self.failures)
 
-    def look(self, alpha: float) -> Look:
+    def interim(self, alpha: float) -> Interim:
         """Compare the replicates that ended well in every design. Raises ValueError where these are too
         few."""
         rows = range(len(self.designs))
-        whole = [n for n in range(self.made) if all((row, n) in self.outcomes for row in rows)]
-        if len(whole) < FEWEST:
+        full = [n for n in range(self.made) if all((row, n) in self.outcomes for row in rows)]
+        if len(full) < FEWEST:
             why = f". {self.failures[0]}" if self.failures else ""
-            raise ValueError(f"--compare: {len(whole)} replicates ended well, {FEWEST} are needed{why}")
-        table = motion.table_of([[self.outcomes[row, n] for n in whole] for row in rows])
+            raise ValueError(f"--compare: {len(full)} replicates ended well, {FEWEST} are needed{why}")
+        table = motion.table_of([[self.outcomes[row, n] for n in full] for row in rows])
         found = table.differences(alpha, paired=self.paired)
-        return Look(replicates=len(whole), alpha=alpha, table=table, differences=found)
+        return Interim(replicates=len(full), alpha=alpha, table=table, differences=found)
 
     def compare(
-        self, first: int, asked: motion.Asked | None, seconds: float, say: Callable[[Forecast], None]
-    ) -> tuple[list[Look], Forecast]:
+        self, first: int, target: motion.Target | None, seconds: float, say: Callable[[Forecast], None]
+    ) -> tuple[list[Interim], Forecast]:
         """Run the first replicates and look. Where something is asked go on from look to look, for so
         many seconds, and end where all is answered, or what is open would take too long. Return all
         looks, and what stays open; say: told after the first look for how long it will go on."""
-        began, made, ends = time.monotonic(), list[Look](), Forecast()
-        for size, alpha in motion.looks(first):
+        began, made, ends = time.monotonic(), list[Interim](), Forecast()
+        for size, alpha in motion.interim_levels(first):
             self.until(size)
-            made.append(look := self.look(alpha if asked else 1 - LEVEL))
-            if asked is None:
+            made.append(style := self.interim(alpha if target else 1 - LEVEL))
+            if target is None:
                 break
             left = max(0.0, seconds - (time.monotonic() - began))
             sizes = first, size, min(MOST, size + int(left / self.seconds))
-            family = sum(map(len, look.differences))
+            family = sum(map(len, style.differences))
             ends = [
-                (number, key, motion.needed(one, asked, sizes, family))
-                for number, every in enumerate(look.differences, start=1)
+                (number, key, motion.needed(one, target, sizes, family))
+                for number, every in enumerate(style.differences, start=1)
                 for key, one in every.items()
-                if asked.of(key) and not asked.answered(one)
+                if target.of(key) and not target.answered(one)
             ]
             if len(made) == 1:
                 say(ends)
@@ -225,7 +225,7 @@ COLUMNS = Columns("designs")
 RUNS = Columns("replicates")
 
 
-class Answer(NamedTuple):
+class DesignDifference(NamedTuple):
     """Say how a quantity of a design differs from the first.
 
     text: behind a bar; sentence: of a verdict, empty where the interval holds zero, with its ends and
@@ -243,32 +243,32 @@ class Row(NamedTuple):
     """Hold a quantity with a bar for each design, and one for each difference from the first."""
 
     levels: Chart
-    answers: Sequence[Answer]
+    solutions: Sequence[DesignDifference]
 
     def share(self, value: float) -> float:
         """Give the place of a difference on its axis, whose middle is zero, in per cent."""
-        ends = [end for one in self.answers for end in (*one.found.ends, one.found.value)]
+        ends = [end for one in self.solutions for end in (*one.found.ends, one.found.value)]
         top = Chart("", "", {"": (0.0, 0.0, max(filter(isfinite, map(abs, ends))))}).top
         return round(50 + 50 * min(max(value / top, -1.0), 1.0), 2)
 
 
-def answer_of(design: str, quantity: Quantity, found: Difference, out: int) -> Answer:
+def difference_of(design: str, quantity: Quantity, found: Difference, out: int) -> DesignDifference:
     """Put a difference into words, with as many places as half of its interval has two digits."""
     if not isfinite(found.half):
-        return Answer(design, found, "the same in all replicates")
-    places = 1 - floor(log10(found.half))
+        return DesignDifference(design, found, "the same in all replicates")
+    indices = 1 - floor(log10(found.half))
 
-    def said(value: float) -> str:
-        return decimals(value, places) if places > 0 else two(value)
+    def stated(value: float) -> str:
+        return decimals(value, indices) if indices > 0 else two(value)
 
-    least = with_unit(said(found.half), quantity.unit)
+    minimum = with_unit(stated(found.half), quantity.unit)
     if not found.significant:
-        return Answer(design, found, f"none seen, {least} would be")
-    more, number = quantity.words[found.value > 0], said(abs(found.value))
-    ends = " to ".join(map(said, sorted(map(abs, found.ends))))
+        return DesignDifference(design, found, f"none seen, {minimum} would be")
+    more, number = quantity.words[found.value > 0], stated(abs(found.value))
+    ends = " to ".join(map(stated, sorted(map(abs, found.ends))))
     size = with_unit(number, quantity.unit)
     sentence = quantity.says.format(number=number, size=size, more=more, out=out)
-    return Answer(design, found, f"{number} {more} ({ends})", sentence, ends, least)
+    return DesignDifference(design, found, f"{number} {more} ({ends})", sentence, ends, minimum)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -276,7 +276,7 @@ class Compared:
     """Hold all that a page of designs says: their runs, all looks, and what stays open."""
 
     of: Replicates
-    looks: Sequence[Look]
+    interims: Sequence[Interim]
     still: Forecast
     limits: tuple[Path, ...] = ()
 
@@ -288,32 +288,32 @@ class Compared:
     def rows(self) -> dict[str, Row]:
         """Make a row of each quantity that all designs have: means, 90 % of further replicates, limits
         and differences."""
-        look, walls = self.looks[-1], [one.number for one in limits_of_walls(self.limits)]
+        style, walls = self.interims[-1], [one.number for one in limits_of_walls(self.limits)]
         marks = dict.fromkeys(("wall_left", "wall_right", "metre_largest"), walls)
         marks["contact_largest"] = [one.number for one in limits_of_bodies(self.limits)]
-        rows, out = dict[str, Row](), look.table.reached
-        for key in look.differences[0]:
-            values = {name: one[key] for name, one in zip(self.names, look.table.values, strict=True)}
+        rows, out = dict[str, Row](), style.table.reached
+        for key in style.differences[0]:
+            values = {name: one[key] for name, one in zip(self.names, style.table.values, strict=True)}
             found = {
                 name: (float(one.mean()), *range_of_windows(list(one[:, None])))
                 for name, one in values.items()
             }
             title, unit, *_ = QUANTITIES[key]
-            answers = [
-                answer_of(name, QUANTITIES[key], every[key], out)
-                for name, every in zip(self.names[1:], look.differences, strict=True)
+            solutions = [
+                difference_of(name, QUANTITIES[key], every[key], out)
+                for name, every in zip(self.names[1:], style.differences, strict=True)
             ]
             chart = Chart(title.format(out=out), unit, found, marks=marks.get(key, ()))
-            rows[key] = Row(chart, answers)
+            rows[key] = Row(chart, solutions)
         return rows
 
     def verdicts(self, rows: Mapping[str, Row]) -> list[str]:
         """Say in one line for each design what is different from the first."""
-        said = []
+        sentences = []
         for number, name in enumerate(self.names[1:]):
-            differ = [one for row in rows.values() if (one := row.answers[number]).sentence]
-            said.append(Words(__name__).text("verdict", design=name, first=self.names[0], differ=differ))
-        return said
+            differ = [one for row in rows.values() if (one := row.solutions[number]).sentence]
+            sentences.append(Words(__name__).text("verdict", design=name, first=self.names[0], differ=differ))
+        return sentences
 
     def stills(self) -> list[Picture]:
         """Draw the first replicate of each design at one time: that of the typical largest force in the
@@ -323,10 +323,10 @@ class Compared:
             run = self.of.runs[min(at for at in self.of.runs if at[0] == row)]
             figure, shown_s = scene_picture(run.scene), 0.0
             with suppress(EngineError, DumpError, ValueError):
-                (reel,) = film_runs([run.folder], Frames(step=max(1, run.scene.run.frames // STILLS)))
-                nearest = [min(reel.shown, key=lambda one: abs(one.time - at)) for at in when[:1]]
-                (shown,) = nearest or [reel.typical]
-                figure, shown_s = _still(reel, shown, self.limits), shown.time
+                (animation,) = film_runs([run.folder], FrameRange(step=max(1, run.scene.run.frames // STILLS)))
+                nearest = [min(animation.shown, key=lambda one: abs(one.time - at)) for at in when[:1]]
+                (shown,) = nearest or [animation.typical]
+                figure, shown_s = _still(animation, shown, self.limits), shown.time
             when.append(shown_s)
             about = {"design": design.name, "title": design.scene.title, "time": shown_s}
             caption = Words(__name__).text("still", **about)
@@ -334,13 +334,13 @@ class Compared:
         return made
 
 
-def _still(reel: Reel, shown: Frame, limits: tuple[Path, ...]) -> Figure:
+def _still(animation: Animation, shown: Frame, limits: tuple[Path, ...]) -> Figure:
     """A frame, as far as the crowd stood at the start."""
-    gates = reel.scene.drive.gates if reel.scene.drive else []
-    view = np.concatenate([reel.scene.snapshot.position, *map(np.array, gates)])
+    gates = animation.scene.drive.gates if animation.scene.drive else []
+    view = np.concatenate([animation.scene.snapshot.position, *map(np.array, gates)])
     radius = float(shown.now.radius.max(initial=0.1))
     figure, (axes,) = panels(*size_of(view, radius))
-    if marks := still_on(axes, reel, shown, limits):
+    if marks := still_on(axes, animation, shown, limits):
         figure.legend(handles=marks, loc="outside lower center", ncols=3, fontsize=7, frameon=False)
     frame(axes, view, radius)
     return figure
@@ -350,7 +350,7 @@ def write_designs(one: Compared, folder: Path, command: str, progress: Progress)
     """Write the page, `numbers.json`, `differences.csv`, `designs.csv` (a row for each run and
     quantity) and `figures/`; return the page's path, and the verdicts with what is not told apart."""
     folder.mkdir(parents=True, exist_ok=True)
-    of, look, words, names = one.of, one.looks[-1], Words(__name__), one.names
+    of, interim, words, names = one.of, one.interims[-1], Words(__name__), one.names
     rows = one.rows()
     titles = {key: row.levels.title for key, row in rows.items()}
     progress("pictures", 0.0)
@@ -360,13 +360,13 @@ def write_designs(one: Compared, folder: Path, command: str, progress: Progress)
     cells: list[list[Cell]] = [
         [f"{row.levels.title} ({row.levels.unit})",
          *(f"{two(mean)} ({between(low, high)})" for mean, low, high in row.levels.found.values()),
-         *(cell for each in row.answers for cell in (each.text, two(each.found.delta)))]
+         *(cell for each in row.solutions for cell in (each.text, two(each.found.delta)))]
         for row in rows.values()
     ]  # fmt: skip
     about = {
-        "look": look, "looks": len(one.looks), "family": len(rows) * (len(names) - 1), "names": names,
-        "pairs": [titles[key] for key in rows if look.differences[0][key].paired],
-        "varied": how_varied(of.designs[0].scene, look.replicates), "still": one.still, "titles": titles,
+        "look": interim, "looks": len(one.interims), "family": len(rows) * (len(names) - 1), "names": names,
+        "pairs": [titles[key] for key in rows if interim.differences[0][key].paired],
+        "varied": how_varied(of.designs[0].scene, interim.replicates), "still": one.still, "titles": titles,
         "unlike": any(_unlike(each.scene, of.designs[0].scene) for each in of.designs),
     }  # fmt: skip
     how = Section(
@@ -375,36 +375,36 @@ def write_designs(one: Compared, folder: Path, command: str, progress: Progress)
     )  # fmt: skip
     first = of.designs[0].scene.snapshot.position
     elsewhere = [each.name for each in of.designs if not np.array_equal(each.scene.snapshot.position, first)]
-    said, pictured = one.verdicts(rows), words.text("pictures-title")
+    sentences, pictured = one.verdicts(rows), words.text("pictures-title")
     page = write_html(
         folder / "index.html", "designs.html",
         [Section(number="pictures", title=pictured, pictures=pictures), how],
-        lead=words.text("lead", **about), verdicts=said, rows=list(rows.values()), pictures=pictures,
+        lead=words.text("lead", **about), verdicts=sentences, rows=list(rows.values()), pictures=pictures,
         open=words.text("open", **about) if one.still else "", how=how, command=command,
         warnings=[*of.failures, *(words.text("places", design=each, first=names[0]) for each in elsewhere)],
     )  # fmt: skip
     alike = [f"{each.design}, {row.levels.title}: {each.text}"
-             for row in rows.values() for each in row.answers if not each.sentence]  # fmt: skip
-    return page, [*said, *alike]
+             for row in rows.values() for each in row.solutions if not each.sentence]  # fmt: skip
+    return page, [*sentences, *alike]
 
 
 def _write_tables(one: Compared, folder: Path) -> None:
     """The files beside the page."""
-    look, names, units = one.looks[-1], one.names, {key: each.unit for key, each in QUANTITIES.items()}
+    style, names, units = one.interims[-1], one.names, {key: each.unit for key, each in QUANTITIES.items()}
     write_rows(folder / "designs.csv", RUNS, (
         [name, number, key, units[key], value]
-        for name, every in zip(names, look.table.values, strict=True)
+        for name, every in zip(names, style.table.values, strict=True)
         for key, values in every.items() for number, value in enumerate(values.tolist())
     ))  # fmt: skip
-    found = [(name, *item) for name, every in zip(names[1:], look.differences, strict=True)
+    found = [(name, *item) for name, every in zip(names[1:], style.differences, strict=True)
              for item in every.items()]  # fmt: skip
     write_rows(folder / "differences.csv", COLUMNS, (
         [name, key, units[key], each.base + each.value, each.base, each.value, *each.ends, each.half,
-         each.delta, int(each.paired), look.replicates] for name, key, each in found
+         each.delta, int(each.paired), style.replicates] for name, key, each in found
     ))  # fmt: skip
     write_json(folder / "numbers.json", {
-        "designs": names, "failures": one.of.failures, "out": look.table.reached,
-        "looks": [[each.replicates, each.alpha] for each in one.looks],
+        "designs": names, "failures": one.of.failures, "out": style.table.reached,
+        "looks": [[each.replicates, each.alpha] for each in one.interims],
         "open": [[names[number], key, end or None] for number, key, end in one.still],
         "differences": [{"design": name, "quantity": key, "unit": units[key], "interval": each.ends,
                          "significant": each.significant} | asdict(each) for name, key, each in found],

@@ -18,7 +18,7 @@ from analysis.engines.softness import DEEP, VALID, softest
 from analysis.explore.page import live_of, write_explore
 from analysis.exposure import limits as known_limits
 from analysis.exposure.loads import MEASURES
-from analysis.film.frame import Reel
+from analysis.film.frame import Animation
 from analysis.film.page import charts_and_notes, draw_still, force_notes, packed
 from analysis.motion.study import (
     CROWD,
@@ -30,9 +30,9 @@ from analysis.motion.study import (
     interval_cell,
     least_words,
 )
-from analysis.pages.drawing import NARROW_IN, legend_below, look, panels
+from analysis.pages.drawing import NARROW_IN, legend_below, line_style, panels
 from analysis.pages.html import drawn, write_html
-from analysis.pages.numbers import NONE, between, significant, two, whole
+from analysis.pages.numbers import NONE, between, integer, significant, two
 from analysis.pages.ranges import Chart
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
@@ -110,7 +110,7 @@ def charts(study: MotionStudy, *, every: bool = False) -> list[Chart]:
     """Draw the four numbers, each as one bar, or (every) with a bar for each model."""
     made = []
     for key, measure in four(study).items():
-        whole = range_of(study, key)
+        total = range_of(study, key)
         shown = study.models if every else study.models[:1]
         made.append(
             Chart(
@@ -118,7 +118,7 @@ def charts(study: MotionStudy, *, every: bool = False) -> list[Chart]:
                 measure.unit,
                 {one.label: (one.interval(key).mean, *_ends(one, key)) for one in shown}
                 | dict.fromkeys(study.absent if every else (), (nan,) * 3),
-                widest=(whole.low, whole.high),
+                widest=(total.low, total.high),
                 marks=marks_of(study, key),
                 most=float(len(study.scene.people)) if measure.unit.startswith("of ") else None,
             )
@@ -145,8 +145,8 @@ def crowds_of(study: MotionStudy) -> Mapping[str, list[Model]]:
     """Give the models of each named crowd by its label; nothing where crowds were not varied."""
     models = {one.label: one for one in study.models if one.factor == CROWD}
     found = dict[str, list[Model]]()
-    for name, share, same in named.crowds_beside(study.scene) if models else ():
-        model = study.models[0] if same else models.get(named.crowd_label(name, share))
+    for name, fraction, same in named.crowds_beside(study.scene) if models else ():
+        model = study.models[0] if same else models.get(named.crowd_label(name, fraction))
         if model is not None:
             found.setdefault(named.CROWDS[name].label, []).append(model)
     return found
@@ -171,11 +171,11 @@ def _flow(found: Sequence[Sequence[float]]) -> str:
     every = [flow for flows in found for flow in flows]
     if not every:
         return "nobody leaves"
-    least, most = named.MEASURED_FLOW
-    unseen = [max(flows) < least or min(flows) > most for flows in found if flows]
-    said = f": {'in part ' if not all(unseen) else ''}no measured crowd"
+    minimum, maximum = named.MEASURED_FLOW
+    unseen = [max(flows) < minimum or min(flows) > maximum for flows in found if flows]
+    message = f": {'in part ' if not all(unseen) else ''}no measured crowd"
     flow = between(min(every), max(every))
-    return f"**{flow}{said}**" if any(unseen) else flow
+    return f"**{flow}{message}**" if any(unseen) else flow
 
 
 def notes(study: MotionStudy, drawn: Sequence[Chart]) -> list[str]:
@@ -202,7 +202,7 @@ def notes(study: MotionStudy, drawn: Sequence[Chart]) -> list[str]:
 
 def verdicts(study: MotionStudy) -> list[str]:
     """Say in one line each how every model differs from the first one in the four numbers."""
-    words, said = Words(__name__), []
+    words, sentences = Words(__name__), []
     first, titles = study.models[0], four(study)
     for one in study.models[1:]:
         found = {key: each for key, each in differences_of(one, first).items() if key in SHORT}
@@ -216,19 +216,19 @@ def verdicts(study: MotionStudy) -> list[str]:
             else:
                 alike.append((title, least_words(each, unit)))
         label = one.label[0].upper() + one.label[1:]
-        said.append(words.text("verdict", label=label, differ=differ, alike=alike))
-    return [words.text("against", first=first.label, crowds=study.crowds), *said] if said else []
+        sentences.append(words.text("verdict", label=label, differ=differ, alike=alike))
+    return [words.text("against", first=first.label, crowds=study.crowds), *sentences] if sentences else []
 
 
 def four_numbers(study: MotionStudy) -> dict[str, object]:
     """Give the four numbers as ranges with what widens them, for numbers.json."""
     found: dict[str, object] = {}
     for key, measure in four(study).items():
-        whole = range_of(study, key)
+        total = range_of(study, key)
         found[key] = {
             "unit": measure.unit,
-            "range": [whole.low, whole.high],
-            "factors": {name: list(ends) for name, ends in whole.factors.items()},
+            "range": [total.low, total.high],
+            "factors": {name: list(ends) for name, ends in total.factors.items()},
             "models": {
                 one.title: [(each := one.interval(key)).mean, each.low, each.high]
                 for one in study.models
@@ -242,12 +242,12 @@ class Reported:
     """Hold what a report has of one scene.
 
     motion: None of a scene that does not move, or without replicates
-    reels: the films of its first run of the first model and of that with springs
+    animations: the films of its first run of the first model and of that with springs
     """
 
     study: Study
     motion: MotionStudy | None = None
-    reels: Sequence[Reel] = ()
+    animations: Sequence[Animation] = ()
 
     @property
     def scene(self) -> Scene:
@@ -312,7 +312,7 @@ def write_report(
         Section(number="", title="", pictures=[one["still"]]) for one in screens if one["still"]
     ]
     moving = [one.moved for one in reported if one.moved]
-    if live := [one.scene for one in reported if one.reels and live_of(one.scene)]:
+    if live := [one.scene for one in reported if one.animations and live_of(one.scene)]:
         write_explore(live, folder, command, stills[0].pictures[0] if stills else None)
     write_json(folder / "numbers.json", numbers)
     return write_html(
@@ -342,29 +342,29 @@ def _screen(
     """A scene as report.html takes it: its first screen, with the film as text and bars of the first
     model, and what folds away below, with bars of every model."""
     words, scene, motion, still = Words(__name__), one.scene, one.moved, None
-    for reel in one.reels[:1]:
-        shown = reel.typical
-        caption = words.text("still", time=shown.time, rigid=reel.engine == RIGID)
-        figure = draw_still(reel, shown, limits)
+    for animation in one.animations[:1]:
+        shown = animation.typical
+        caption = words.text("still", time=shown.time, rigid=animation.engine == RIGID)
+        figure = draw_still(animation, shown, limits)
         picture = Picture(name=f"{scene.name}-forces", caption=caption, figure=figure)
         still = drawn(picture)
-    bars, said = charts(motion) if motion else [], list[str]()
+    bars, sentences = charts(motion) if motion else [], list[str]()
     if motion:
-        said = notes(motion, bars)
-    elif scene.drive or scene.analysis.kind == "impact" or not one.reels:
-        said = [words.text("once") if scene.drive else "", *sections[-1].words[:1]]
+        sentences = notes(motion, bars)
+    elif scene.drive or scene.analysis.kind == "impact" or not one.animations:
+        sentences = [words.text("once") if scene.drive else "", *sections[-1].words[:1]]
     else:  # a crowd that leans: nothing but its frames varies
-        bars, said = charts_and_notes(one.reels)
+        bars, sentences = charts_and_notes(one.animations)
     numbers = [_numbers(words, motion, energy)] if motion else []
     return {
         "number": f"{scene.name}-at-a-glance",
         "title": scene.title,
         "lead": lead(scene, motion),
         "crowds": crowds_table(motion) if motion else None,
-        "film": packed(one.reels, limits, live_of(scene)) if one.reels else "",
+        "film": packed(one.animations, limits, live_of(scene)) if one.animations else "",
         "still": still,
         "charts": bars,
-        "notes": said,
+        "notes": sentences,
         "every": charts(motion, every=True) if motion else (),
         "verdicts": verdicts(motion) if motion else (),
         "folds": [*numbers, *sections[:-1], _assumptions(words, scene, motion), sections[-1]],
@@ -381,13 +381,13 @@ def energy_of(motion: MotionStudy, folder: Path) -> Picture | None:
     write_text(folder / f"{name}.csv", path.read_text(encoding="utf-8"))
     rows = np.genfromtxt(path, delimiter=",", names=True)
     figure, (axes,) = panels(NARROW_IN, 2.6)
-    held = rows["kinetic_J"] + rows["stored_J"]
+    energy = rows["kinetic_J"] + rows["stored_J"]
     work = np.cumsum(rows["drive_J"] + rows["weight_J"])
     lines = {"work of drive and weight": work, "lost in impacts": np.cumsum(rows["impact_J"]),
-             "lost in friction": np.cumsum(rows["friction_J"]), "motion and springs": held}  # fmt: skip
+             "lost in friction": np.cumsum(rows["friction_J"]), "motion and springs": energy}  # fmt: skip
     for number, (label, values) in enumerate(lines.items()):
         if values.any():
-            axes.plot(rows["time_s"], values / 1000, label=label, **look(number) | {"marker": ""})
+            axes.plot(rows["time_s"], values / 1000, label=label, **line_style(number) | {"marker": ""})
     axes.set(xlabel="time (s)", ylabel="energy (kJ)")
     legend_below(figure, axes, 2)
     error = np.abs(np.cumsum(rows["error_J"])).max() / max(np.abs(work).max(), 1e-300)
@@ -432,28 +432,28 @@ def assumptions(scene: Scene, motion: MotionStudy | None) -> list[str]:
     words, people, drive = Words(__name__), scene.people, scene.drive
     radius = (float(people.radius.min()), float(people.radius.max()))
     mass = (float(people.mass.min()), float(people.mass.max()))
-    said = [words.text("bodies", radius=radius, mass=mass, contact=scene.contact)]
+    sentences = [words.text("bodies", radius=radius, mass=mass, contact=scene.contact)]
     if drive:
-        said.append(words.text("push", drive=drive, each=scene.push_range))
+        sentences.append(words.text("push", drive=drive, each=scene.push_range))
     if motion:
         bodies = [one.label for one in motion.models if one.factor in ("", "bodies")]
         soft = f"soft, {significant(softest(scene) / 1000)} kN/m" in bodies
-        said.append(words.text("springs", bodies=bodies, soft=soft, valid=VALID))
-        said += [words.text("stopped", label=one, count=n) for one, n in motion.stopped.items()]
+        sentences.append(words.text("springs", bodies=bodies, soft=soft, valid=VALID))
+        sentences += [words.text("stopped", label=one, count=n) for one, n in motion.stopped.items()]
         varied = how_varied(scene, motion.crowds)
         fewer = min(len(one.series) for one in motion.models)
         has = len(motion.models[0].series)  # of those asked for, without the failed
-        said.append(words.text("replicates", crowds=has, varied=varied, fewer=fewer))
-    return [*said, words.text("cannot")] if drive else said
+        sentences.append(words.text("replicates", crowds=has, varied=varied, fewer=fewer))
+    return [*sentences, words.text("cannot")] if drive else sentences
 
 
 def _assumptions(words: Words, scene: Scene, motion: MotionStudy | None) -> Section:
     """What was assumed, with the notes of the scene."""
-    said = [*assumptions(scene, motion), scene.notes, words.text("source", scene=scene)]
+    sentences = [*assumptions(scene, motion), scene.notes, words.text("source", scene=scene)]
     return Section(
         number=f"{scene.name}-assumptions",
         title=words.text("assumptions-title"),
-        introduction=[one for one in said if one],
+        introduction=[one for one in sentences if one],
     )
 
 
@@ -468,7 +468,7 @@ def limits_table(motions: Sequence[MotionStudy], files: tuple[Path, ...] = ()) -
             known_limits.QUANTITIES[limit.quantity].title.removesuffix(" of a person"),
             f"{limit.what}{limit.lasting} ({limit.population})",
             *(
-                interval_cell(one.interval(known_limits.above_key(limit)), whole)
+                interval_cell(one.interval(known_limits.above_key(limit)), integer)
                 if limit in people
                 else NONE
                 for one in first

@@ -16,7 +16,7 @@ from analysis.engines.rigid import NAME as RIGID
 from analysis.engines.run import EngineRun, run_folder
 from analysis.engines.softness import chest, softest
 from analysis.film.export import film_runs
-from analysis.film.frame import Frames, Reel
+from analysis.film.frame import Animation, FrameRange
 from analysis.motion.study import CROWD, Model, model_title
 from analysis.pages.names import bodies_label
 from analysis.pages.numbers import significant
@@ -50,7 +50,7 @@ def motion_of(
         return []
     fewer = crowds if crowds >= MANY else min(crowds, max(FEW, crowds // 2))
     every = _own_noise([variant(scene, number) for number in range(crowds)])
-    soft = next((known.NAME for known in PENALTY if known.NAME in engines), None)
+    soft = next((each.NAME for each in PENALTY if each.NAME in engines), None)
     models = [_model(every, RIGID, out, "rigid")] if RIGID in engines else []
     if soft is not None:
         kinds = [(k, every) for k in stiffnesses]
@@ -97,9 +97,9 @@ def _pushes(scene: Scene, engines: Sequence[str]) -> Iterator[Variation]:
     assert scene.drive is not None
     doors = len(scene.drive.gates) == len(scene.drive.doors)
     if RIGID in engines and doors and not is_shipped(scene):
-        for name, share, same in crowds_beside(scene):
+        for name, fraction, same in crowds_beside(scene):
             if not same:
-                yield CROWD, crowd_label(name, share), partial(with_crowd, name=name, share=share)
+                yield CROWD, crowd_label(name, fraction), partial(with_crowd, name=name, fraction=fraction)
         return
     own = float(scene.drive.push(scene.snapshot.mass).mean())
     push = PUSH_N if abs(own - PUSH_N) > NEAR * PUSH_N else LARGE_N
@@ -173,7 +173,7 @@ def films_of(
     last_s: float,
     progress: Progress | None = None,
     executor: Executor | None = None,
-) -> list[Reel]:
+) -> list[Animation]:
     """Film the first run of the first model, which the bars are of, and of a study; nothing where
     one did not end well or no contact was made. last_s: how much of the end the bars are of."""
     step = max(1, made.scene.run.frames // FRAMES)
@@ -183,7 +183,7 @@ def films_of(
         folders.append(run_folder(out, scene, one.record.engine))
     for chosen in filter(None, (list(dict.fromkeys(folders)), folders[1:])):
         with suppress(EngineError, DumpError, ValueError):  # frames at other times, too
-            reels = film_runs(chosen, Frames(step=step), progress, executor)
-            since = max(0.0, reels[0].frames[-1].time - last_s)
-            return [replace(one, since=since) for one in reels]
+            animations = film_runs(chosen, FrameRange(step=step), progress, executor)
+            since = max(0.0, animations[0].frames[-1].time - last_s)
+            return [replace(one, since=since) for one in animations]
     return []

@@ -13,11 +13,11 @@ from analysis.exposure.along import CORNER, Stretch, at_corners, beside_doors, l
 from analysis.exposure.limits import QUANTITIES, limits_of_bodies, limits_of_people
 from analysis.exposure.pedestrians import FRAMES, before_door
 from analysis.exposure.picture import draw_loads
-from analysis.exposure.places import moments_of, place_words, worst_metres
+from analysis.exposure.positions import moments_of, place_words, worst_metres
 from analysis.exposure.times import leaving, time_until
 from analysis.motion.study import Model, MotionStudy, interval_cell, interval_of
 from analysis.pages import drawing
-from analysis.pages.numbers import between, significant, two, whole
+from analysis.pages.numbers import between, integer, significant, two
 from analysis.pages.section import Cell, Picture, Section
 from analysis.pages.words import Words
 from analysis.support.extras import MissingExtraError
@@ -70,14 +70,14 @@ def walls_section(words: Words, motion: MotionStudy, models: Sequence[Model]) ->
             cells = (interval_cell(interval_of([one[:, n] for one in each])) for each in walls)
             rows.append([f"largest metre on {scene.walls[n].name}", *cells])
     peaks = [max((one.load for one in worst_metres(run)), default=0.0) for run in first.series]
-    place = place_words(first.series[number := int(np.argmax(peaks))])
+    index = place_words(first.series[number := int(np.argmax(peaks))])
     picture = words.picture(
         "walls-picture", draw_loads(scene, moments_of(first.series, first.last_s)), model=first.label,
         last=first.last_s, replicates=len(first.series),
     )  # fmt: skip
     return Section(
         number=f"{scene.name}-walls", title=words.text("walls-title"),
-        words=[words.text("largest", number=number, model=first.label, place=place)] if place else [],
+        words=[words.text("largest", number=number, model=first.label, place=index)] if index else [],
         pictures=[_named(picture, motion)],
         tables=[words.table("walls", rows, models=[one.label for one in models])],
     )  # fmt: skip
@@ -95,7 +95,7 @@ def _named(picture: Picture, motion: MotionStudy) -> Picture:
 def times_section(words: Words, motion: MotionStudy, models: Sequence[Model]) -> Section:
     """Say who is above each limit for how long, over replicates and bodies, and until when people are
     out."""
-    heads = [one.label for one in models]
+    headers = [one.label for one in models]
     above: list[list[Cell]] = []
     for limit in limits_of_people(motion.limits):
         name = f"{significant(limit.number, 4)} {limit.unit}, {QUANTITIES[limit.quantity].title.removesuffix(' of a person')}"
@@ -119,11 +119,11 @@ def times_section(words: Words, motion: MotionStudy, models: Sequence[Model]) ->
         and any(isfinite(time_until(run, n)) for one in models for run in one.series)
     ]  # fmt: skip
     out += [["people per second after the first", *(interval_cell(one.interval("flow")) for one in models)]] * driven
-    tables = [words.table("above", above, models=heads, people=len(motion.scene.people))]
+    tables = [words.table("above", above, models=headers, people=len(motion.scene.people))]
     return Section(
         number=f"{motion.scene.name}-times", title=words.text("times-title"),
         pictures=[_named(words.picture("times-picture", _draw_times(models, driven)), motion)],
-        tables=[*tables, *([words.table("out", out, models=heads)] if driven else [])],
+        tables=[*tables, *([words.table("out", out, models=headers)] if driven else [])],
     )  # fmt: skip
 
 
@@ -133,7 +133,7 @@ def _ever(counts: Sequence[float], longest: float) -> str:
 
 def _counts(counts: Sequence[float]) -> str:
     """Write counts of replicates: their mean, and the least and the most."""
-    mean, ends = significant(float(np.mean(counts)), 2), between(min(counts), max(counts), whole)
+    mean, ends = significant(float(np.mean(counts)), 2), between(min(counts), max(counts), integer)
     return f"{mean} ({ends})" if len(counts) > 1 else mean
 
 
@@ -149,18 +149,18 @@ def _draw_times(models: Sequence[Model], driven: bool) -> Figure:
     figure, every = drawing.panels(8.0 if driven else 4.4, 3.2, 1, 2 if driven else 1)
     lowest = limits_of_bodies()[0]
     for number, model in enumerate(models):
-        look, label = drawing.look(number % 4) | {"marker": ""}, model.label
+        style, label = drawing.line_style(number % 4) | {"marker": ""}, model.label
         times = [np.sort(run.time_above(lowest)[0])[::-1] for run in model.series]
         at = np.unique(np.concatenate(times))
         left = np.array([(one[:, None] >= at[at > 0]).sum(0) for one in times])
         if (at > 0).any():
-            every[0].plot(at[at > 0], left.mean(0), label=label, **look)
-            drawing.shade(every[0], at[at > 0], left.min(0), left.max(0), look["color"], 0.2)
+            every[0].plot(at[at > 0], left.mean(0), label=label, **style)
+            drawing.shade(every[0], at[at > 0], left.min(0), left.max(0), style["color"], 0.2)
         for run in model.series if driven else ():
             out = leaving(run)
             out = out[np.isfinite(out)]
             steps = np.append(out, run.time[-1]), np.append(np.arange(1, len(out) + 1), len(out))
-            every[1].step(*steps, where="post", lw=0.8, label=label, **look)
+            every[1].step(*steps, where="post", lw=0.8, label=label, **style)
     every[0].set(xlabel="at least so long (s)", ylim=(0, None), xlim=(0, None),
                  ylabel=f"people above {significant(lowest.number, 4)} {lowest.unit}")  # fmt: skip
     if driven:
@@ -174,8 +174,8 @@ def density_section(words: Words, motion: MotionStudy, model: Model) -> Section:
     every = [before_door(run.folder, run.scene) for run in model.runs if run.is_finished()]
     figure, (axes,) = drawing.panels(drawing.NARROW_IN, 3.0)
     for number, one in enumerate(every):
-        seen = one[one["density_per_m2"] > 0]
-        axes.plot(seen["density_per_m2"], seen["speed_m_per_s"], ".", ms=4, color=drawing.COLOURS[number % 4],
+        observed = one[one["density_per_m2"] > 0]
+        axes.plot(observed["density_per_m2"], observed["speed_m_per_s"], ".", ms=4, color=drawing.COLOURS[number % 4],
                   label=f"replicate {number}" if number < 4 else None)  # fmt: skip
     density = np.linspace(0.3, JAM_PER_M2, 60)
     speed = kladek_speed(density, free_speed=FREE_M_PER_S, greatest_density=JAM_PER_M2)

@@ -56,9 +56,9 @@ def draw_sheet(one: Reported, motion: MotionStudy, command: str) -> Figure:
     figure.text(0.06, 0.965, scene.title, fontsize=15, weight="bold", va="top")
     first = textwrap.fill(_plain(lead(scene, motion)), 105)
     figure.text(0.06, 0.938, first, fontsize=10, va="top")
-    if one.reels:
+    if one.animations:
         axes = figure.add_axes((0.06, 0.6, 0.42, 0.31))
-        marks = still_on(axes, one.reels[0], one.reels[0].typical, motion.limits)
+        marks = still_on(axes, one.animations[0], one.animations[0].typical, motion.limits)
         if marks:
             axes.legend(handles=marks, fontsize=7, ncols=3, loc="upper center", frameon=False,
                         bbox_to_anchor=(0.5, 0), borderaxespad=2.5)  # fmt: skip
@@ -66,8 +66,8 @@ def draw_sheet(one: Reported, motion: MotionStudy, command: str) -> Figure:
     every = charts(motion)
     for number, chart in enumerate(every):
         _draw(figure.add_axes((0.54, 0.865 - 0.085 * number, 0.4, 0.022)), chart)
-    said = [("How to read the ranges", notes(motion, every)), *_blocks(scene, motion, command)]
-    _write(figure, 0.55, said)
+    sentences = [("How to read the ranges", notes(motion, every)), *_blocks(scene, motion, command)]
+    _write(figure, 0.55, sentences)
     return figure
 
 
@@ -99,14 +99,14 @@ def _blocks(scene: Scene, motion: MotionStudy, command: str) -> list[tuple[str, 
     crowds = [words.text("crowd", of=row) for row in (every.rows if every else ())]
     version = metadata.version("crowd-percussions")
     made = datetime.now(UTC).strftime("%Y-%m-%d")
-    said = words.text(
+    sentences = words.text(
         "made", version=version, date=made, digest=scene.digest()[:16], command=command
     )
     return [
         ("Assumptions", [*assumptions(scene, motion), *crowds]),
         ("Limits", [*limits, words.text("barriers")]),
         ("What this cannot say", words.items("cannot")),
-        ("Made by", [said]),
+        ("Made by", [sentences]),
     ]
 
 

@@ -80,11 +80,11 @@ class Varied:
             raise ValueError(f"radius spread: {self.radius_share:g}. From 0 to below 1 is needed")
         if self.people is not None:
             return bodies_of(self.people, count, self.seed)
-        share = np.random.default_rng([self.seed, 4]).uniform(-1, 1, count)
-        return (radius * (1 + self.radius_share * share)).round(6), np.full(count, mass)
+        fraction = np.random.default_rng([self.seed, 4]).uniform(-1, 1, count)
+        return (radius * (1 + self.radius_share * fraction)).round(6), np.full(count, mass)
 
 
-def apart(snapshot: Snapshot, walls: Walls) -> Snapshot:
+def separated(snapshot: Snapshot, walls: Walls) -> Snapshot:
     """Push disks that overlap each other or a wall apart, as little as possible; where that would
     push one through a wall, let them grow to their size in GROWTHS.
 
@@ -93,8 +93,8 @@ def apart(snapshot: Snapshot, walls: Walls) -> Snapshot:
     find_contacts(snapshot, walls, tolerance=0.0)
     for first in (1.0, 1.0 / GROWTHS):
         now = snapshot
-        for share in np.arange(first, 1.0 + 0.5 / GROWTHS, 1.0 / GROWTHS):
-            grown = dataclasses.replace(now, radius=share * snapshot.radius)
+        for fraction in np.arange(first, 1.0 + 0.5 / GROWTHS, 1.0 / GROWTHS):
+            grown = dataclasses.replace(now, radius=fraction * snapshot.radius)
             motion = Motion(grown, walls, step=1.0)
             motion.separate()
             now = motion.snapshot()

@@ -8,7 +8,7 @@ import numpy as np
 import pydantic
 
 from analysis.scene.fields import IN_ORDER, Count, Number, Positive, Schema
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Floats, Indices, Mask
 
 Share = Annotated[Number, pydantic.Field(ge=0, le=1)]
 Seed = Annotated[int, pydantic.Strict(), pydantic.Field(ge=0, le=4_000_000_000)]
@@ -25,7 +25,7 @@ class Some(Schema):
 
     people: Annotated[tuple[Count, Count], pydantic.AfterValidator(_in_order), IN_ORDER]
 
-    def of(self, ids: Indices) -> Flags:
+    def of(self, ids: Indices) -> Mask:
         """Who (n,) of these ids (n,) is named."""
         return (ids >= self.people[0]) & (ids <= self.people[1])
 
@@ -82,15 +82,15 @@ class Distance(Schema):
 
     @pydantic.model_validator(mode="before")
     @classmethod
-    def _with_a_gap(cls, given: Any) -> Any:
+    def _with_a_gap(cls, value: Any) -> Any:
         """Refuse what needs a time gap where there is none."""
-        if isinstance(given, dict) and given.get("time_gap_s") is None:
+        if isinstance(value, dict) and value.get("time_gap_s") is None:
             for key, field in Distance.model_fields.items():
-                if key in given and given[key] != field.default:
+                if key in value and value[key] != field.default:
                     raise ValueError(
                         f"{key}: only for people who keep their distance. Give time_gap_s"
                     )
-        return given
+        return value
 
     @property
     def keeps_distance(self) -> bool:
@@ -111,12 +111,12 @@ class Distance(Schema):
 
     def push_shares(self, ids: Indices) -> Floats:
         """Give p (n,) of people with these ids (n,)."""
-        share = np.full(len(ids), self.push_share)
+        fraction = np.full(len(ids), self.push_share)
         if self.pushing_people < 1:
-            share[_uniform(self.seed, ids) >= self.pushing_people] = 0.0
+            fraction[_uniform(self.seed, ids) >= self.pushing_people] = 0.0
         for some in self.pushers:
-            share[some.of(ids)] = some.push_share
-        return share
+            fraction[some.of(ids)] = some.push_share
+        return fraction
 
 
 def _uniform(seed: int, ids: Indices) -> Floats:

@@ -13,7 +13,7 @@ from analysis.scene.distance import Distance, Some
 from analysis.scene.fields import Number, Point, Positive, Schema, means_of
 from analysis.scene.way import Way, way_of
 from nscd import Snapshot, Walls, _core
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Floats, Indices, Mask
 from nscd.segments import dots, lengths, nearest_on_segment
 
 # The key that may stand for desired speed or relaxation time, and the latter where only it is
@@ -39,17 +39,17 @@ class Exit(Schema):
 
     @pydantic.model_validator(mode="before")
     @classmethod
-    def _ahead(cls, given: Any) -> Any:
+    def _ahead(cls, value: Any) -> Any:
         """Put a door far ahead where none is given."""
-        if not isinstance(given, dict) or {"door_start_m", "door_end_m"} & given.keys():
-            return given
+        if not isinstance(value, dict) or {"door_start_m", "door_end_m"} & value.keys():
+            return value
         try:
-            x, y = map(float, given["outward"])
+            x, y = map(float, value["outward"])
         except (KeyError, TypeError, ValueError):
-            return given
+            return value
         start, end = ((x - 0.5 * s * y, y + 0.5 * s * x) for s in (1, -1))
         doors = {"door_start_m": start, "door_end_m": end}
-        return given | {key: (AHEAD * x, AHEAD * y) for key, (x, y) in doors.items()}
+        return value | {key: (AHEAD * x, AHEAD * y) for key, (x, y) in doors.items()}
 
     @pydantic.model_validator(mode="after")
     def _check_door(self) -> Self:
@@ -69,9 +69,9 @@ class Exit(Schema):
         """The ends of the door, m."""
         return self.door_start_m, self.door_end_m
 
-    def beyond(self, position: Floats) -> Flags:
+    def beyond(self, position: Floats) -> Mask:
         """Who (n,) at (n,2) m has passed the line of the door."""
-        passed: Flags = dots(position - self.door_start_m, np.array(self.outward)) >= 0
+        passed: Mask = dots(position - self.door_start_m, np.array(self.outward)) >= 0
         return passed
 
 
@@ -119,12 +119,12 @@ class Pace(Schema):
 
     @pydantic.model_validator(mode="before")
     @classmethod
-    def _of_push(cls, given: Any, info: pydantic.ValidationInfo) -> Any:
+    def _of_push(cls, raw: Any, info: pydantic.ValidationInfo) -> Any:
         """Put speed and relaxation time in the place of a push, m̄ U/τ of the mean mass."""
-        if not isinstance(given, dict) or PUSH not in given:
-            return given
-        rest = {key: value for key, value in given.items() if key != PUSH}
-        push = Push.model_validate({PUSH: given[PUSH]}).push_N
+        if not isinstance(raw, dict) or PUSH not in raw:
+            return raw
+        rest = {key: value for key, value in raw.items() if key != PUSH}
+        push = Push.model_validate({PUSH: raw[PUSH]}).push_N
         means = means_of(info)
         if means is None:
             raise ValueError(f"{PUSH}: only where the mass of the disks is known")
@@ -232,10 +232,10 @@ class Drive(Distance, Exit, Pace):
         centre = (0.5 * (start[0] + end[0]), 0.5 * (start[1] + end[1]))
         return centre, centre
 
-    def exits(self, ids: Indices) -> list[tuple[Exit, Flags]]:
+    def exits(self, ids: Indices) -> list[tuple[Exit, Mask]]:
         """Give each door and who (n,) of people with these ids (n,) goes to it: those whom no goal
         names to the drive's own."""
-        goals: list[tuple[Exit, Flags]] = [(goal, goal.of(ids)) for goal in self.goals]
+        goals: list[tuple[Exit, Mask]] = [(goal, goal.of(ids)) for goal in self.goals]
         others = ~np.any([mine for _, mine in goals], axis=0) if goals else np.ones(len(ids), bool)
         return [(self, others), *goals]
 
@@ -271,13 +271,13 @@ class Drive(Distance, Exit, Pace):
         straight._way = None
         return straight
 
-    def hidden(self, walls: Walls, people: Snapshot) -> Flags:
+    def hidden(self, walls: Walls, people: Snapshot) -> Mask:
         """Tell who (n,) has a wall on the straight line to the own door."""
-        place = people.position
-        start, end = self.straight().legs(place, people.ids)[:2]
+        position = people.position
+        start, end = self.straight().legs(position, people.ids)[:2]
         # a door ends where a wall does, and who walks there has no wall before it
-        door = place + (1 - SHORT) * (nearest_on_segment(place, start, end) - place)
-        clear = _core.clear_of(place, door, walls.start, walls.end, CROSSED_M)
+        door = position + (1 - SHORT) * (nearest_on_segment(position, start, end) - position)
+        clear = _core.clear_of(position, door, walls.start, walls.end, CROSSED_M)
         return np.asarray(clear == 0.0)
 
     def check_way(self, walls: Walls, people: Snapshot) -> None:
@@ -293,9 +293,9 @@ class Drive(Distance, Exit, Pace):
             shut = mine & (self.hidden(walls, people) | ~exit_.beyond(people.position))
             shut &= self.way.at(people.position, number, self.way.next) < 0
             if shut.any():
-                place = people.position[shut][:1]
+                position = people.position[shut][:1]
                 thin = self.routed(walls, 1e-3).way
-                narrow = thin is not None and thin.at(place, number, thin.next)[0] >= 0
+                narrow = thin is not None and thin.at(position, number, thin.next)[0] >= 0
                 why = f"is narrower than the widest person, {widest:g} m" if narrow else "is shut"
                 raise ValueError(f"drive: the way of person {people.ids[shut][0]} to {door} {why}")
 
@@ -324,50 +324,50 @@ class Drive(Distance, Exit, Pace):
         one), in m/s, shape (n,2); ids are needed where there are goals or stops, and radii where
         people keep their distance, from those of the same time. Disks at one centre are then one
         body, as wide as its widest."""
-        place = np.array(position, dtype=np.float64, order="C")
+        location = np.array(position, dtype=np.float64, order="C")
         if ids is None and (self.goals or self.stops or self.keeps_distance):
             raise ValueError("goals, stops, time_gap_s: the ids of people say who goes where")
-        who = np.arange(len(place)) if ids is None else ids
+        who = np.arange(len(location)) if ids is None else ids
         if self.keeps_distance:
             if radius is None:
                 raise ValueError("drive.time_gap_s: the radii of people say how far they are apart")
-            return self._at_a_distance(place, who, time, radius)
-        velocity, speed = np.zeros_like(place), self.speed_m_per_s
+            return self._at_a_distance(location, who, time, radius)
+        velocity, speed = np.zeros_like(location), self.speed_m_per_s
         if self.way:
-            legs = self.legs(place, who)
-            _core.soft_drive(velocity, place, velocity.copy(), speed, 1.0, *legs)
+            legs = self.legs(location, who)
+            _core.soft_drive(velocity, location, velocity.copy(), speed, 1.0, *legs)
         else:
             for exit_, mine in self.exits(who):
-                places = [*self.target(exit_), exit_.outward, exit_.door_start_m]
-                start, end, outward, door = np.array(places, dtype=float)
-                velocity[mine] = _core.headed(place[mine], start, end, outward, door, speed)
+                positions = [*self.target(exit_), exit_.outward, exit_.door_start_m]
+                start, end, outward, door = np.array(positions, dtype=float)
+                velocity[mine] = _core.headed(location[mine], start, end, outward, door, speed)
         velocity[self.stopped(who, time)] = 0.0
         return velocity
 
     def _at_a_distance(
-        self, place: Floats, ids: Indices, time: Floats | float, radius: Floats
+        self, position: Floats, ids: Indices, time: Floats | float, radius: Floats
     ) -> Floats:
         """The same of people who keep their distance from those of their time; a time that nobody knows
         is 0."""
         if self.stops or self.noisy:
             self._check_times(time)
-        known = np.nan_to_num(time)
-        if known.ndim:
-            velocity = np.empty_like(place)
-            for now in np.unique(known):
-                of = known == now
-                velocity[of] = self._at_a_distance(place[of], ids[of], float(now), radius[of])
+        finite = np.nan_to_num(time)
+        if finite.ndim:
+            velocity = np.empty_like(position)
+            for now in np.unique(finite):
+                of = finite == now
+                velocity[of] = self._at_a_distance(position[of], ids[of], float(now), radius[of])
             return velocity
-        centre = place.view(np.complex128).ravel()
-        column = np.sort(place[:, 0])  # far quicker than the pairs, and mostly says it
-        if (column[1:] > column[:-1]).all() or len(np.unique(centre)) == len(place):
-            return self._core(ids).desired(place, np.ascontiguousarray(radius), float(known))
+        centre = position.view(np.complex128).ravel()
+        column = np.sort(position[:, 0])  # far quicker than the pairs, and mostly says it
+        if (column[1:] > column[:-1]).all() or len(np.unique(centre)) == len(position):
+            return self._core(ids).desired(position, np.ascontiguousarray(radius), float(finite))
         # bodies of several disks, in the order of their first
         _, first, body = np.unique(centre, return_index=True, return_inverse=True)
         body = np.argsort(np.argsort(first))[body.ravel()]
         np.maximum.at(widest := np.zeros(len(first)), body, radius)
         first = np.sort(first)
-        return self._core(ids[first]).desired(place[first], widest, float(known))[body]
+        return self._core(ids[first]).desired(position[first], widest, float(finite))[body]
 
     def _check_times(self, time: Floats | float) -> None:
         if np.isnan(time).any():
@@ -396,12 +396,12 @@ class Drive(Distance, Exit, Pace):
         low, high = walls.period_x or (0.0, 0.0)
         corners = len(self.way.corners) if self.way else 0
         head = len(exits), len(ids), len(walls), corners, low, high - low, self.speed_m_per_s
-        places = [np.ravel([*self.target(to), to.outward, to.door_start_m]) for to, _ in exits]
-        parts = [head, self.numbers(), np.hstack([walls.start, walls.end]), *places]
+        positions = [np.ravel([*self.target(to), to.outward, to.door_start_m]) for to, _ in exits]
+        parts = [head, self.numbers(), np.hstack([walls.start, walls.end]), *positions]
         parts += [goes, stop, ids, self.push_shares(ids), *(self.way.numbers() if self.way else ())]
         return np.concatenate([np.ravel(np.asarray(part, dtype=float)) for part in parts])
 
-    def stopped(self, ids: Indices, time: Floats | float) -> Flags:
+    def stopped(self, ids: Indices, time: Floats | float) -> Mask:
         """Tell who (n,) of people with these ids (n,) wants to go nowhere at a time (s; (n,) or one).
         Raises ValueError where it is not known."""
         if self.stops:
@@ -411,7 +411,7 @@ class Drive(Distance, Exit, Pace):
             there |= stop.of(ids) & (np.asarray(time) >= stop.time_s - INSTANT)
         return there
 
-    def gone(self, position: Floats, ids: Indices) -> Flags:
+    def gone(self, position: Floats, ids: Indices) -> Mask:
         """Tell who (n,) at (n,2) m has passed the line of the own door."""
         passed = np.zeros(len(position), dtype=bool)
         for number, (exit_, mine) in enumerate(self.exits(ids)):

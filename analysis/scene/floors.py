@@ -45,17 +45,17 @@ def walled(
             raise SceneError(f"door: {way.ends} m is not on one side of the room's outline")
         start, along = side[0], side[1] - side[0]
         at = np.sort(dots(ends - start, along) / dots(along, along))
-        first, last = (start + share * along for share in at)
+        first, last = (start + fraction * along for fraction in at)
         # the floor is on the left of its sides
         outward.append(np.array([along[1], -along[0]]) / lengths(along))
         placed.append(replace(way, ends=(_point(first), _point(last))))
         if any(placed[-1].ends == other.ends for other in placed[:-1]):
             continue
-        whole = next((i for i, one in enumerate(sides) if _on(one, ends)), None)
-        if whole is None:
+        full = next((i for i, one in enumerate(sides) if _on(one, ends)), None)
+        if full is None:
             raise SceneError(f"door: {way.ends} m overlaps another door")
-        pieces = ((sides[whole][0], first), (last, sides[whole][1]))
-        sides[whole : whole + 1] = [(a, b) for a, b in pieces if lengths(b - a) > ON_WALL_M]
+        pieces = ((sides[full][0], first), (last, sides[full][1]))
+        sides[full : full + 1] = [(a, b) for a, b in pieces if lengths(b - a) > ON_WALL_M]
     sides += [(start, end) for start, end in np.array(barriers).reshape(-1, 2, 2)]
     return walls_between(sides, names), outward, placed
 
@@ -74,9 +74,9 @@ def _on(side: tuple[Floats, Floats], ends: Floats) -> bool:
     return bool(distance.max() <= ON_WALL_M)
 
 
-def _point(place: Sequence[float] | Floats) -> tuple[float, float]:
+def _point(position: Sequence[float] | Floats) -> tuple[float, float]:
     """Round a place (2,) m to a nanometre."""
-    x, y = (round(float(each), 9) + 0.0 for each in place)
+    x, y = (round(float(each), 9) + 0.0 for each in position)
     return x, y
 
 
@@ -141,8 +141,8 @@ def _of_jupedsim(file: Path) -> Floor:
     if not {"metadata", "geometry"} <= found.keys() or not found["geometry"].texts("wkt"):
         raise NoFloorError(f"{file}: no geometry of JuPedSim: tables metadata and geometry")
     areas = found["geometry"].texts("wkt")
-    said = dict(zip(found["metadata"].texts("key"), found["metadata"].texts("value"), strict=True))
-    if (version := said.get("version")) not in ("1", "2"):
+    stated = dict(zip(found["metadata"].texts("key"), found["metadata"].texts("value"), strict=True))
+    if (version := stated.get("version")) not in ("1", "2"):
         raise SceneError(f"{file}: metadata: version {version}. 1 or 2 is read")
     numbers, of_frames = found["geometry"].below.get("hash"), found.get("frame_data")
     if version == "2" and numbers is not None and of_frames is not None:

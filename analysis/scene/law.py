@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from nscd.arrays import Flags, Floats
+from nscd.arrays import Floats, Mask
 
 # The overlap, over the mean radius, at which hertz has the stiffness that is given.
 HERTZ_OVERLAP = 0.01
@@ -45,18 +45,18 @@ class Elastic(NamedTuple):
     pair: Springs
     wall: Springs
 
-    def force(self, overlap: Floats, radius: Floats, is_wall: Flags) -> Floats:
+    def force(self, overlap: Floats, radius: Floats, is_wall: Mask) -> Floats:
         """Compute F (k,) N at overlaps (k,) m, effective radii (k,) m, with disks or walls."""
         deep, (k, hertz, square) = np.maximum(overlap, 0.0), self._each(is_wall)
         return np.asarray(k * deep + hertz * np.sqrt(radius) * deep**1.5 + square * deep**2)
 
-    def energy(self, overlap: Floats, radius: Floats, is_wall: Flags) -> Floats:
+    def energy(self, overlap: Floats, radius: Floats, is_wall: Mask) -> Floats:
         """Compute the energy (k,) J of such contacts: ½ k δ² + ⅖ K √R δ^2.5 + ⅓ q δ³."""
         deep, (k, hertz, square) = np.maximum(overlap, 0.0), self._each(is_wall)
         curved = 0.4 * hertz * np.sqrt(radius) * deep**2.5 + square / 3 * deep**3
         return np.asarray(0.5 * k * deep**2 + curved)
 
-    def _each(self, is_wall: Flags) -> list[Floats]:
+    def _each(self, is_wall: Mask) -> list[Floats]:
         return [np.where(is_wall, *ends) for ends in zip(self.wall, self.pair, strict=True)]
 
 

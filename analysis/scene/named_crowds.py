@@ -48,10 +48,10 @@ CROWDS = {
 }  # fmt: skip
 
 
-def keys_of(name: str, share: float | None = None) -> dict[str, float]:
+def keys_of(name: str, fraction: float | None = None) -> dict[str, float]:
     """Give the keys of a named crowd's drive, with a share of push or the first of its own."""
     crowd = CROWDS[name]
-    own = crowd.shares[0] if share is None else share
+    own = crowd.shares[0] if fraction is None else fraction
     return {**crowd.drive, "push_share": own} if crowd.drive else {}
 
 
@@ -65,28 +65,28 @@ RECOMMENDED = (
 
 def distance_lines(drive: Drive) -> Iterator[str]:
     """Say how hard people push, and which range is recommended."""
-    gap, share = drive.time_gap_s, drive.push_share
+    gap, fraction = drive.time_gap_s, drive.push_share
     if gap is None:
         yield "push: everybody pushes for ever, as no measured crowd does"
     else:
-        inside = TIME_GAPS_S[0] <= gap <= TIME_GAPS_S[1] and share <= PUSH_SHARES[1]
+        inside = TIME_GAPS_S[0] <= gap <= TIME_GAPS_S[1] and fraction <= PUSH_SHARES[1]
         outside = "" if inside else ": outside what is recommended"
-        yield f"push: time gap {gap:g} s, share {share:g} of the push{outside}"
+        yield f"push: time gap {gap:g} s, share {fraction:g} of the push{outside}"
     yield f"  {RECOMMENDED}"
 
 
-def crowd_label(name: str, share: float) -> str:
+def crowd_label(name: str, fraction: float) -> str:
     """Name a crowd in a page, with its share of push where others of that name have another."""
     crowd = CROWDS[name]
-    return f"{crowd.label}, p = {share:g}" if len(crowd.shares) > 1 else crowd.label
+    return f"{crowd.label}, p = {fraction:g}" if len(crowd.shares) > 1 else crowd.label
 
 
-def with_crowd(scene: Scene, name: str, share: float | None = None) -> Scene:
+def with_crowd(scene: Scene, name: str, fraction: float | None = None) -> Scene:
     """Return a driven scene with the people of a named crowd; who pushes for ever does so with the
     scene's own drive, or with 150 N where its people keep their distance."""
     assert scene.drive is not None
     none = {key: one.default for key, one in Distance.model_fields.items() if key != "seed"}
-    keys: dict[str, Any] = none | keys_of(name, share)
+    keys: dict[str, Any] = none | keys_of(name, fraction)
     if name == "pushing" and scene.drive.keeps_distance:
         longer = scene.drive.relaxation_time_s * scene.mean_push / PUSH_N
         keys |= {"relaxation_time_s": longer, "seed": 1}
@@ -97,9 +97,9 @@ def crowds_beside(scene: Scene) -> Iterator[tuple[str, float, bool]]:
     """Yield each named crowd with each of its shares of push, and whether it is that of the scene."""
     assert scene.drive is not None
     for name, crowd in CROWDS.items():
-        for share in crowd.shares:
-            same = with_crowd(scene, name, share).drive
-            yield name, share, same is not None and same.model_dump() == scene.drive.model_dump()
+        for fraction in crowd.shares:
+            same = with_crowd(scene, name, fraction).drive
+            yield name, fraction, same is not None and same.model_dump() == scene.drive.model_dump()
 
 
 def door_width(scene: Scene) -> float:

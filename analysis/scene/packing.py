@@ -41,9 +41,9 @@ def heap(n: int, seed: int, mean_radius: float, half_door: float) -> tuple[Float
         cell=2 * MOST,
         reach=2.2 * np.sqrt(n) + door + 20.0,
         typical=1.0,
-        near=NEIGHBOUR,
+        reach_between=NEIGHBOUR,
         beside=2 * MOST + 1.0,
-        least=LEAST,
+        wall_distance=LEAST,
         hollow=0.0,
         shut=True,
     )
@@ -71,9 +71,9 @@ def press(
     # a spring must hold
     across = float(np.abs(position).max()) / mean
     stiffness = across / np.pi / softness
-    place = np.array(position / mean, dtype=np.float64)
+    location = np.array(position / mean, dtype=np.float64)
     rested = _core.press(
-        place,
+        location,
         size,
         size * size,
         half_door=half_door / mean,
@@ -82,7 +82,7 @@ def press(
         longest=0.5 / np.sqrt(stiffness),
         skin=SKIN,
         cell=2 * MOST + SKIN,
-        rest=REST,
-        most=MOST_STEPS,
+        force_tolerance=REST,
+        max_steps=MOST_STEPS,
     )
-    return place * mean, rested
+    return location * mean, rested

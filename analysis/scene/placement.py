@@ -47,11 +47,11 @@ def rooms_of(position: Floats, walls: Walls, doors: Walls | None) -> list[shapel
     inside."""
     lines, gates = _lines(walls), [] if doors is None else _lines(doors)
     faces = shapely.get_parts(shapely.polygonize([*lines, *gates]))
-    whole = [shapely.Polygon(face.exterior) for face in faces]
+    full = [shapely.Polygon(face.exterior) for face in faces]
     return [
         face
-        for face, shape in zip(faces, whole, strict=True)
-        if not any(other is not shape and other.contains_properly(shape) for other in whole)
+        for face, shape in zip(faces, full, strict=True)
+        if not any(other is not shape and other.contains_properly(shape) for other in full)
         and (
             any(face.boundary.contains(gate) for gate in gates)
             or shapely.contains_xy(shape, position).any()

@@ -53,7 +53,7 @@ class Floor:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Part:
+class PlanPart:
     """Hold a polygon, line or point of a plan.
 
     where: its name in messages
@@ -70,7 +70,7 @@ class Part:
 class Plan:
     """Hold the parts of a plan, areas that are on its floor, and what of its file is not used."""
 
-    parts: list[Part] = field(default_factory=list)
+    parts: list[PlanPart] = field(default_factory=list)
     inside: list[shapely.Polygon] = field(default_factory=list)
     unused: list[str] = field(default_factory=list)
 
@@ -81,8 +81,8 @@ class Plan:
         own_doors: whether doors of the plan are those that people go to
 
         Raises SceneError for what a plan leaves open."""
-        places = shapely.get_coordinates([part.shape for part in self.parts], include_z=True)
-        heights = places[np.isfinite(places[:, 2]), 2]
+        positions = shapely.get_coordinates([part.shape for part in self.parts], include_z=True)
+        heights = positions[np.isfinite(positions[:, 2]), 2]
         self.unused += ["heights"] if len(heights) else []
         if len(heights) and np.ptp(heights) > ON_WALL_M:
             raise SceneError(
@@ -96,8 +96,8 @@ class Plan:
         if len(areas) > 1:
             self.unused.append("sides between its areas")
         area = shapely.union_all(areas) if areas else _enclosed(walls, gaps, self.inside)
-        taken = [one.shape for one in doors if own_doors and one.shape.geom_type == "Polygon"]
-        polygon = polygon_of(shapely.difference(area, shapely.union_all([*obstacles, *taken])))
+        used = [one.shape for one in doors if own_doors and one.shape.geom_type == "Polygon"]
+        polygon = polygon_of(shapely.difference(area, shapely.union_all([*obstacles, *used])))
         ways = []
         for part in doors if own_doors else ():
             if (ends := door_of(polygon, part)) is not None:
@@ -130,7 +130,7 @@ def polygon_of(area: Any) -> shapely.Polygon:
     return shapely.force_2d(shape.simplify(MEET_M))
 
 
-def _sorted(parts: Sequence[Part]) -> tuple[list[Any], list[Any], list[Any]]:
+def _sorted(parts: Sequence[PlanPart]) -> tuple[list[Any], list[Any], list[Any]]:
     """The areas, the obstacles and the walls. Raises SceneError where a part may be either."""
     shapes = [part for part in parts if part.shape.geom_type == "Polygon"]
     plain = [part for part in shapes if part.role is None]
@@ -194,7 +194,7 @@ def _standing(
     )
 
 
-def door_of(floor: shapely.Polygon, part: Part) -> Ends | None:
+def door_of(floor: shapely.Polygon, part: PlanPart) -> Ends | None:
     """The ends of a door on the outline of a floor: of a line on it, of a point with a width, or the
     longest side that is also one of a polygon; None for a door within the floor."""
     if part.shape.geom_type == "Polygon":
@@ -217,7 +217,7 @@ def door_of(floor: shapely.Polygon, part: Part) -> Ends | None:
     raise SceneError(f"{part.where}: a door at ({x:g}, {y:g}) m is not on one side of the outline")
 
 
-def longest_shared(floor: shapely.Polygon, part: Part) -> Ends | None:
+def longest_shared(floor: shapely.Polygon, part: PlanPart) -> Ends | None:
     """The longest side of the outline that is also a side of a polygon."""
     sides = shapely.linestrings(list(pairwise(floor.exterior.coords)))
     shared = shapely.line_merge(shapely.intersection(sides, part.shape.boundary))
@@ -246,7 +246,7 @@ def of_shape(shape: shapely.Geometry) -> Plan:
         if one.geom_type == "Point":
             plan.unused.append(where)
         else:
-            plan.parts.append(Part(where=where, shape=one))
+            plan.parts.append(PlanPart(where=where, shape=one))
     return plan
 
 
@@ -265,8 +265,8 @@ def of_geojson(content: dict[str, Any]) -> Plan:
     plan.unused += [key for key in content if key not in known]
     for number, feature in enumerate(features, start=1):
         where = f"feature {number}"
-        said = (feature.get("properties") or {}) if isinstance(feature, dict) else None
-        if not isinstance(said, dict):
+        stated = (feature.get("properties") or {}) if isinstance(feature, dict) else None
+        if not isinstance(stated, dict):
             raise SceneError(f"{where}: it is no feature of GeoJSON")
         plan.unused += [f"{key} of features" for key in feature if key not in known | {"id"}]
         if feature.get("geometry") is None:
@@ -276,30 +276,30 @@ def of_geojson(content: dict[str, Any]) -> Plan:
             shape = shapely.from_geojson(json.dumps(feature["geometry"]))
         except shapely.errors.GEOSException:
             raise SceneError(f"{where}: its geometry is not one of GeoJSON") from None
-        role, used = _role(where, said)
-        storeys |= {str(said[key]) for key in STOREYS if said.get(key) is not None}
-        width = next((said[key] for key in WIDTHS if role == "door" and key in said), None)
+        role, used = _role(where, stated)
+        storeys |= {str(stated[key]) for key in STOREYS if stated.get(key) is not None}
+        width = next((stated[key] for key in WIDTHS if role == "door" and key in stated), None)
         if width is not None and not (type(width) in (int, float) and 0 < width <= MOST_M):
             raise SceneError(f"{where}: width: {width!r}. A number above 0, in m, is needed")
         used |= {*STOREYS, *(WIDTHS if role == "door" else ())}
-        plan.unused += [f"property {key}" for key in said if key not in used]
+        plan.unused += [f"property {key}" for key in stated if key not in used]
         for one in pieces(shape):
             if role is None and one.geom_type == "Point":
                 plan.unused.append(f"{where} (a point)")
                 continue
-            if role is None and one.geom_type == "LineString" and said:
+            if role is None and one.geom_type == "LineString" and stated:
                 raise SceneError(f"{where}: a line that may be a wall or none. {HOW}")
-            plan.parts.append(Part(where=where, shape=one, role=role, width=width))
+            plan.parts.append(PlanPart(where=where, shape=one, role=role, width=width))
     if len(storeys) > 1:
         raise SceneError(f"area: storeys {', '.join(sorted(storeys))}. One storey is needed")
     return plan
 
 
-def _role(where: str, said: dict[str, Any]) -> tuple[str | None, set[str]]:
+def _role(where: str, message: dict[str, Any]) -> tuple[str | None, set[str]]:
     """The role of a feature and the properties that say it."""
     found: set[str] = set()
     used: set[str] = set()
-    for key, value in said.items():
+    for key, value in message.items():
         flag = ROLES.get(_word(key)) if value not in (False, None, 0, "", "no", "false") else None
         role = ROLES.get(_word(value)) if key.lower() in KINDS else None
         role = role or (flag if flag != "floor" else None)
@@ -308,7 +308,7 @@ def _role(where: str, said: dict[str, Any]) -> tuple[str | None, set[str]]:
             found.add(role)
     if len(found) > 1:
         raise SceneError(f"{where}: its properties say {' and '.join(sorted(found))}. {HOW}")
-    if not found and (role := ROLES.get(_word(said.get(NAME)))):
+    if not found and (role := ROLES.get(_word(message.get(NAME)))):
         return role, {*used, NAME}
     return next(iter(found), None), used
 
@@ -333,7 +333,7 @@ def of_xml(root: ElementTree.Element) -> Plan:
             points = [(float(at.attrib["x"]), float(at.attrib["y"])) for at in one.iter("point")]
             if one.tag == "wall":
                 line = shapely.LineString(points + points[:1] * (one.get("closed") == "true"))
-                plan.parts.append(Part(where=where, shape=line))
+                plan.parts.append(PlanPart(where=where, shape=line))
                 continue
             if one.tag == "wunderZone" and len(points) > 2:
                 plan.inside.append(shapely.Polygon(points))
@@ -344,13 +344,13 @@ def of_xml(root: ElementTree.Element) -> Plan:
     return plan
 
 
-def _fill(parts: list[Part], inside: Sequence[shapely.Polygon]) -> None:
+def _fill(parts: list[PlanPart], inside: Sequence[shapely.Polygon]) -> None:
     """Make obstacles of the closed walls of crowd:it, but of the outline and of those around an area
     `inside`. Raises SceneError for closed walls apart from each other, with none around them."""
     faces = shapely.get_parts(shapely.polygonize([shapely.union_all([p.shape for p in parts])]))
     filled = shapely.union_all([shapely.Polygon(face.exterior) for face in faces])
-    held = inside and all(shapely.covers(shapely.get_parts(filled), one).any() for one in inside)
-    if filled.geom_type == "MultiPolygon" and not held:
+    constrained = inside and all(shapely.covers(shapely.get_parts(filled), one).any() for one in inside)
+    if filled.geom_type == "MultiPolygon" and not constrained:
         x0, y0, x1, y1 = filled.bounds
         raise SceneError(
             "walls: closed ones are solid, and what lies between these has no outline. Add a closed "

@@ -30,9 +30,9 @@ def write_bodies(path: Path, snapshot: Snapshot) -> None:
     rows = zip(bodies.ids, bodies.mass, bodies.centre, bodies.inertia, motion, strict=True)
     for body, mass, (x, y), inertia, (vx, vy, spin) in rows:
         i = float(inertia)
-        place = f"{float(x)!r} {float(y)!r} 0.0 {i!r} {i!r} {i!r} 0.0 0.0 0.0"
+        words_of_position = f"{float(x)!r} {float(y)!r} 0.0 {i!r} {i!r} {i!r} 0.0 0.0 0.0"
         moving = f"{vx!r} {vy!r} 0.0 0.0 0.0 {i * spin!r} 0 0 0"
-        lines.append(f"{body} {float(mass)!r} {place} {moving}")
+        lines.append(f"{body} {float(mass)!r} {words_of_position} {moving}")
     write_text(path, "\n".join(lines) + "\n")
 
 
@@ -93,7 +93,7 @@ def _columns(disks: Snapshot, inertia: Floats) -> tuple[Floats, Floats]:
 def people_of(disks: Snapshot) -> tuple[Snapshot, Indices]:
     """Give people as one disk each, and whose (n,) each disk is: of a body of several its centre, motion
     and mass, the id of its first disk, and the radius of a circle as long as its outline."""
-    if (of := disks.wide) is None:
+    if (of := disks.compound) is None:
         return disks, np.arange(len(disks))
     first = np.unique(of.number, return_index=True)[1]
     order = np.argsort(disks.ids[first])

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from pydantic import ValidationError
 
-from analysis.scene.anthropometry import Varied, apart
+from analysis.scene.anthropometry import Varied, separated
 from analysis.scene.drive import Goal
 from analysis.scene.floors import walled
 from analysis.scene.law import LAWS
@@ -16,7 +16,15 @@ from analysis.scene.named_crowds import CROWDS, keys_of
 from analysis.scene.plans import polygon_of
 from analysis.scene.scene import Drive, Scene, SceneError, first_problem
 from analysis.scene.schema import Analysis, ContactModel, Room, Run
-from analysis.scene.waiting import MOST_COVER, ON_WALL_M, Doorway, Ends, counts_of, cover_of, places
+from analysis.scene.waiting import (
+    MOST_COVER,
+    ON_WALL_M,
+    Doorway,
+    Ends,
+    counts_of,
+    cover_of,
+    positions_of,
+)
 from nscd import Snapshot, Walls
 from nscd.arrays import Floats, Indices
 from nscd.segments import lengths
@@ -131,15 +139,15 @@ def from_geometry(
 
     Raises SceneError for a door that is not on the outline or that nobody goes to, for a crowd that
     does not fit, and for lengths that are not positive."""
-    for what, number, most in (
+    for what, number, maximum in (
         ("people", crowd.people, MOST_PEOPLE),
         ("push", crowd.push, MOST_PUSH_N),
         ("radius", crowd.radius, MOST_RADIUS_M),
         ("mass", crowd.mass, MOST_MASS_KG),
         ("duration", duration, MOST_S),
     ):
-        if not 0 < number <= most:
-            raise SceneError(f"{what}: {number:g}. Above 0 and at most {most:g} is needed")
+        if not 0 < number <= maximum:
+            raise SceneError(f"{what}: {number:g}. Above 0 and at most {maximum:g} is needed")
     if crowd.does not in CROWDS:
         raise SceneError(f"crowd: unknown {crowd.does!r}. There are: {', '.join(CROWDS)}")
     inside = inside or Inside()
@@ -150,7 +158,7 @@ def from_geometry(
     snapshot, going = _crowd(crowd, floor, ways, barriers)
     shut = np.array([*((wall.start_m, wall.end_m) for wall in walls), *(way.ends for way in ways)])
     try:
-        snapshot = apart(snapshot, Walls(start=shut[:, 0], end=shut[:, 1]))
+        snapshot = separated(snapshot, Walls(start=shut[:, 0], end=shut[:, 1]))
     except StepError as error:
         raise SceneError(f"people: {error}") from None
     widths = " and ".join(f"{lengths(np.subtract(*way.ends)):.3g} m" for way in ways)
@@ -200,8 +208,8 @@ def _crowd(
     if barriers and not floor.buffer(ON_WALL_M).covers(shapely.MultiLineString(list(barriers))):
         raise SceneError("barrier: a part of it is not on the floor")
     counts = counts_of(ways, crowd.people)
-    place = places(floor, barriers, ways, counts, radius, crowd.varied.seed)
-    snapshot = Snapshot(position=place, radius=radius, mass=mass)
+    position = positions_of(floor, barriers, ways, counts, radius, crowd.varied.seed)
+    snapshot = Snapshot(position=position, radius=radius, mass=mass)
     return snapshot, np.repeat(np.arange(len(ways)), counts)
 
 
@@ -241,11 +249,11 @@ def _drive(
 ) -> Drive:
     """The drive that gives the push, with the speed or the usual relaxation time: to the first door,
     and to the others those who go there."""
-    asked = {"speed_m_per_s": crowd.speed, "relaxation_time_s": crowd.relaxation}
-    given: dict[str, Any] = keys_of(crowd.does)
-    given |= {key: value for key, value in asked.items() if value is not None}
-    if not {"speed_m_per_s", "relaxation_time_s"} <= given.keys():
-        given["push_N"] = crowd.push
+    requested = {"speed_m_per_s": crowd.speed, "relaxation_time_s": crowd.relaxation}
+    arguments: dict[str, Any] = keys_of(crowd.does)
+    arguments |= {key: value for key, value in requested.items() if value is not None}
+    if not {"speed_m_per_s", "relaxation_time_s"} <= arguments.keys():
+        arguments["push_N"] = crowd.push
     first, *others = (
         {
             "door_start_m": way.ends[0],
@@ -260,6 +268,6 @@ def _drive(
         goals.append(Goal(people=(int(ids[0]), int(ids[-1])), **ends))
     try:
         means = {"means": lambda: (crowd.radius, mass)}
-        return Drive.model_validate(given | first | {"goals": goals}, context=means)
+        return Drive.model_validate(arguments | first | {"goals": goals}, context=means)
     except ValidationError as error:
         raise SceneError(f"drive: {first_problem(error)}") from None

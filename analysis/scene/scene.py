@@ -16,7 +16,7 @@ import numpy as np
 import tomli_w
 from pydantic import ConfigDict, Field, Strict, ValidationError
 
-from analysis.scene.anthropometry import apart, bodies_of
+from analysis.scene.anthropometry import bodies_of, separated
 from analysis.scene.distance import Distance
 from analysis.scene.drive import NAMING, Drive
 from analysis.scene.fields import FileName, Means, Schema
@@ -121,8 +121,8 @@ class Scene(Room):
         if self.drive is None or self.drive.clearance_m is not None or not self.hidden:
             return self
         drive = self.drive.model_copy(update={"clearance_m": CLEARANCE_M})
-        said = f"{self.hidden} of them have a wall between them and the door, and walk round it."
-        notes = f"{self.notes}\n{said}".strip()
+        message = f"{self.hidden} of them have a wall between them and the door, and walk round it."
+        notes = f"{self.notes}\n{message}".strip()
         return self.model_copy(update={"drive": drive, "notes": notes}).rerouted()
 
     @property
@@ -206,12 +206,12 @@ class Scene(Room):
         for name in NAMING if self.drive else ():
             for number, part in enumerate(getattr(self.drive, name), start=1):
                 mine = part.of(self.snapshot.ids)
-                if (wide := self.snapshot.wide) is not None:
-                    cut = np.intersect1d(wide.number[mine], wide.number[~mine])
+                if (compound := self.snapshot.compound) is not None:
+                    cut = np.intersect1d(compound.number[mine], compound.number[~mine])
                     if len(cut):
                         raise SceneError(
                             f"{origin}: drive.{name}: number {number}: `people` has some disks of "
-                            f"body {wide.ids[cut[0]]}, and not all"
+                            f"body {compound.ids[cut[0]]}, and not all"
                         )
         self._check_giving(origin)
         try:
@@ -298,14 +298,14 @@ class Scene(Room):
 
 def _entries(part: Schema) -> dict[str, Any]:
     """What a table of a scene file says: keys that have something to say."""
-    said = {key: value for key, value in part.model_dump(exclude_none=True).items() if value != ()}
+    stated = {key: value for key, value in part.model_dump(exclude_none=True).items() if value != ()}
     if isinstance(part, Drive):
         if not part.keeps_distance:
-            said = {key: value for key, value in said.items() if key not in Distance.model_fields}
-        for exit_, table in zip(part.doors, (said, *said.get("goals", ())), strict=True):
+            stated = {key: value for key, value in stated.items() if key not in Distance.model_fields}
+        for exit_, table in zip(part.doors, (stated, *stated.get("goals", ())), strict=True):
             for key in () if exit_.has_door else ("door_start_m", "door_end_m"):
                 del table[key]
-    return said
+    return stated
 
 
 def scene_names() -> list[str]:
@@ -345,7 +345,7 @@ def read_scene(name_or_path: str | Path) -> Scene:
         )
     if stated.disks.people:
         try:
-            snapshot = apart(snapshot, stated.wall_segments())
+            snapshot = separated(snapshot, stated.wall_segments())
         except (StepError, ValueError) as error:
             raise SceneError(f"{path}: disks.people: they do not fit: {error}") from None
     more = {"reconciliation": stated.reconciliation, "other_frames": others, "other_crowds": crowds}
@@ -371,7 +371,7 @@ def read_room(
     name_or_path: str | Path,
     means: Means | Callable[[], Means | None] | None = None,
     *,
-    whole: bool = True,
+    complete: bool = True,
 ) -> tuple[Room, str]:
     """Read a room (a scene file with or without disks) and the comment at its head; means: radius
     (m) and mass (kg) of the disks to come, or what gives them, asked only where Young's modulus or a
@@ -380,7 +380,7 @@ def read_room(
     Raises SceneError naming the file and the key for anything unknown, missing or out of range."""
     path = _path_of(name_or_path)
     content, notes = _read_toml(path)
-    if not whole:
+    if not complete:
         for key, table in content.items():
             if isinstance(table, dict) and key in FOR_RUNS:
                 own = {"law", "young_modulus_Pa"} & table.keys()  # a stiffness may be of these
@@ -395,10 +395,10 @@ def _bodies(path: Path, content: dict[str, Any]) -> Snapshot:
     """The disks of a scene file, with the bodies of people where it asks for them, and not yet
     pushed apart."""
     disks = _Disks.model_validate(content.get("disks"))
-    given = read_data(path.parent / disks.data)
+    inputs = read_data(path.parent / disks.data)
     if disks.people is None and "people_seed" in disks.model_fields_set:
         raise ValueError(f"{path}: disks.people_seed: only with people, whose sizes it draws")
-    if (given.bodies is None) != (disks.bodies is None):
+    if (inputs.bodies is None) != (disks.bodies is None):
         raise ValueError(
             f"{path}: disks.bodies: goes with the section Molecules of {disks.data}. Both are needed"
         )
@@ -407,11 +407,11 @@ def _bodies(path: Path, content: dict[str, Any]) -> Snapshot:
             raise ValueError(
                 f"{path}: disks.people: bodies of several disks have sizes of their own"
             )
-        return read_bodies(path.parent / disks.bodies, given)
+        return read_bodies(path.parent / disks.bodies, inputs)
     if disks.people is None:
-        return given
-    radius, mass = bodies_of(disks.people, len(given), disks.people_seed)
-    return dataclasses.replace(given, radius=radius, mass=mass)
+        return inputs
+    radius, mass = bodies_of(disks.people, len(inputs), disks.people_seed)
+    return dataclasses.replace(inputs, radius=radius, mass=mass)
 
 
 def means_of(snapshot: Snapshot) -> Means:
@@ -456,8 +456,8 @@ def _validated(
     gap, tau = (made.drive.time_gap_s, made.drive.relaxation_time_s) if made.drive else (None, 0.0)
     if gap and gap < tau and (gap, tau) not in NOTED:
         NOTED.add((gap, tau))
-        said = f"{gap:g} s, below relaxation_time_s of {tau:g} s: people walk to and fro"
-        note(path, f"drive.time_gap_s: {said}")
+        message = f"{gap:g} s, below relaxation_time_s of {tau:g} s: people walk to and fro"
+        note(path, f"drive.time_gap_s: {message}")
     return made
 
 

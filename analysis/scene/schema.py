@@ -23,8 +23,8 @@ YOUNG, POISSON = "young_modulus_Pa", "poisson_ratio"
 
 def _known_law(name: str) -> str:
     if name not in LAWS:
-        *most, last = map(repr, LAWS)
-        raise ValueError(f"Input should be {', '.join(most)} or {last}")
+        *others, last = map(repr, LAWS)
+        raise ValueError(f"Input should be {', '.join(others)} or {last}")
     return name
 
 
@@ -93,28 +93,28 @@ class ContactModel(Schema):
 
     @model_validator(mode="before")
     @classmethod
-    def _of_bodies(cls, given: Any) -> Any:
+    def _of_bodies(cls, value: Any) -> Any:
         """Refuse friction that a law has not; put the stiffness of a body where the law has it."""
-        law = LAWS.get(str(given.get("law"))) if isinstance(given, dict) else None
-        if law is not None and not law.friction and given.get("friction"):
-            raise ValueError(f"friction: law = {given['law']} has none. Take law = {AS_HERTZ}")
+        law = LAWS.get(str(value.get("law"))) if isinstance(value, dict) else None
+        if law is not None and not law.friction and value.get("friction"):
+            raise ValueError(f"friction: law = {value['law']} has none. Take law = {AS_HERTZ}")
         if law is None or not law.own_stiffness:
-            return given
+            return value
         for key in ("stiffness_N_per_m", "wall_stiffness_N_per_m"):
-            if given.get(key) not in (None, NOMINAL[0]):
-                raise ValueError(f"{key}: law = {given['law']} has a stiffness of its own")
-        return given | {"stiffness_N_per_m": NOMINAL[0], "wall_stiffness_N_per_m": None}
+            if value.get(key) not in (None, NOMINAL[0]):
+                raise ValueError(f"{key}: law = {value['law']} has a stiffness of its own")
+        return value | {"stiffness_N_per_m": NOMINAL[0], "wall_stiffness_N_per_m": None}
 
     @model_validator(mode="before")
     @classmethod
-    def _of_material(cls, given: Any, info: ValidationInfo) -> Any:
+    def _of_material(cls, raw: Any, info: ValidationInfo) -> Any:
         """Put the stiffness in the place of Young's modulus and Poisson's ratio."""
-        if not isinstance(given, dict) or not {YOUNG, POISSON} & given.keys():
-            return given
-        rest = {key: value for key, value in given.items() if key not in (YOUNG, POISSON)}
+        if not isinstance(raw, dict) or not {YOUNG, POISSON} & raw.keys():
+            return raw
+        rest = {key: value for key, value in raw.items() if key not in (YOUNG, POISSON)}
         if "stiffness_N_per_m" in rest or rest.get("law") != "hertz":
             raise ValueError(f"{YOUNG}: only for law = hertz, and instead of stiffness_N_per_m")
-        material = Material.model_validate({key: given.get(key) for key in (YOUNG, POISSON)})
+        material = Material.model_validate({key: raw.get(key) for key in (YOUNG, POISSON)})
         means = means_of(info)
         if means is None:
             raise ValueError(f"{YOUNG}: only where the radius of the disks is known")
@@ -181,9 +181,9 @@ class Reconciliation(Schema):
     def statement(self) -> str:
         """What this scene is and is not, one paragraph in words."""
         overlap, mean = 100 * self.overlap_before_largest_m, 100 * self.overlap_before_mean_m
-        moved, most = 100 * self.moved_mean_m, 100 * self.moved_largest_m
-        share = 100 * self.moved_share_over_1_cm
-        heads = self.people + self.left_out
+        moved, maximum = 100 * self.moved_mean_m, 100 * self.moved_largest_m
+        fraction = 100 * self.moved_share_over_1_cm
+        filmed = self.people + self.left_out
         spread = f" (standard deviation {self.radius_sd_m:.3g} m)" if self.radius_sd_m else ""
         before, after = self.density_before_decile_per_m2, self.density_after_decile_per_m2
         density = "The local densities are missing: their Voronoi cells could not be computed. "
@@ -193,14 +193,14 @@ class Reconciliation(Schema):
                 f"{before:.1f} to {after:.1f} people per m². "
             )
         return (
-            f"Heads are not bodies. {self.file}, frame {self.frame}, has the heads of {heads} "
+            f"Heads are not bodies. {self.file}, frame {self.frame}, has the heads of {filmed} "
             f"people. {self.left_out} outside the walls were left out. The other {self.people} became "
             f"disks of radius {self.radius_m:.4g} m{spread} round the heads. These overlapped each other "
             f"{self.overlaps_before} times, by up to {overlap:.1f} cm (mean {mean:.1f} cm), and walls "
             f"{self.wall_overlaps_before} times. They were moved until none overlap, together as "
             "little as possible (least sum of squares, a local "
-            f"minimum). They moved by {moved:.1f} cm in the mean and {most:.1f} cm at most, "
-            f"{share:.0f} % of the people by more than 1 cm. {density}Contacts afterwards: "
+            f"minimum). They moved by {moved:.1f} cm in the mean and {maximum:.1f} cm at most, "
+            f"{fraction:.0f} % of the people by more than 1 cm. {density}Contacts afterwards: "
             f"{self.contacts_after} between people, {self.wall_contacts_after} with walls. Who "
             "touches whom is an outcome of the stated radius and of this rule, not an "
             "observation, and so are the forces computed from it."
@@ -338,8 +338,8 @@ class BodyForce(Schema):
 
     @model_validator(mode="after")
     def _one_way(self) -> BodyForce:
-        given = self.acceleration_m_per_s2, self.slope_deg, self.downhill
-        if [one is None for one in given] not in ([False, True, True], [True, False, False]):
+        inputs = self.acceleration_m_per_s2, self.slope_deg, self.downhill
+        if [one is None for one in inputs] not in ([False, True, True], [True, False, False]):
             raise ValueError("acceleration_m_per_s2, or slope_deg and downhill, are needed")
         if self.downhill is not None and abs(lengths(np.array(self.downhill)) - 1) > 1e-9:
             raise ValueError("downhill must be a unit vector")
@@ -440,15 +440,15 @@ class Room(Schema):
         reach = 2 * float(snapshot.radius.max())
         reach += self.contact.arms.reach if self.contact.arms else 0.0
         if not high - low > 2 * reach:
-            said = "two diameters" + (" and reaches of arms" if self.contact.arms else "")
+            message = "two diameters" + (" and reaches of arms" if self.contact.arms else "")
             raise ValueError(
-                f"period_x_m: {high - low:g} m. More than {said}, {2 * reach:g} m, is needed"
+                f"period_x_m: {high - low:g} m. More than {message}, {2 * reach:g} m, is needed"
             )
         x = snapshot.position[:, 0]
         if (out := (x < low) | (x >= high)).any():
             who = snapshot.ids[np.argmax(out)]
             raise ValueError(f"period_x_m: disk {who} is not in it, from {low:g} to {high:g} m")
-        if snapshot.wide is not None:
+        if snapshot.compound is not None:
             raise ValueError("period_x_m: only for people of one disk each, without disks.bodies")
         if self.giving():
             raise ValueError(f"period_x_m: wall {self.giving()[0].name} gives. Leave out mass_kg")

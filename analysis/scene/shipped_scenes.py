@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 import shapely
 
-from analysis.scene.anthropometry import Varied, apart, bodies_of
+from analysis.scene.anthropometry import Varied, bodies_of, separated
 from analysis.scene.drive import Stop
 from analysis.scene.fields import Point
 from analysis.scene.floors import walled
@@ -114,12 +114,12 @@ def _leaning(name: str, n: int, seed: int) -> Scene:
     rows, pitch = -(-n // ACROSS), LANE_M / ACROSS
     radius, mass = bodies_of("ANSUR II", n, seed)
     grid = np.stack(np.divmod(np.arange(n), ACROSS), axis=1) * [-pitch, pitch]
-    place = grid + np.array([-0.4, 0.5 * pitch])
-    place += np.random.default_rng([seed, 5]).uniform(-0.02, 0.02, (n, 2))
-    crowd = Snapshot(position=place, radius=(SHOULDERS * radius).round(6), mass=mass)
+    anchor = grid + np.array([-0.4, 0.5 * pitch])
+    anchor += np.random.default_rng([seed, 5]).uniform(-0.02, 0.02, (n, 2))
+    crowd = Snapshot(position=anchor, radius=(SHOULDERS * radius).round(6), mass=mass)
     # rail's people stand as those of the terrace do
     lane, own = (_as_long(read_room(one)[0], -pitch * (rows + 1)) for one in ("terrace", name))
-    position = apart(crowd, lane.wall_segments()).position.round(9)
+    position = separated(crowd, lane.wall_segments()).position.round(9)
     return _again(name, n, dataclasses.replace(crowd, position=position), walls=own.walls)
 
 
@@ -171,10 +171,10 @@ def _two_way(name: str, n: int, seed: int) -> Scene:
     columns, rows = int(LONG_M / APART_M), int(BROAD_M / APART_M)
     if n > columns * rows:
         raise SceneError(f"--disks {n}: two_way has room for {columns * rows}")
-    place = rng.permutation(np.stack(np.divmod(np.arange(columns * rows), rows), axis=1))[:n]
-    place = APART_M * (place + 0.5) + rng.uniform(-0.03, 0.03, (n, 2))
+    index = rng.permutation(np.stack(np.divmod(np.arange(columns * rows), rows), axis=1))[:n]
+    index = APART_M * (index + 0.5) + rng.uniform(-0.03, 0.03, (n, 2))
     radius = (0.2 * rng.uniform(0.9, 1.1, n)).round(9)
-    crowd = Snapshot(position=place.round(9), radius=radius, mass=np.full(n, MASS_KG))
+    crowd = Snapshot(position=index.round(9), radius=radius, mass=np.full(n, MASS_KG))
     made = _again(name, n, crowd)
     assert made.drive is not None
     (back,) = made.drive.goals
@@ -190,13 +190,13 @@ def _shoulders(name: str, n: int, seed: int) -> Scene:
     # nanometres are those of every processor
     away = np.arctan2(*(people.position.T[::-1])) + np.pi / 2
     facing = away + np.random.default_rng([seed, 8]).uniform(-0.5, 0.5, n)
-    share, place = np.array(BODY).T
+    fraction, position = np.array(BODY).T
     across = np.column_stack([np.cos(facing), np.sin(facing)])
-    off = people.radius[:, None, None] * place[:, None] * across[:, None]
+    off = people.radius[:, None, None] * position[:, None] * across[:, None]
     crowd = Snapshot(
         position=(people.position[:, None] + off).reshape(-1, 2).round(9),
-        radius=np.outer(people.radius, share).ravel().round(9),
-        mass=np.outer(people.mass, share * share / (share * share).sum()).ravel().round(9),
+        radius=np.outer(people.radius, fraction).ravel().round(9),
+        mass=np.outer(people.mass, fraction * fraction / (fraction * fraction).sum()).ravel().round(9),
     ).joined(np.repeat(np.arange(1, n + 1), 3))
     return _in_room(name, n, crowd)
 
@@ -275,16 +275,16 @@ def variant(scene: Scene, number: int) -> Scene:
         return scene.model_copy(update={"snapshot": crowd})
     random = np.random.default_rng([2, number])
     frames = (scene.snapshot, *scene.other_crowds)
-    given = frames[number % len(frames)]
-    of = given.bodies
-    who = np.arange(len(given)) if of is None else of.number.astype(np.int64)
-    centre = given.position if of is None else of.centre[who]
+    inputs = frames[number % len(frames)]
+    of = inputs.bodies
+    who = np.arange(len(inputs)) if of is None else of.number.astype(np.int64)
+    centre = inputs.position if of is None else of.centre[who]
     count = int(who.max(initial=-1)) + 1
     for _ in range(DRAWS):
         shift = PLACE_M * normal(random, (count, 2))[who]
         size = random.uniform(1 - RADIUS_SHARE, 1 + RADIUS_SHARE, count)
-        place = centre + size[who, None] * (given.position - centre) + shift
-        moved = dataclasses.replace(given, position=place, radius=given.radius * size[who])
+        position = centre + size[who, None] * (inputs.position - centre) + shift
+        moved = dataclasses.replace(inputs, position=position, radius=inputs.radius * size[who])
         if of is not None:
             moved = moved.joined(of.ids[who], inertia=of.inertia * (size * size))
         try:
@@ -297,7 +297,7 @@ def variant(scene: Scene, number: int) -> Scene:
 def _instead(scene: Scene, crowd: Snapshot, origin: str) -> Scene:
     """The scene with another crowd, pushed apart."""
     rest = {"reconciliation": None, "other_frames": None, "other_crowds": ()}
-    crowd = apart(crowd, scene.wall_segments())
+    crowd = separated(crowd, scene.wall_segments())
     made = scene.model_copy(update=rest | {"snapshot": crowd}).rerouted()
     made.check(origin)
     return made
@@ -322,16 +322,16 @@ def how_varied(scene: Scene, crowds: int) -> str:
     """Say in words what so many crowds of a scene differ in."""
     if scene.name in SEEDED and _is_shipped(scene):
         return "the seed of their places and radii"
-    said = (
+    stated = (
         f"places (σ = {100 * PLACE_M:g} cm along each axis) and radii (± {100 * RADIUS_SHARE:g} %)"
     )
     others = scene.other_frames
     if not others or not others.frames[: crowds - 1]:
-        return said
+        return stated
     after = others.after_s[: crowds - 1]
     return (
         f"the frame of the film ({1 + len(after)} frames, from {max(0.0, -min(after)):.2g} s before "
-        f"to {max(0.0, *after):.2g} s after that of the first crowd), {said}"
+        f"to {max(0.0, *after):.2g} s after that of the first crowd), {stated}"
     )
 
 

@@ -47,11 +47,11 @@ def note_unused_keys(room: str | Path, command: str, more: Collection[str] = ())
     Raises SceneError for a file that cannot be read."""
     path, content = file_content(room)
     tables = {name: keys for name, keys in content.items() if isinstance(keys, dict)}
-    said = {f"{name}.{key}" for name, keys in tables.items() for key in keys if keys[key]}
+    stated = {f"{name}.{key}" for name, keys in tables.items() for key in keys if keys[key]}
     unused = {
         *UNUSED[command],
         *more,
-        *(key for key in BESIDE if BESIDE[key] not in {*said, *content}),
+        *(key for key in BESIDE if BESIDE[key] not in {*stated, *content}),
     }
     names: list[str] = []
     for name, keys in tables.items():

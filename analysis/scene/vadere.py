@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from analysis.scene.plans import Floor, Part, longest_shared, polygon_of
+from analysis.scene.plans import Floor, PlanPart, longest_shared, polygon_of
 from analysis.scene.scene import SceneError
 from analysis.scene.waiting import Doorway
 from analysis.support.reading import note_unused
@@ -37,8 +37,8 @@ def of_vadere(file: Path, scenario: dict[str, Any], own_doors: bool) -> Floor:
     Raises SceneError, with doors to give instead, for a target off the outline or where nobody
     leaves, for several in a row, and for what changes who leaves."""
     topography = scenario["topography"]
-    said, bounds = topography["attributes"], topography["attributes"]["bounds"]
-    edge = float(said.get("boundingBoxWidth", 0.5)) if said.get("bounded", True) else 0.0
+    stated, bounds = topography["attributes"], topography["attributes"]["bounds"]
+    edge = float(stated.get("boundingBoxWidth", 0.5)) if stated.get("bounded", True) else 0.0
     x, y = float(bounds["x"]), float(bounds["y"])
     right, top = x + float(bounds["width"]), y + float(bounds["height"])
     obstacles = [_shape("obstacle", one) for one in topography.get("obstacles", ())]
@@ -53,8 +53,8 @@ def of_vadere(file: Path, scenario: dict[str, Any], own_doors: bool) -> Floor:
     targets = {int(one["id"]): one for one in topography.get("targets", ())}
     last = [ids[-1] for ids in goals if ids and ids[-1] in targets]
     shapes = {number: _shape("target", targets[number]) for number in last}
-    near = [_instead(_reached(ground, starts), one) for one in shapes.values()]
-    instead = f"Give {' '.join(dict.fromkeys(near)) or '--door x,y,x,y'}, for example"
+    neighbours = [_instead(_reached(ground, starts), one) for one in shapes.values()]
+    instead = f"Give {' '.join(dict.fromkeys(neighbours)) or '--door x,y,x,y'}, for example"
     if changing := [key for key in CHANGING if topography.get(key)]:
         raise SceneError(f"{changing[0]}: they change where people go. {instead}")
     polygon = _reached(ground.difference(shapely.union_all([*shapes.values()])), starts)
@@ -67,7 +67,7 @@ def of_vadere(file: Path, scenario: dict[str, Any], own_doors: bool) -> Floor:
         absorber = target.get("absorber") or {"enabled": target.get("absorbing", True)}
         if not absorber.get("enabled", True):
             raise SceneError(f"{where}: nobody leaves there (absorber). {instead}")
-        ends = longest_shared(polygon, Part(where=where, shape=shapes[ids[0]]))
+        ends = longest_shared(polygon, PlanPart(where=where, shape=shapes[ids[0]]))
         if ends is None:
             raise SceneError(f"{where}: it does not lie at the outline, as a door does. {instead}")
         doors.append(Doorway(ends=ends, share=_people(source), start=start, spread=True))
@@ -111,13 +111,13 @@ def _instead(floor: shapely.Polygon, target: shapely.Geometry) -> str:
 def _people(source: dict[str, Any]) -> float:
     """How many people a source gives, as far as it says."""
     spawner = source.get("spawner", {})
-    said = (
+    stated = (
         spawner.get("constraintsElementsMax"),
         source.get("maxSpawnNumberTotal"),
         spawner.get("eventElementCount"),
         source.get("spawnNumber"),
     )
-    return next((float(each) for each in said if each is not None and float(each) > 0), 1.0)
+    return next((float(each) for each in stated if each is not None and float(each) > 0), 1.0)
 
 
 def _shape(kind: str, one: dict[str, Any]) -> shapely.Geometry:

@@ -8,7 +8,7 @@ import shapely
 
 from analysis.scene.scene import SceneError
 from nscd import _core
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Floats, Indices, Mask
 from nscd.segments import lengths
 
 # Share of the floor that disks cover where they wait: dense, and still without order.
@@ -63,10 +63,10 @@ def cover_of(radius: Floats, floor: shapely.Geometry) -> float:
 def counts_of(doors: Sequence[Doorway], people: int) -> list[int]:
     """Divide people among doors by their shares, the largest remainders up. Raises SceneError for a
     door that nobody goes to."""
-    shares = np.array([door.share for door in doors], dtype=float)
-    if not (np.isfinite(shares).all() and (shares > 0).all()):
-        raise SceneError(f"door: shares {shares.tolist()}. Numbers above 0 are needed")
-    exact = people * shares / shares.sum()
+    fractions = np.array([door.share for door in doors], dtype=float)
+    if not (np.isfinite(fractions).all() and (fractions > 0).all()):
+        raise SceneError(f"door: shares {fractions.tolist()}. Numbers above 0 are needed")
+    exact = people * fractions / fractions.sum()
     counts = np.floor(exact).astype(int)
     counts[np.argsort(counts - exact, kind="stable")[: people - counts.sum()]] += 1
     if not counts.all():
@@ -79,13 +79,13 @@ def counts_of(doors: Sequence[Doorway], people: int) -> list[int]:
 
 def straight(
     points: shapely.Geometry, door: Ends, floor: shapely.Polygon, barriers: Sequence[Ends]
-) -> Flags:
+) -> Mask:
     """Tell from which points (n,) the shortest way to a door stays on the floor and crosses no
     barrier."""
     way = shapely.shortest_line(points, shapely.LineString(door))
-    wide = floor.buffer(ON_WALL_M)
-    shapely.prepare(wide)
-    found: Flags = shapely.covers(wide, way)
+    widened = floor.buffer(ON_WALL_M)
+    shapely.prepare(widened)
+    found: Mask = shapely.covers(widened, way)
     if barriers:
         ends = np.stack([shapely.get_coordinates(way)[at::2] for at in (0, 1)])
         walls = np.array(barriers, dtype=float).swapaxes(0, 1).copy()
@@ -93,7 +93,7 @@ def straight(
     return found
 
 
-def places(
+def positions_of(
     floor: shapely.Polygon,
     barriers: Sequence[Ends],
     doors: Sequence[Doorway],
@@ -127,11 +127,11 @@ def places(
         areas = [_before(free, doors[0], radius)]
     else:
         areas = _parts(floor, free, barriers, doors, own)
-    place = np.empty((0, 2))
+    position = np.empty((0, 2))
     for area, mine in zip(areas, own, strict=True):
         _check_fit(area, mine)
-        place = _put(area, place, radius, len(mine), random)
-    return place
+        position = _place_people(area, position, radius, len(mine), random)
+    return position
 
 
 def _check_fit(free: shapely.Geometry, radius: Floats) -> None:
@@ -148,12 +148,12 @@ def _before(free: shapely.Geometry, door: Doorway, radius: Floats) -> shapely.Ge
     size = float(np.pi * (radius * radius).sum()) / COVER
     free = free if door.start is None else free.intersection(door.start)
     line = shapely.LineString(door.ends)
-    least, most = 0.0, float(shapely.hausdorff_distance(line, free)) + line.length
+    minimum, maximum = 0.0, float(shapely.hausdorff_distance(line, free)) + line.length
     for _ in range(HALVINGS):
-        middle = 0.5 * (least + most)
+        middle = 0.5 * (minimum + maximum)
         smaller = free.intersection(line.buffer(middle)).area < size
-        least, most = (middle, most) if smaller else (least, middle)
-    return free.intersection(line.buffer(most))
+        minimum, maximum = (middle, maximum) if smaller else (minimum, middle)
+    return free.intersection(line.buffer(maximum))
 
 
 def _parts(
@@ -177,61 +177,61 @@ def _parts(
     points = shapely.points(middles)
     # people are moved apart afterwards, and keep their straight way
     margin = int(np.ceil(max(radius.max() for radius in own) / side))
-    price = np.empty((len(doors), len(points)))
+    cost = np.empty((len(doors), len(points)))
     for row, door in enumerate(doors):
         clear = np.ones(inside.shape, dtype=bool)
         clear[inside] = straight(points, door.ends, floor, barriers)
         clear = binary_erosion(clear, iterations=margin, border_value=1)[inside]
-        price[row] = shapely.distance(points, shapely.LineString(door.ends))
+        cost[row] = shapely.distance(points, shapely.LineString(door.ends))
         if door.start is None:
-            price[row] += np.where(clear, 0.0, 2 * price[row].max())
+            cost[row] += np.where(clear, 0.0, 2 * cost[row].max())
         else:
-            price[row, ~shapely.intersects_xy(door.start, middles)] = np.inf
+            cost[row, ~shapely.intersects_xy(door.start, middles)] = np.inf
     wanted = sizes / (side * side) * min(1.0, len(points) * (side * side) / sizes.sum())
     wanted = np.where(wanted < 20, np.ceil(wanted) + 1, wanted)  # few large ones, cut by walls
-    going = _shared_out(price, wanted.astype(np.int64))
+    going = _shared_out(cost, wanted.astype(np.int64))
     boxes = shapely.box(*(middles - side / 2).T, *(middles + side / 2).T)
     return [free.intersection(shapely.union_all(boxes[going == row])) for row in range(len(doors))]
 
 
-def _shared_out(price: Floats, wanted: Indices) -> Indices:
+def _shared_out(cost: Floats, wanted: Indices) -> Indices:
     """Give each door (d,) so many cells that the sum of prices (d,c) is least; −1 for the others.
 
     An auction: door after door offers what buys its number of cells, until no offer changes."""
-    wanted = np.minimum(wanted, np.isfinite(price).sum(1) - 1)
-    offer = np.zeros(len(price))
+    wanted = np.minimum(wanted, np.isfinite(cost).sum(1) - 1)
+    discount = np.zeros(len(cost))
     for _ in range(ROUNDS):
-        before = offer.copy()
+        before = discount.copy()
         for row, number in enumerate(wanted):
-            others = np.delete(price - offer[:, None], row, axis=0).min(0, initial=0.0)
-            offer[row] = np.partition(price[row] - others, number)[number]
-        if np.allclose(offer, before, rtol=1e-6, atol=0.0):
+            others = np.delete(cost - discount[:, None], row, axis=0).min(0, initial=0.0)
+            discount[row] = np.partition(cost[row] - others, number)[number]
+        if np.allclose(discount, before, rtol=1e-6, atol=0.0):
             break
-    best = (price - offer[:, None]).argmin(0)
-    going = np.where((price - offer[:, None]).min(0) < 0, best, -1)
+    best = (cost - discount[:, None]).argmin(0)
+    going = np.where((cost - discount[:, None]).min(0) < 0, best, -1)
     # cells of one price are bought together or not at all: what a door lacks it takes of the free
     for row, number in enumerate(wanted):
-        order = np.argsort(price[row], kind="stable")
-        free = order[(going[order] < 0) & np.isfinite(price[row, order])]
+        order = np.argsort(cost[row], kind="stable")
+        free = order[(going[order] < 0) & np.isfinite(cost[row, order])]
         going[free[: max(0, number - (going == row).sum())]] = row
     return going
 
 
-def _put(
+def _place_people(
     area: shapely.Geometry, before: Floats, radius: Floats, count: int, random: np.random.Generator
 ) -> Floats:
     """Places of `count` more people than those before, within an area."""
     start, end = len(before), len(before) + count
-    place = np.concatenate([before, np.empty((count, 2))])
-    share = np.sqrt(PUT_COVER / max(COVER, cover_of(radius[start:end], area)))
+    position = np.concatenate([before, np.empty((count, 2))])
+    fraction = np.sqrt(PUT_COVER / max(COVER, cover_of(radius[start:end], area)))
     shapely.prepare(area)
     for person in range(start, end):
-        apart_from = share * (radius[:person] + radius[person])
+        apart_from = fraction * (radius[:person] + radius[person])
         for _ in range(TRIES):
-            place[person] = random.uniform(area.bounds[:2], area.bounds[2:])
-            near = lengths(place[:person] - place[person]) < apart_from
-            if not near.any() and shapely.contains_xy(area, *place[person]):
+            position[person] = random.uniform(area.bounds[:2], area.bounds[2:])
+            near = lengths(position[:person] - position[person]) < apart_from
+            if not near.any() and shapely.contains_xy(area, *position[person]):
                 break
         else:
             raise SceneError(f"people: no place is left for person {person + 1} of {len(radius)}")
-    return place
+    return position

@@ -11,7 +11,7 @@ import numpy as np
 import shapely
 
 from nscd import Walls, _core
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Floats, Indices, Mask
 from nscd.segments import dots, lengths
 
 # m, side of a cell where the floor has no more than MOST_CELLS of them.
@@ -63,7 +63,7 @@ class Way:
         column, row = (np.where(inside, each, 0).astype(np.int64) for each in (column, row))
         return np.where(inside, table[door, row, column], 0.0)
 
-    def corner(self, position: Floats, door: int) -> tuple[Flags, Floats]:
+    def corner(self, position: Floats, door: int) -> tuple[Mask, Floats]:
         """Tell who (n,) at (n,2) m goes to a corner first, and where it is, (n,2) m."""
         found = np.maximum(self.at(position, door, self.next), 0).astype(np.int64)
         return found > 0, self.corners[found]
@@ -157,8 +157,8 @@ def _with_shut_gaps(walls: Walls, width: float) -> Walls:
     """Walls, and one across each gap between two of them that is narrower than a width (m)."""
     lines = shapely.linestrings(np.stack([walls.start, walls.end], axis=1))
     one, two = np.triu_indices(len(lines), 1)
-    apart = shapely.distance(lines[one], lines[two])
-    narrow = (apart > MEET_M) & (apart < width * (1 - 1e-9))
+    distance = shapely.distance(lines[one], lines[two])
+    narrow = (distance > MEET_M) & (distance < width * (1 - 1e-9))
     gaps = shapely.shortest_line(lines[one[narrow]], lines[two[narrow]])
     ends = shapely.get_coordinates(gaps).reshape(-1, 2, 2)
     start, end = (
@@ -177,13 +177,13 @@ class _Search:
         self.radius, self.cell = radius, cell
         (first, last), self.outward = doors[number, :2], doors[number, 2]
         # a person does not fit nearer to the posts
-        share = min(0.5, reach / float(lengths(last - first)))
-        self.door = first + share * (last - first), last + share * (first - last)
+        fraction = min(0.5, reach / float(lengths(last - first)))
+        self.door = first + fraction * (last - first), last + fraction * (first - last)
 
-    def sight(self, start: Floats, end: Floats, most: float, *, through: bool = False) -> Floats:
-        """How far (n,) m walls are from the lines start → end (n,2) m, at most `most`; 0 where a
+    def sight(self, start: Floats, end: Floats, maximum: float, *, through: bool = False) -> Floats:
+        """How far (n,) m walls are from the lines start → end (n,2) m, at most `maximum`; 0 where a
         wall or a door is between, but for the own door where people go through it."""
-        clear = _core.clear_of(start, end, self.walls.start, self.walls.end, most)
+        clear = _core.clear_of(start, end, self.walls.start, self.walls.end, maximum)
         # several may go to one door
         others = (self.doors != self.doors[self.number]).any((1, 2))
         doors = self.doors[others] if through else self.doors
@@ -193,15 +193,15 @@ class _Search:
         return clear
 
     def to_door(
-        self, start: Floats, most: float, beyond: float = 0.0
+        self, start: Floats, maximum: float, beyond: float = 0.0
     ) -> tuple[Floats, Floats, Floats]:
         """How far (n,) m the door is from (n,2) m, and walls from the line to it, 0 from `beyond`
         (m) past it; and its nearest point (n,2) m."""
         a, b = self.door
         along = b - a
-        share = np.clip(dots(start - a, along) / max(float(dots(along, along)), 1e-300), 0.0, 1.0)
-        nearest = a + share[:, None] * along
-        clear = self.sight(start, nearest, most, through=True)
+        fraction = np.clip(dots(start - a, along) / max(float(dots(along, along)), 1e-300), 0.0, 1.0)
+        nearest = a + fraction[:, None] * along
+        clear = self.sight(start, nearest, maximum, through=True)
         clear[dots(start - self.doors[self.number, 0], self.outward) >= beyond] = 0.0
         return lengths(nearest - start), clear, nearest
 
@@ -222,9 +222,9 @@ class _Search:
     def _dijkstra(self, corners: Floats) -> Floats:
         """The length (k,) m of the way from each corner to the door; infinite without a way."""
         # a side of the ring is a little nearer to the end of the wall than its corners
-        wide = 0.98 * self.radius
-        away, clear, self.onward[1:] = self.to_door(corners, wide)
-        length = np.where(clear >= wide, away, np.inf)
+        width = 0.98 * self.radius
+        away, clear, self.onward[1:] = self.to_door(corners, width)
+        length = np.where(clear >= width, away, np.inf)
         left = np.ones(len(corners), dtype=bool)
         while np.isfinite(ahead := np.where(left, length, np.inf)).any():
             now = int(np.argmin(ahead))
@@ -232,8 +232,8 @@ class _Search:
             longer = length[now] + lengths(corners - corners[now])
             tried = np.flatnonzero(left & (longer < length))
             here = np.broadcast_to(corners[now], (len(tried), 2)).copy()
-            seen = tried[self.sight(here, corners[tried], wide) >= wide]
-            length[seen], self.onward[seen + 1] = longer[seen], corners[now]
+            observed = tried[self.sight(here, corners[tried], width) >= width]
+            length[observed], self.onward[observed + 1] = longer[observed], corners[now]
         return length
 
     def _cells(self) -> Indices:
@@ -241,12 +241,12 @@ class _Search:
         code = np.full(len(self.middles), -1)
         best = np.full(len(self.middles), np.inf)
         steps = np.array([i * self.columns + j for i in (-1, 0, 1) for j in (-1, 0, 1)])
-        known = np.flatnonzero(np.isfinite(self.length))
+        finite = np.flatnonzero(np.isfinite(self.length))
         along = np.linspace(*self.door, int(np.ptp(self.door, axis=0).max() / self.cell) + 2)
-        seeds = np.concatenate([self.corners[known], along - 0.5 * self.cell * self.outward])
+        seeds = np.concatenate([self.corners[finite], along - 0.5 * self.cell * self.outward])
         row = np.floor((seeds - self.middles[0]) / self.cell + 0.5).astype(np.int64)
         cell = row[:, 1] * self.columns + row[:, 0]
-        tried = np.concatenate([known, np.zeros(len(along), dtype=np.int64)])
+        tried = np.concatenate([finite, np.zeros(len(along), dtype=np.int64)])
         while len(cell):
             cell, tried = (cell[:, None] + steps).ravel(), np.repeat(tried, len(steps))
             within = (cell >= 0) & (cell < len(code))
@@ -272,25 +272,25 @@ class _Search:
 
     def _cost(self, cell: Indices, tried: Indices) -> Floats:
         """The same length with what is added near walls; infinite where a wall is between."""
-        most = self.radius + self.cell / np.sqrt(2)
-        place, away, clear = self.middles[cell], self._over(cell, tried), np.zeros(len(cell))
+        maximum = self.radius + self.cell / np.sqrt(2)
+        position, away, clear = self.middles[cell], self._over(cell, tried), np.zeros(len(cell))
         door, rest = np.flatnonzero(tried == 0), np.flatnonzero(tried > 0)
         # a cell on the line of the door has people before it
-        away[door], clear[door], _ = self.to_door(place[door], most, self.cell)
+        away[door], clear[door], _ = self.to_door(position[door], maximum, self.cell)
         to, onward = self.corners[tried[rest]], self.onward[tried[rest]]
-        clear[rest] = self.sight(place[rest], to, most)
+        clear[rest] = self.sight(position[rest], to, maximum)
         # nobody turns back to a corner who is past it and sees the next one
-        past = np.flatnonzero(dots(place[rest] - to, onward - to) > 0)
+        past = np.flatnonzero(dots(position[rest] - to, onward - to) > 0)
         free = self.radius - self.cell / np.sqrt(2)
-        seen = self.sight(place[rest[past]], onward[past], free, through=True) >= free
-        clear[rest[past[seen]]] = 0.0
+        observed = self.sight(position[rest[past]], onward[past], free, through=True) >= free
+        clear[rest[past[observed]]] = 0.0
         # nor comes back through the door
         start, end = self.door
-        beyond, then = (dots(each - start, self.outward) for each in (place[rest], to))
+        beyond, then = (dots(each - start, self.outward) for each in (position[rest], to))
         back = np.flatnonzero((beyond > 0) & (then <= MEET_M))
-        share = (beyond[back] / (beyond[back] - then[back]))[:, None]
-        met = place[rest[back]] + share * (to - place[rest])[back]
+        fraction = (beyond[back] / (beyond[back] - then[back]))[:, None]
+        met = position[rest[back]] + fraction * (to - position[rest])[back]
         through = lengths(met - start) + lengths(met - end) < lengths(end - start) + MEET_M
         clear[rest[back[through]]] = 0.0
-        cost: Floats = np.where(clear > 0, away + AVOIDS * (most - clear), np.inf)
+        cost: Floats = np.where(clear > 0, away + AVOIDS * (maximum - clear), np.inf)
         return cost

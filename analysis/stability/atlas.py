@@ -45,25 +45,25 @@ def build(
     nothing changed. Raises what `workers` does."""
     base = runs.absolute() / "stability"
     rows = [(case, row) for case in cases for row in case.rows.values]
-    places = [(case, column, row) for case, row in rows for column in case.columns.values]
+    positions = [(case, column, row) for case, row in rows for column in case.columns.values]
     halvings = QUICK_HALVINGS if quick else HALVINGS
     with workers(processes, scheduler) as pool:
-        tasks = [Task(call=attempt, arguments=(*place, base), work=1.0) for place in places]
+        tasks = [Task(call=attempt, arguments=(*position, base), work=1.0) for position in positions]
         tried = do_all(tasks, pool, "cells of the atlas", progress)
         cells: dict[str, Cells] = {case.name: {} for case in cases}
-        for (case, column, row), cell in zip(places, tried, strict=True):
+        for (case, column, row), cell in zip(positions, tried, strict=True):
             cells[case.name][column, row] = cell
         edges = [
             Task(call=boundary, arguments=(case, row, cells[case.name], base, halvings), work=1.0)
             for case, row in rows
         ]
         found = do_all(edges, pool, "boundaries of the atlas", progress)
-    known = [(case, edge) for (case, _), edge in zip(rows, found, strict=True) if edge is not None]
+    finite = [(case, edge) for (case, _), edge in zip(rows, found, strict=True) if edge is not None]
     return [
         Map(
             case=case,
             cells=cells[case.name],
-            boundaries=tuple(edge for of, edge in known if of is case),
+            boundaries=tuple(edge for of, edge in finite if of is case),
         )
         for case in cases
     ]

@@ -117,7 +117,7 @@ def case(
     rows: tuple[Any, ...],
     fails_as: tuple[Outcome, ...],
     *,
-    whole: bool = False,
+    complete: bool = False,
     **fields: Any,
 ) -> Callable[[Attempt], Attempt]:
     """Declare the decorated attempt as a case of its name, kept in CASES.
@@ -127,7 +127,7 @@ def case(
 
     def declare(attempt: Attempt) -> Attempt:
         name = attempt.__name__
-        across, down = Axis(columns[0], columns[1:], whole=whole), Axis(rows[0], rows[1:])
+        across, down = Axis(columns[0], columns[1:], whole=complete), Axis(rows[0], rows[1:])
         made = {"columns": across, "rows": down, "fails_as": fails_as, **fields}
         CASES[name] = Case(name=name, attempt=attempt, **made)
         return attempt

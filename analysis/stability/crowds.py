@@ -31,10 +31,10 @@ def disks(
 ) -> Snapshot:
     """Make disks of RADIUS_M at position (n,2) m with velocity (n,2) m/s and mass (n,) kg, or one
     velocity and mass for all."""
-    places = np.asarray(position, dtype=np.float64)
-    n = len(places)
+    positions = np.asarray(position, dtype=np.float64)
+    n = len(positions)
     return Snapshot(
-        position=places,
+        position=positions,
         velocity=np.broadcast_to(np.asarray(velocity, dtype=np.float64), (n, 2)),
         radius=np.full(n, RADIUS_M),
         mass=np.broadcast_to(np.asarray(mass, dtype=np.float64), (n,)),
@@ -167,7 +167,7 @@ def at_rest(scene: Scene) -> Scene:
     raise ValueError("position: the packing has no state of rest near the one given")
 
 
-def kicked(scene: Scene, share: float, seed: int = 1) -> Scene:
+def kicked(scene: Scene, fraction: float, seed: int = 1) -> Scene:
     """Give the scene random velocities CᵀCξ (ξ normal, the same for a seed) of kinetic energy share
     · elastic energy: they work on contacts only, so that a pressed line does not buckle."""
     contacts = find_contacts(scene.snapshot, scene.wall_segments(), tolerance=0.0)
@@ -176,7 +176,7 @@ def kicked(scene: Scene, share: float, seed: int = 1) -> Scene:
     random = np.random.default_rng(seed).normal(size=2 * len(scene.snapshot))
     velocity = (closing.T @ (closing @ random)).reshape(-1, 2)
     kinetic = 0.5 * float(scene.snapshot.mass @ (velocity**2).sum(1))
-    velocity *= np.sqrt(share * elastic / kinetic)
+    velocity *= np.sqrt(fraction * elastic / kinetic)
     moving = dataclasses.replace(scene.snapshot, velocity=velocity)
     return scene.model_copy(update={"snapshot": moving})
 
@@ -200,8 +200,8 @@ def critical_time_step(scene: Scene) -> float:
     def largest(matrix: csr_array) -> float:
         if matrix.shape[0] < 3:
             return float(np.linalg.eigvalsh(matrix.toarray())[-1])
-        most = eigsh(matrix.tocsc(), k=1, which="LA", tol=1e-12, return_eigenvectors=False)
-        return float(most[0])
+        maximum = eigsh(matrix.tocsc(), k=1, which="LA", tol=1e-12, return_eigenvectors=False)
+        return float(maximum[0])
 
     undamped = 2 / np.sqrt(largest(stiffness))
     if not dashpot.any():

@@ -39,23 +39,23 @@ def draw_overview(maps: Sequence[Map], *, narrow: bool = False) -> Figure:
     """Draw how the attempts of each case ended, and (not narrow) its boundaries over theory."""
     size = (drawing.NARROW_IN if narrow else 7.2, 1.1 + (0.24 if narrow else 0.3) * len(maps))
     figure, every = drawing.panels(*size, 1, 1 if narrow else 2, sharey=True)
-    places, done = range(len(maps)), np.zeros(len(maps))
+    positions, done = range(len(maps)), np.zeros(len(maps))
     for outcome, (colour, letter, hatch) in LOOKS.items():
         ended = [sum(cell.outcome is outcome for cell in one.cells.values()) for one in maps]
         if any(ended):
-            share = 100 * np.array(ended) / [len(one.cells) for one in maps]
-            look = {"color": colour, "hatch": hatch, "ec": drawing.DARK_GREY, "lw": 0.6}
-            every[0].barh(places, share, left=done, label=f"{letter}  {outcome}", **look)
-            done += share
+            fraction = 100 * np.array(ended) / [len(one.cells) for one in maps]
+            style = {"color": colour, "hatch": hatch, "ec": drawing.DARK_GREY, "lw": 0.6}
+            every[0].barh(positions, fraction, left=done, label=f"{letter}  {outcome}", **style)
+            done += fraction
     titles = [textwrap.fill(words_of(one.case)["title"], 26) for one in maps]
-    every[0].set_yticks(places, titles, fontsize=7 if narrow else 9)
+    every[0].set_yticks(positions, titles, fontsize=7 if narrow else 9)
     drawing.label(every[0], "attempts (%)", xlim=(0, 100))
     every[0].invert_yaxis()
     for axes in every[1:]:
         axes.axvline(1.0, color=drawing.BLACK, lw=1)
-        for place, one in enumerate(maps):
+        for index, one in enumerate(maps):
             edges = [edge for edge in one.boundaries if np.isfinite(edge.theory)]
-            for edge, y in zip(edges, place + np.linspace(-0.25, 0.25, len(edges)), strict=True):
+            for edge, y in zip(edges, index + np.linspace(-0.25, 0.25, len(edges)), strict=True):
                 ends = [edge.low / edge.theory, edge.high / edge.theory]
                 axes.plot(ends, [y] * 2, color=drawing.BLACK)
                 at = [edge.measured / edge.theory]
@@ -70,11 +70,11 @@ def draw_map(made: Map, *, narrow: bool = False) -> Figure:
     not."""
     case = made.case
     columns, rows = case.columns.values, case.rows.values
-    wide = 0.34 if narrow else 0.78 if len(columns) <= 10 else 0.62
+    bar_width = 0.34 if narrow else 0.78 if len(columns) <= 10 else 0.62
     longest = max(5 if isinstance(row, float) else len(str(row)) for row in rows)
-    width = 1.9 + (0.06 if narrow else 0.11) * longest + wide * len(columns)
-    least = drawing.NARROW_IN if narrow else 6.0
-    figure, (axes,) = drawing.panels(max(width, least), 1.8 + 0.46 * len(rows))
+    width = 1.9 + (0.06 if narrow else 0.11) * longest + bar_width * len(columns)
+    minimum = drawing.NARROW_IN if narrow else 6.0
+    figure, (axes,) = drawing.panels(max(width, minimum), 1.8 + 0.46 * len(rows))
     _draw_cells(axes, made)
     compared = _draw_boundaries(axes, made)
     limits: dict[str, Any] = {"xlim": (-0.5, len(columns) - 0.5), "ylim": (len(rows) - 0.5, -0.5)}
@@ -89,8 +89,8 @@ def draw_map(made: Map, *, narrow: bool = False) -> Figure:
     axes.tick_params(length=0, labelsize=8 if narrow else None)
     if narrow and len(columns) > 6:
         axes.tick_params(axis="x", rotation=90)
-    names, look = _handles(made, compared), {"ncols": 2 if narrow else 3, "fontsize": 8}
-    figure.legend(handles=names, loc="outside lower center", frameon=False, **look)
+    names, style = _handles(made, compared), {"ncols": 2 if narrow else 3, "fontsize": 8}
+    figure.legend(handles=names, loc="outside lower center", frameon=False, **style)
     return figure
 
 
@@ -114,14 +114,14 @@ def _draw_boundaries(axes: Axes, made: Map) -> bool:
     compared = False
     for edge in made.boundaries:
         y = made.case.rows.values.index(edge.row)
-        place = _place(made.case.columns, edge.theory)
-        if place is None:
+        position = _index_of(made.case.columns, edge.theory)
+        if position is None:
             continue
         compared = True
         axes.plot(
-            [place] * 2, [y - 0.5, y + 0.5], color=drawing.BLACK, lw=2.5, solid_capstyle="butt"
+            [position] * 2, [y - 0.5, y + 0.5], color=drawing.BLACK, lw=2.5, solid_capstyle="butt"
         )
-        if (middle := _place(made.case.columns, edge.measured)) is not None:
+        if (middle := _index_of(made.case.columns, edge.measured)) is not None:
             axes.plot([middle], [y - 0.34], marker="D", color=drawing.BLACK, mfc="white", ms=6)
     return compared
 
@@ -149,7 +149,7 @@ def tick(value: Row) -> str:
     return significant(value, 4) if isinstance(value, float) else str(value)
 
 
-def _place(axis: Axis, value: float) -> float | None:
+def _index_of(axis: Axis, value: float) -> float | None:
     """Where a value is among the columns (0 the middle of the first), logarithmic between positive
     neighbours; None beyond them."""
     known = np.array([v for v in axis.values if not isinstance(v, str)], dtype=float)
@@ -176,13 +176,13 @@ def write_atlas(
     command, quick, wall_seconds: how the maps were made, and how long that took (s)."""
     words = Words(__package__)
     sections, about = [_section(words, made) for made in maps], _counts(maps)
-    wide, narrow = (draw_overview(maps, narrow=one) for one in (False, True))
+    width, narrow = (draw_overview(maps, narrow=one) for one in (False, True))
     first = Section(
         number="result",
         title=words.text("result"),
         introduction=[words.text("lead", **about)],
         words=words.items("found", **about),
-        pictures=[words.picture("overview", wide, narrow)],
+        pictures=[words.picture("overview", width, narrow)],
     )
     write_rows(folder / "cells.csv", CELL_COLUMNS, _cell_rows(maps))
     write_rows(folder / "boundaries.csv", BOUNDARY_COLUMNS, _boundary_rows(maps))
@@ -258,9 +258,9 @@ def _silent(made: Map) -> int:
 def _cell_rows(maps: Sequence[Map]) -> Iterator[tuple[object, ...]]:
     for made in maps:
         for (column, row), cell in made.cells.items():
-            told = (str(cell.outcome), cell.said, cell.guard, cell.reason)
+            cells = (str(cell.outcome), cell.said, cell.guard, cell.reason)
             for name, value in zip(made.case.quantities, cell.numbers, strict=True):
-                yield made.case.name, row, column, *told, name, repr(value)
+                yield made.case.name, row, column, *cells, name, repr(value)
 
 
 def _boundary_rows(maps: Sequence[Map]) -> Iterator[tuple[object, ...]]:
@@ -336,17 +336,17 @@ def _attempts(words: Words, made: Map) -> Table:
     for (column, row), cell in made.cells.items():
         stable = cell.outcome is Outcome.STABLE
         ended = str(cell.outcome) if stable else f"**{cell.outcome}**"
-        said = f"**{cell.said}**" if cell.silent else cell.said
-        told = [tick(row), tick(column), ended, said, *([cell.guard] if guarded else [])]
-        rows.append([*told, cell.reason, *(number(value, 4) for value in cell.numbers)])
-    heads = {"row": case.rows.label, "column": case.columns.label, "quantities": case.quantities}
-    return words.table("attempts", rows, guarded=guarded, **heads)
+        message = f"**{cell.said}**" if cell.silent else cell.said
+        cells = [tick(row), tick(column), ended, message, *([cell.guard] if guarded else [])]
+        rows.append([*cells, cell.reason, *(number(value, 4) for value in cell.numbers)])
+    headers = {"row": case.rows.label, "column": case.columns.label, "quantities": case.quantities}
+    return words.table("attempts", rows, guarded=guarded, **headers)
 
 
 def _edge(edge: Boundary) -> dict[str, str]:
     """A boundary as the page shows it: no more digits than its bracket has."""
-    told = {name: number(getattr(edge, name), 4) for name in ("low", "high", "measured", "theory")}
+    cells = {name: number(getattr(edge, name), 4) for name in ("low", "high", "measured", "theory")}
     difference = NONE
     if edge.theory == edge.theory:
         difference = f"{percent(edge.difference)} ± {percent(edge.half_width)}"
-    return {"row": tick(edge.row), **told, "difference": difference}
+    return {"row": tick(edge.row), **cells, "difference": difference}

@@ -17,7 +17,7 @@ from analysis.engines.penalty import penalty_of
 from analysis.engines.process import SCREEN, run_command
 from analysis.scene.scene import Scene
 from analysis.stability.case import ENGINE_QUANTITIES, Cell, Outcome
-from analysis.support.cache import keep, kept
+from analysis.support.cache import cached, store
 from analysis.support.files import write_text
 from nscd import Percussions, Snapshot, Status, find_contacts
 from nscd.arrays import Floats
@@ -26,7 +26,7 @@ LONGEST_S = 60.0
 LAST_WORDS = 400
 FILE = "trial.json"
 DECKS, GUARDED = "input", "guarded"
-ENGINES = tuple(known.NAME for known in KNOWN)
+ENGINES = tuple(each.NAME for each in KNOWN)
 # A change to a copy of the engine's own input: in this file, a text (there exactly once) becomes
 # another.
 Edit = tuple[str, str, str]
@@ -62,7 +62,7 @@ def try_engine(scene: Scene, engine: str, folder: Path, *edits: Edit) -> Trial:
     changes = [{"file": file, "old": old, "new": new} for file, old, new in edits]
     depends = [scene.digest(), installed(engine), chosen.deck_digest(), *changes]
     digest = hashlib.sha256(json.dumps(depends).encode()).hexdigest()
-    if found := kept(folder / FILE, digest):
+    if found := cached(folder / FILE, digest):
         return Trial(**{**found, "folder": folder, "reused": True})
     if folder.exists():
         shutil.rmtree(folder)
@@ -77,18 +77,18 @@ def try_engine(scene: Scene, engine: str, folder: Path, *edits: Edit) -> Trial:
     penalty = penalty_of(scene)
     command = chosen.command(folder, penalty.time_step, decks=DECKS, guard=False)
     ended = run_command(command, folder, longest_s=LONGEST_S)
-    said = (folder / SCREEN).read_text(encoding="utf-8", errors="replace")
+    output = (folder / SCREEN).read_text(encoding="utf-8", errors="replace")
     trial = Trial(
         folder=folder,
         engine=engine,
         status=_words(ended.status),
-        last_words=said[-LAST_WORDS:].strip(),
+        last_words=output[-LAST_WORDS:].strip(),
         time_step_s=penalty.time_step,
         steps=penalty.steps,
         seconds=ended.wall_seconds,
         reused=False,
     )
-    keep(folder / FILE, digest, {**asdict(trial), "folder": None})
+    store(folder / FILE, digest, {**asdict(trial), "folder": None})
     return trial
 
 
@@ -96,8 +96,8 @@ def guard_says(trial: Trial) -> str:
     """Return what the guard of the product's own runs makes of the same run: the kind of its
     verdict (energy, overlap, …), the engine's own end, or "nothing" where the run goes through;
     kept beside the trial."""
-    said = trial.folder / "guard.txt"
-    if not said.exists():
+    verdict_file = trial.folder / "guard.txt"
+    if not verdict_file.exists():
         (trial.folder / GUARDED).mkdir(exist_ok=True)
         engine = engine_of(trial.engine)
         command = engine.command(trial.folder, trial.time_step_s, decks=DECKS, out=GUARDED)
@@ -108,8 +108,8 @@ def guard_says(trial: Trial) -> str:
         status = _words(ended.status)
         words = verdict[1] if verdict else ("nothing" if status == "0" else f"status {status}")
         shutil.rmtree(trial.folder / GUARDED)
-        write_text(said, words)
-    return said.read_text(encoding="utf-8")
+        write_text(verdict_file, words)
+    return verdict_file.read_text(encoding="utf-8")
 
 
 def _words(status: int | None) -> str:
@@ -120,7 +120,7 @@ COLUMNS = ("id", "x", "y", "vx", "vy", "omegaz")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Frames:
+class RunFrames:
     """Frames of a trial that can be read (f of them).
 
     energy, kinetic, overlap: (f,) J, ½mu² + Σ½k·overlap² of the linear law, from the positions;
@@ -147,7 +147,7 @@ class Frames:
         return float(np.nanmax(self.energy) / self.energy[0])
 
 
-def run_frames(scene: Scene, engine: str, folder: Path, *edits: Edit) -> Frames:
+def run_frames(scene: Scene, engine: str, folder: Path, *edits: Edit) -> RunFrames:
     """Run a scene as `try_engine` does, and read what bodies.dump holds, as far as it can be read
     and is finite."""
     trial = try_engine(scene, engine, folder, *edits)
@@ -176,7 +176,7 @@ def run_frames(scene: Scene, engine: str, folder: Path, *edits: Edit) -> Frames:
     position, velocity = every[:, :, 1:3], every[:, :, 3:5]
     kinetic = 0.5 * (scene.snapshot.mass @ (velocity**2).sum(2).T)
     pressed = np.array([_pressed(scene, one) for one in position]).reshape(-1, 2)
-    return Frames(
+    return RunFrames(
         trial=trial,
         time=np.array(times),
         position=position,
@@ -230,15 +230,15 @@ SOLVER_QUANTITIES = ("error of u⁺ / |u⁻|", "residual", "iterations")
 Ill = tuple[bool, Outcome, str]
 
 
-def cell(said: str, numbers: tuple[float, ...], well: str, *ills: Ill) -> Cell:
+def cell(message: str, numbers: tuple[float, ...], well: str, *ills: Ill) -> Cell:
     """Make a cell that ended as the first of the ills that holds; stable, for the reason `well`,
     where none does. said, numbers: as in `Cell`."""
     found = ((outcome, why) for holds, outcome, why in ills if holds)
     outcome, reason = next(found, (Outcome.STABLE, well))
-    return Cell(outcome=outcome, reason=reason, said=said, numbers=numbers)
+    return Cell(outcome=outcome, reason=reason, said=message, numbers=numbers)
 
 
-def engine_cell(frames: Frames, well: str, *ills: Ill, numbers: tuple[float, ...] = ()) -> Cell:
+def engine_cell(frames: RunFrames, well: str, *ills: Ill, numbers: tuple[float, ...] = ()) -> Cell:
     """Make a cell of a run: as `cell`, with the ENGINE_QUANTITIES where no numbers are given.
 
     Disks that are lost and a run that ended early override its ills; a momentum that changes counts
@@ -269,7 +269,7 @@ def engine_cell(frames: Frames, well: str, *ills: Ill, numbers: tuple[float, ...
     return replace(found, guard=guard, reused=trial.reused)
 
 
-def undriven_cell(frames: Frames) -> Cell:
+def undriven_cell(frames: RunFrames) -> Cell:
     """Make a cell of a crowd that nothing drives: stable as long as its energy does not grow by
     more than GAIN."""
     gained = f"{frames.gain:.3g} times the energy of the start"
@@ -279,24 +279,24 @@ def undriven_cell(frames: Frames) -> Cell:
     return engine_cell(frames, well, (frames.gain > 1 + GAIN, Outcome.ENERGY_GAIN, gains))
 
 
-def rigid_cell(said: str, well: str, *ills: Ill) -> Cell:
+def rigid_cell(message: str, well: str, *ills: Ill) -> Cell:
     """Make a cell of what runs no engine (the product's own checks, percussions): it has none of
     the ENGINE_QUANTITIES."""
-    return cell(said, (float("nan"),) * len(ENGINE_QUANTITIES), well, *ills)
+    return cell(message, (float("nan"),) * len(ENGINE_QUANTITIES), well, *ills)
 
 
 def solver_cell(
-    answer: Percussions, reference: Floats, scale: float, *ills: Ill, more: tuple[float, ...] = ()
+    solution: Percussions, reference: Floats, scale: float, *ills: Ill, more: tuple[float, ...] = ()
 ) -> Cell:
     """Make a cell with the SOLVER_QUANTITIES and more: not converged where the residual says so,
     inaccurate where u⁺ differs from the reference (n,2) m/s by more than WRONG of `scale`, the
     largest |u⁻| (m/s), then as the ills say."""
-    error = float(np.abs(answer.right_velocity - reference).max()) / (scale or 1.0)
+    error = float(np.abs(solution.right_velocity - reference).max()) / (scale or 1.0)
     return cell(
-        str(answer.status),
-        (error, answer.residual, float(answer.iterations), *more),
+        str(solution.status),
+        (error, solution.residual, float(solution.iterations), *more),
         f"u⁺ is right to {error:.2g}",
-        (answer.status is not Status.SOLVED, Outcome.NOT_CONVERGED, answer.reason),
+        (solution.status is not Status.SOLVED, Outcome.NOT_CONVERGED, solution.reason),
         (not error <= WRONG, Outcome.INACCURATE, f"u⁺ is wrong by {error:.2g}"),
         *ills,
     )

@@ -15,7 +15,7 @@ from analysis.scene.named_crowds import WALK
 from analysis.scene.rooms import Crowd, from_geometry
 from analysis.scene.scene import Scene
 from analysis.scene.waiting import Doorway
-from nscd.arrays import Flags, Floats
+from nscd.arrays import Floats, Mask
 
 # m/s, where a test names no other; frames are 0.1 s apart.
 SPEED = 1.0
@@ -47,7 +47,7 @@ class Track:
     position: Floats
 
     @property
-    def out(self) -> Flags:
+    def out(self) -> Mask:
         """Who (f,n) has passed the line of the own door."""
         drive, ids = self.scene.drive, self.scene.snapshot.ids
         assert drive is not None
@@ -56,7 +56,7 @@ class Track:
             passed[:, mine] = exit_.beyond(self.position[:, mine])
         return passed
 
-    def first(self, there: Flags) -> Floats:
+    def first(self, there: Mask) -> Floats:
         """Tell when (s) flags (f,n) first hold for each person; never is infinite."""
         return np.where(there.any(0), self.time[there.argmax(0)], np.inf)
 
@@ -128,14 +128,14 @@ def _scene(
 ) -> Scene:
     duration = crowd.pop("duration")
     varied = Varied(radius_share=0.1, seed=how.seed)
-    given: dict[str, Any] = {"speed": SPEED, "does": "waiting", "varied": varied}
-    made = from_geometry(name, floor, list(doors), Crowd(people=people, **given | crowd), duration)
+    arguments: dict[str, Any] = {"speed": SPEED, "does": "waiting", "varied": varied}
+    made = from_geometry(name, floor, list(doors), Crowd(people=people, **arguments | crowd), duration)
     keeps = made.drive is not None and made.drive.keeps_distance
     return made.with_drive(time_gap_s=how.time_gap_s, seed=how.seed) if keeps else made
 
 
-def _door(x0: float, y0: float, x1: float, y1: float, start: Any, share: float = 1.0) -> Doorway:
-    return Doorway(ends=((x0, y0), (x1, y1)), start=start, share=share)
+def _door(x0: float, y0: float, x1: float, y1: float, start: Any, fraction: float = 1.0) -> Doorway:
+    return Doorway(ends=((x0, y0), (x1, y1)), start=start, share=fraction)
 
 
 def _walk(how: How, name: str, speed: float) -> Scene:
@@ -192,9 +192,9 @@ def _towards(how: How) -> list[Scene]:
     parts = shapely.box(0, 0, 10, 10), shapely.box(10, 4, 20, 6), shapely.box(20, 0, 30, 10)
     floor, scenes = shapely.union_all(parts), []
     for against in AGAINST:
-        doors = [_door(30, 0, 30, 10, shapely.box(0, 0, 4, 10), share=100.0)]
+        doors = [_door(30, 0, 30, 10, shapely.box(0, 0, 4, 10), fraction=100.0)]
         if against:
-            doors.append(_door(0, 0, 0, 10, shapely.box(26, 0, 30, 10), share=float(against)))
+            doors.append(_door(0, 0, 0, 10, shapely.box(26, 0, 30, 10), fraction=float(against)))
         name, people = f"counterflow_{against}", 100 + against
         scenes.append(_scene(how, name, floor, doors, people, duration=MOST_CROSSING_S))
     return scenes

@@ -78,8 +78,8 @@ def run_tests(
 
     Raises EngineError before anything runs for an engine that is missing or refuses a scene."""
     engine(engine_name)
-    kept = out / "standards" / f"T{time_gap_s:g}"
-    ways = [(How(time_gap_s, seed), kept / f"seed_{seed}") for seed in SEEDS]
+    selected = out / "standards" / f"T{time_gap_s:g}"
+    ways = [(How(time_gap_s, seed), selected / f"seed_{seed}") for seed in SEEDS]
     runs = {
         case.name: [
             [EngineRun.of(one, engine_name, at) for one in case.scenes(how)] for how, at in ways
@@ -115,8 +115,8 @@ def draw(tracks: Sequence[Track]) -> Figure:
     """Draw where the people of each run walked, in the colour of their door, and where they are at
     the end."""
     points = [walls.start for walls in (one.scene.wall_segments() for one in tracks)]
-    wide, high = np.ptp(np.concatenate(points), axis=0)
-    figure, every = panels(7.2, (0.9 + min(6.4 * high / wide, 4.0)) * len(tracks), len(tracks))
+    width, high = np.ptp(np.concatenate(points), axis=0)
+    figure, every = panels(7.2, (0.9 + min(6.4 * high / width, 4.0)) * len(tracks), len(tracks))
     for axes, track in zip(every, tracks, strict=True):
         drive, snapshot = track.scene.drive, track.scene.snapshot
         assert drive is not None

@@ -17,8 +17,8 @@ from analysis.support.files import whole_file
 KEY = "key"
 
 
-def kept(path: Path, key: str) -> dict[str, Any] | None:
-    """Read what `keep` wrote to the file under the same key, without the key; None where there is
+def cached(path: Path, key: str) -> dict[str, Any] | None:
+    """Read what `store` wrote to the file under the same key, without the key; None where there is
     no such thing."""
     try:
         if path.suffix == ".npz":
@@ -31,7 +31,7 @@ def kept(path: Path, key: str) -> dict[str, Any] | None:
         return None
 
 
-def keep(path: Path, key: str, content: Mapping[str, Any]) -> None:
+def store(path: Path, key: str, content: Mapping[str, Any]) -> None:
     """Write the content, of names other than `key`, to the file, whole or not at all."""
     with whole_file(path, "wb" if path.suffix == ".npz" else "w") as file:
         if path.suffix == ".npz":

@@ -66,10 +66,10 @@ def load(library: str) -> Any:
     try:
         return importlib.import_module(library)
     except ModuleNotFoundError as error:
-        said = missing_extra(error)
-        if said is None:
+        message = missing_extra(error)
+        if message is None:
             raise
-        raise MissingExtraError(said, name=error.name) from None
+        raise MissingExtraError(message, name=error.name) from None
 
 
 def missing_extra(error: ImportError) -> str | None:

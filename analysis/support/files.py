@@ -29,13 +29,13 @@ def whole_file(path: Path, mode: str = "w") -> Iterator[IO[Any]]:
                 yield file
             return
         # the file itself, where the path is a link to it
-        place = Path(os.path.realpath(path))
-        place.parent.mkdir(parents=True, exist_ok=True)
-        part = place.with_name(f".{place.name}.{os.getpid()}.part")
+        target = Path(os.path.realpath(path))
+        target.parent.mkdir(parents=True, exist_ok=True)
+        part = target.with_name(f".{target.name}.{os.getpid()}.part")
         try:
             with part.open(mode, **words) as file:
                 yield file
-            os.replace(part, place)
+            os.replace(part, target)
         finally:
             part.unlink(missing_ok=True)
     except OSError as error:

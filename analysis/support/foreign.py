@@ -59,14 +59,14 @@ def read_foreign(path: Path, kind: Literal["sqlite", "hdf5"], names: Sequence[st
             raise UnreadableError(
                 f"{path}: {journal.name} lies beside it: who writes it has not finished"
             )
-    seconds, most = LEAST_CPU_S + size / BYTES_PER_S, LEAST_BYTES + PACKED * size
+    seconds, max_bytes = LEAST_CPU_S + size / BYTES_PER_S, LEAST_BYTES + PACKED * size
     request = {
         "kind": kind,
         "path": str(path.absolute()),
         "names": list(names),
         "cpu_s": seconds,
-        "memory_bytes": OWN_BYTES + 4 * most,
-        "most_bytes": most,
+        "memory_bytes": OWN_BYTES + 4 * max_bytes,
+        "most_bytes": max_bytes,
     }
     ended = subprocess.run(
         [sys.executable, "-P", str(CHILD)],
@@ -83,13 +83,13 @@ def read_foreign(path: Path, kind: Literal["sqlite", "hdf5"], names: Sequence[st
         raise UnreadableError(
             f"{path}: damaged: its library crashed, or found no end within {seconds:.0f} s"
         )
-    whole = Node()
+    root = Node()
     with np.load(io.BytesIO(ended.stdout), allow_pickle=False) as arrays:
         for name, number, attributes in json.loads(str(arrays["parts"])):
             values = None if number is None else arrays[str(number)]
             *above, last = name.split("/")
-            place = whole
+            node = root
             for step in above:
-                place = place.below[step]
-            place.below[last] = Node(attributes=attributes, values=values)
-    return whole
+                node = node.below[step]
+            node.below[last] = Node(attributes=attributes, values=values)
+    return root

@@ -37,7 +37,7 @@ class RefusedError(Exception):
     """What cannot be read, and why."""
 
 
-def parts_of_sqlite(path: str, most: int, names: list[str]) -> Iterator[tuple[str, Any, Any]]:
+def parts_of_sqlite(path: str, maximum: int, names: list[str]) -> Iterator[tuple[str, Any, Any]]:
     """Each column of the tables of these names that are there: numbers, or texts."""
     quoted = urllib.parse.quote(os.fsencode(path))
     base = sqlite3.connect(f"file:{quoted}?mode=ro&immutable=1", uri=True)
@@ -61,35 +61,35 @@ def parts_of_sqlite(path: str, most: int, names: list[str]) -> Iterator[tuple[st
                 raise RefusedError(f"{name} has no column {column}")
         yield name, None, {"others": " ".join(sorted(hidden.keys() - columns.keys()))}
         rows = base.execute(f"SELECT {', '.join(columns)} FROM {name}")
-        yield from _columns(name, columns, rows, most)
+        yield from _columns(name, columns, rows, maximum)
 
 
-def _columns(name: str, columns: dict[str, str], rows: Any, most: int) -> Iterator[Any]:
+def _columns(name: str, columns: dict[str, str], rows: Any, maximum: int) -> Iterator[Any]:
     """The columns of rows, each value of its type."""
     values: list[list[Any]] = [[] for _ in columns]
     for number, row in enumerate(rows, start=1):
-        if number * ROW_BYTES > most:
+        if number * ROW_BYTES > maximum:
             raise RefusedError(f"{name} has more rows than the file has room for")
-        for (column, kind), place, value in zip(columns.items(), values, row, strict=True):
-            sound = {"integer": (int,), "number": (int, float), "text": (str,)}.get(kind, (object,))
-            if not isinstance(value, sound):
+        for (column, kind), position, value in zip(columns.items(), values, row, strict=True):
+            valid = {"integer": (int,), "number": (int, float), "text": (str,)}.get(kind, (object,))
+            if not isinstance(value, valid):
                 raise RefusedError(
                     f"{name}, row {number}: {column}: {str(value)[:40]!r} is no {kind}"
                 )
-            place.append(value)
+            position.append(value)
     types = {"integer": np.int64, "number": np.float64}
-    for (column, kind), place in zip(columns.items(), values, strict=True):
+    for (column, kind), position in zip(columns.items(), values, strict=True):
         made = types.get(kind)
-        array = np.array(json.dumps(place, default=str)) if made is None else np.array(place, made)
+        array = np.array(json.dumps(position, default=str)) if made is None else np.array(position, made)
         yield f"{name}/{column}", array, {}
 
 
-def parts_of_hdf5(path: str, most: int, names: list[str]) -> Iterator[tuple[str, Any, Any]]:
+def parts_of_hdf5(path: str, maximum: int, names: list[str]) -> Iterator[tuple[str, Any, Any]]:
     """Each group and dataset at or below these names, and the attributes of each; of the name `.`
     the attributes of the file alone."""
     import h5py
 
-    left = most
+    left = maximum
     with h5py.File(path, "r") as file:
         if "." in names:
             yield ".", None, {key: _plain(value) for key, value in file.attrs.items()}
@@ -101,7 +101,7 @@ def parts_of_hdf5(path: str, most: int, names: list[str]) -> Iterator[tuple[str,
             found = file[name]
             attributes = {key: _plain(value) for key, value in found.attrs.items()}
             if isinstance(found, h5py.Group):
-                if name.count("/") > DEEPEST or len(todo) + len(found) > most // 100:
+                if name.count("/") > DEEPEST or len(todo) + len(found) > maximum // 100:
                     raise RefusedError(f"/{name}: groups without end")
                 todo += [f"{name}/{key}" for key in found]
                 yield name, None, attributes
@@ -128,7 +128,7 @@ def _plain(value: Any) -> Any:
     return value if isinstance(value, str | int | float) else None
 
 
-def answer(request: dict[str, Any]) -> Any:
+def reply(request: dict[str, Any]) -> Any:
     """Read what is asked for, as .npz."""
     arrays: dict[str, Any] = {}
     parts = []
@@ -148,11 +148,11 @@ def main() -> int:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     signal.setitimer(signal.ITIMER_PROF, request["cpu_s"])
     _, hard = resource.getrlimit(resource.RLIMIT_AS)
-    most = request["memory_bytes"]
-    least = most if hard == resource.RLIM_INFINITY else min(most, hard)
-    resource.setrlimit(resource.RLIMIT_AS, (least, hard))
+    maximum = request["memory_bytes"]
+    minimum = maximum if hard == resource.RLIM_INFINITY else min(maximum, hard)
+    resource.setrlimit(resource.RLIMIT_AS, (minimum, hard))
     try:
-        sys.stdout.buffer.write(answer(request))
+        sys.stdout.buffer.write(reply(request))
         return 0
     except MemoryError:
         why = "it needs more memory than a file of its size should"

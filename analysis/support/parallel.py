@@ -75,11 +75,11 @@ def workers(processes: int | None = None, scheduler: str | None = None) -> Itera
 
 def _check_address(scheduler: str, dask: Any) -> None:
     """Raise ValueError for an address that a client would fail at, half opened."""
-    scheme, place = dask.comm.parse_address(scheduler)
+    scheme, position = dask.comm.parse_address(scheduler)
     dask.comm.registry.get_backend(scheme)
     if scheme not in ("tcp", "tls"):
         raise ValueError("tcp:// or tls:// is needed")
-    dask.comm.addressing.parse_host_port(place)
+    dask.comm.addressing.parse_host_port(position)
     secured = dask.Security().get_connection_args("client").get("ssl_context")
     if scheme == "tls" and secured is None:
         raise ValueError("certificates are needed for tls: distributed.comm.tls of Dask's settings")

@@ -124,16 +124,16 @@ def next_line(file: Lines, path: Path, number: int) -> bytes:
     return line
 
 
-def read_text(path: Path, most: int = LARGEST_TEXT) -> str:
-    """The text of a small file. Raises UnreadableError as `open_file` does, for more than `most`
+def read_text(path: Path, maximum: int = LARGEST_TEXT) -> str:
+    """The text of a small file. Raises UnreadableError as `open_file` does, for more than `maximum`
     bytes and for what is not UTF-8."""
     with open_file(path) as file:
         try:
-            content = file.read(most + 1)
+            content = file.read(maximum + 1)
         except DAMAGED as error:
             raise UnreadableError(f"{path}: damaged: {error}") from None
-    if len(content) > most:
-        raise UnreadableError(f"{path}: more than {most >> 20} MB. A text of some kB is expected")
+    if len(content) > maximum:
+        raise UnreadableError(f"{path}: more than {maximum >> 20} MB. A text of some kB is expected")
     try:
         return content.decode("utf-8-sig")  # editors of Windows begin with a mark
     except UnicodeDecodeError as error:
@@ -153,16 +153,16 @@ def parsed_xml(file: Path, text: str) -> ElementTree.Element:
         raise UnreadableError(f"{file}: no XML: {error}") from None
 
 
-def whole_number(word: str, what: str, *, least: int = 1, most: int = LARGEST_WHOLE) -> int:
+def whole_number(word: str, what: str, *, minimum: int = 1, maximum: int = LARGEST_WHOLE) -> int:
     """The whole number that a word is. Raises UnreadableError beginning with `what` otherwise."""
-    if word.isascii() and word.isdigit() and len(word) < 20 and least <= int(word) <= most:
+    if word.isascii() and word.isdigit() and len(word) < 20 and minimum <= int(word) <= maximum:
         return int(word)
-    raise UnreadableError(f"{what}: {word[:40]!r} where a whole number ≥ {least} is needed")
+    raise UnreadableError(f"{what}: {word[:40]!r} where a whole number ≥ {minimum} is needed")
 
 
-def note(path: Path | str, said: str) -> None:
+def note(path: Path | str, message: str) -> None:
     """Say a line about an input."""
-    log.log(NOTE, "%s: %s", path, said)
+    log.log(NOTE, "%s: %s", path, message)
 
 
 def note_unused(path: Path, what: str, names: Iterable[str]) -> None:

@@ -74,8 +74,8 @@ def measure(
         zip(pairs, done["models"], strict=True)
     )
     (rigid,), ((continuum, no_continuum),) = done["rigid"], done["continuum"]
-    answers = [replace(run, model=models[run.law, run.stiffness_N_per_m]) for run in done["runs"]]
-    answers += [answer for solved in done["solved"] for answer in solved]
+    solutions = [replace(run, model=models[run.law, run.stiffness_N_per_m]) for run in done["runs"]]
+    solutions += [solution for solved in done["solved"] for solution in solved]
     judge = windows.Judge(window=window, name=name, rigid=rigid)
     failed = [(law, k, models[law, k].why) for law, k in pairs if models[law, k].own is None]
     return Measured(
@@ -83,7 +83,7 @@ def measure(
         window=window,
         rigid=rigid,
         quantities=tuple(judge.exact),
-        points=tuple(p for answer in (*answers, *continuum) for p in judge.points(answer)),
+        points=tuple(p for solution in (*solutions, *continuum) for p in judge.points(solution)),
         no_continuum=no_continuum,
         warnings=tuple(f"reference {law}, k = {k:.3g} N/m: {why}" for law, k, why in failed),
     )
@@ -102,7 +102,7 @@ def _solutions(
     window: windows.Window, folder: Path, mesh_sides: Sequence[float]
 ) -> dict[str, list[Task]]:
     size = len(window.scene.snapshot)
-    given = (window.scene.snapshot, window.contacts, window.left_velocity, window.law)
+    inputs = (window.scene.snapshot, window.contacts, window.left_velocity, window.law)
     meshed = (window, mesh_sides, folder / "continuum")
     work = 1e6 + 2e4 * size if window.driven and mesh_sides else 0.0
     return {
@@ -110,7 +110,7 @@ def _solutions(
             Task(call=call, arguments=(window,), work=2e5 + 1e3 * size)
             for call in (solve_rigid, solve_rivals)
         ],
-        "rigid": [Task(call=windows.rigid_reference, arguments=given, work=1e5 + size**2)],
+        "rigid": [Task(call=windows.rigid_reference, arguments=inputs, work=1e5 + size**2)],
         "continuum": [Task(call=continuum_ladder, arguments=meshed, work=work)],
     }
 
@@ -168,10 +168,10 @@ def scaling(
     scene of fixed size, or one of the user's."""
     sizes = CROWDS if scene.drive else LINES
     for size in sizes if scene.name in MAKERS else ():
-        place = folder / f"{size}_disks"
-        window = soft.prepare_window(make(scene.name, size), place)
+        path = folder / f"{size}_disks"
+        window = soft.prepare_window(make(scene.name, size), path)
         settings = list(soft.settings_of(window, engines, SIZES))
-        made = measure(window, scene.name, settings, place, executor, progress, SIDES)
+        made = measure(window, scene.name, settings, path, executor, progress, SIDES)
         yield from cheapest(p for p in made.points if p.quantity.startswith("disk_"))
 
 

@@ -23,7 +23,7 @@ APART = 0.05
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class CurveStyle:
     """How a method is drawn: label, colour, marker (a letter, or corners, 1 for a star, turn),
     line, marker size in points."""
 
@@ -39,30 +39,30 @@ class Look:
         return DARK.get(self.colour, self.colour)
 
 
-LOOKS = {
-    "lammps_hooke": Look("LAMMPS, linear", drawing.BLUE, "o", "-"),
-    "lammps_hertz": Look("LAMMPS, Hertz", drawing.ORANGE, "s", "--"),
-    "yade_hooke": Look("YADE, linear", drawing.GREEN, "D", ":"),
-    "rigid_auto": Look("rigid, the product's choice", drawing.BLACK, "^", "-"),
-    "rigid_interior_point": Look("rigid, interior point", drawing.VERMILION, "v", "--"),
-    "rigid_active_set": Look("rigid, active set", drawing.PINK, "<", "-."),
-    "rigid_projected_gradient": Look("rigid, projected gradient", drawing.SKY, ">", ":"),
-    "rigid_gauss_seidel": Look("rigid, Gauss–Seidel", drawing.GREY, "p", "-"),
-    "continuum_deformable": Look("continuum (11), deformable", drawing.YELLOW, (4, 1, 0), "-", 9),
-    "continuum_first_order": Look(
+CURVE_STYLES = {
+    "lammps_hooke": CurveStyle("LAMMPS, linear", drawing.BLUE, "o", "-"),
+    "lammps_hertz": CurveStyle("LAMMPS, Hertz", drawing.ORANGE, "s", "--"),
+    "yade_hooke": CurveStyle("YADE, linear", drawing.GREEN, "D", ":"),
+    "rigid_auto": CurveStyle("rigid, the product's choice", drawing.BLACK, "^", "-"),
+    "rigid_interior_point": CurveStyle("rigid, interior point", drawing.VERMILION, "v", "--"),
+    "rigid_active_set": CurveStyle("rigid, active set", drawing.PINK, "<", "-."),
+    "rigid_projected_gradient": CurveStyle("rigid, projected gradient", drawing.SKY, ">", ":"),
+    "rigid_gauss_seidel": CurveStyle("rigid, Gauss–Seidel", drawing.GREY, "p", "-"),
+    "continuum_deformable": CurveStyle("continuum (11), deformable", drawing.YELLOW, (4, 1, 0), "-", 9),
+    "continuum_first_order": CurveStyle(
         "continuum (20), first order", drawing.YELLOW, (6, 1, 0), "--", 9
     ),
-    "first_order": Look("first-order model", drawing.BLACK, "*", "", 9),
-    "social_force": Look("social force", drawing.VERMILION, "P", "", 9),
-    "loehner_printed": Look("Löhner, as printed", drawing.PINK, "X", "", 9),
-    "loehner_text": Look("Löhner, cases exchanged", drawing.SKY, "h", "", 9),
+    "first_order": CurveStyle("first-order model", drawing.BLACK, "*", "", 9),
+    "social_force": CurveStyle("social force", drawing.VERMILION, "P", "", 9),
+    "loehner_printed": CurveStyle("Löhner, as printed", drawing.PINK, "X", "", 9),
+    "loehner_text": CurveStyle("Löhner, cases exchanged", drawing.SKY, "h", "", 9),
 }
 
 
-def look_of(point: Point) -> Look:
+def style_of(point: Point) -> CurveStyle:
     """Choose how a point's method is drawn; one that is not known here gets a plain look and its
     own name."""
-    return LOOKS.get(point.key, Look(point.key, drawing.GREY, "d", "-"))
+    return CURVE_STYLES.get(point.key, CurveStyle(point.key, drawing.GREY, "d", "-"))
 
 
 # The name of a curve: x and y where it ends, words, colour.
@@ -79,14 +79,14 @@ def label_curves(axes: Axes, labels: Iterable[Label]) -> None:
         drawing.lead(axes, words, (x, y), (1.03, height), colour, **beside)
 
 
-def spread(places: Floats, apart: float) -> Floats:
-    """Move rising places (k,) within 0 and 1 so far that all are `apart`, up first; what would be
+def spread(positions: Floats, difference: float) -> Floats:
+    """Move rising places (k,) within 0 and 1 so far that all are `difference`, up first; what would be
     beyond 1 comes down again."""
-    found = np.clip(places, 0.0, 1.0)
+    found = np.clip(positions, 0.0, 1.0)
     for i in range(1, len(found)):
-        found[i] = max(found[i], found[i - 1] + apart)
+        found[i] = max(found[i], found[i - 1] + difference)
     for i in reversed(range(len(found))):
-        found[i] = min(found[i], 1.0 - apart * (len(found) - 1 - i))
+        found[i] = min(found[i], 1.0 - difference * (len(found) - 1 - i))
     return found
 
 
@@ -149,32 +149,32 @@ def _draw_cost(axes: Axes, points: Sequence[Point], error: Error) -> None:
     beats as a curve with its name."""
     labels = []
     for curve in _by_method([p for p in points if p.cpu_seconds is not None]):
-        look = look_of(curve[0])
-        sound = [p for p in curve if p.status == PointStatus.OK and error(p) is not None]
-        x, y = [_cost(p) for p in sound], [_clipped(error(p)) for p in sound]
-        axes.plot(x, y, ls="none", marker=".", ms=4, color=look.edge, alpha=0.35, zorder=2)
-        best = front(sound, _cost, error)
+        style = style_of(curve[0])
+        valid = [p for p in curve if p.status == PointStatus.OK and error(p) is not None]
+        x, y = [_cost(p) for p in valid], [_clipped(error(p)) for p in valid]
+        axes.plot(x, y, ls="none", marker=".", ms=4, color=style.edge, alpha=0.35, zorder=2)
+        best = front(valid, _cost, error)
         x, y = [_cost(p) for p in best], [_clipped(error(p)) for p in best]
         axes.plot(
-            x, y, ls=look.line or "none", lw=1.2, color=look.edge, marker=look.marker,
-            ms=look.size, mfc=look.colour, mec=look.edge, mew=0.8, zorder=3,
+            x, y, ls=style.line or "none", lw=1.2, color=style.edge, marker=style.marker,
+            ms=style.size, mfc=style.colour, mec=style.edge, mew=0.8, zorder=3,
         )  # fmt: skip
         if best:
-            labels.append((x[-1], y[-1], look.label, look.edge))
+            labels.append((x[-1], y[-1], style.label, style.edge))
         if curve[0].mesh_side_m is not None and error is _numerical:
             # each continuum model has a bar of its own
             bar = [min(p.numerical_bar or 0.0, 0.9 * v) for p, v in zip(best, y, strict=True)]
-            axes.errorbar(x, y, yerr=bar, ls="none", ecolor=look.edge, elinewidth=0.8, capsize=2)
+            axes.errorbar(x, y, yerr=bar, ls="none", ecolor=style.edge, elinewidth=0.8, capsize=2)
         for point in curve:
             if point.status != PointStatus.OK:
                 axes.plot(
                     _cost(point), _clipped(error(point)), marker="x", ms=6, mew=1.2,
-                    color=look.edge, zorder=4, clip_on=False,
+                    color=style.edge, zorder=4, clip_on=False,
                 )  # fmt: skip
     axes.axhline(WHOLE, color=drawing.GREY, lw=0.8, ls="--", zorder=0)
     drawing.label(axes, "CPU time (s)", log="xy")
-    known = [_clipped(value) for p in points if (value := error(p)) is not None]
-    axes.set_ylim(0.3 * min(known, default=1e-6), HIGHEST)
+    finite = [_clipped(value) for p in points if (value := error(p)) is not None]
+    axes.set_ylim(0.3 * min(finite, default=1e-6), HIGHEST)
     label_curves(axes, labels)
     tidy(axes)
 
@@ -195,7 +195,7 @@ def _draw_model(axes: Axes, points: Sequence[Point]) -> None:
     rivals as levels."""
     labels, heights = [], []
     for curve in _by_method(points):
-        look = look_of(curve[0])
+        style = style_of(curve[0])
         known = [p for p in curve if p.method != "rigid" and (p.model_error or 0.0) > LOWEST]
         by_stiffness = {p.stiffness_N_per_m: p for p in known}
         if not by_stiffness:
@@ -203,9 +203,9 @@ def _draw_model(axes: Axes, points: Sequence[Point]) -> None:
         if None in by_stiffness:
             error = by_stiffness[None].model_error or 0.0
             bar = min(by_stiffness[None].model_bar or 0.0, 0.9 * error)
-            axes.axhline(error, color=look.edge, lw=1, ls=DASHES, zorder=1)
-            axes.axhspan(error - bar, error + bar, color=look.colour, alpha=0.15, lw=0)
-            labels.append((error, look))
+            axes.axhline(error, color=style.edge, lw=1, ls=DASHES, zorder=1)
+            axes.axhspan(error - bar, error + bar, color=style.colour, alpha=0.15, lw=0)
+            labels.append((error, style))
             heights.append(error)
             continue
         x = sorted(k for k in by_stiffness if k is not None)
@@ -213,10 +213,10 @@ def _draw_model(axes: Axes, points: Sequence[Point]) -> None:
         bars = [min(by_stiffness[k].model_bar or 0.0, 0.99 * v) for k, v in zip(x, y, strict=True)]
         # YADE and LAMMPS share the linear law: the smaller marker shows that the larger is below
         axes.errorbar(
-            x, y, yerr=bars, ls=look.line, color=look.edge, marker=look.marker,
-            ms=4 if look.marker == "D" else 8, mfc="white", mew=1.2, capsize=3,
+            x, y, yerr=bars, ls=style.line, color=style.edge, marker=style.marker,
+            ms=4 if style.marker == "D" else 8, mfc="white", mew=1.2, capsize=3,
         )  # fmt: skip
-        labels.append((y[-1], look))
+        labels.append((y[-1], style))
         heights += y
     axes.axhline(WHOLE, color=drawing.GREY, lw=0.8, ls="--", zorder=0)
     drawing.label(axes, "contact stiffness k (N/m)", log="xy")
@@ -227,7 +227,7 @@ def _draw_model(axes: Axes, points: Sequence[Point]) -> None:
         low = 10 ** np.floor(np.log10(min(heights)) - 0.3)
         axes.set_ylim(low, max(2.0, 2 * max(heights)))
     end = axes.get_xlim()[1]
-    label_curves(axes, [(end, error, look.label, look.edge) for error, look in labels])
+    label_curves(axes, [(end, error, appearance.label, appearance.edge) for error, appearance in labels])
     tidy(axes)
 
 
@@ -238,13 +238,13 @@ def scaling_picture(points: Sequence[Point], accuracy: float) -> Figure:
     labels = []
     for points_of_one in _by_method(points):
         curve = sorted(points_of_one, key=lambda p: p.disks)
-        look = look_of(curve[0])
+        style = style_of(curve[0])
         x, y = [p.disks for p in curve], [_cost(p) for p in curve]
         axes.plot(
-            x, y, ls=look.line or ":", lw=1, color=look.edge, mfc=look.colour,
-            marker=look.marker, ms=max(7, look.size),
+            x, y, ls=style.line or ":", lw=1, color=style.edge, mfc=style.colour,
+            marker=style.marker, ms=max(7, style.size),
         )  # fmt: skip
-        labels.append((x[-1], y[-1], look.label, look.edge))
+        labels.append((x[-1], y[-1], style.label, style.edge))
     title = f"cheapest setting with a numerical error of at most {100 * accuracy:g} %"
     drawing.label(axes, "disks", "CPU time (s)", title, log="xy")
     tidy(axes)

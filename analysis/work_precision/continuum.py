@@ -12,7 +12,7 @@ import shapely
 from skfem import MeshTri1
 
 from analysis.scene.scene import Drive, Scene
-from analysis.support.cache import keep, kept
+from analysis.support.cache import cached, store
 from analysis.work_precision import window as windows
 from analysis.work_precision.point import PointStatus
 from analysis.work_precision.rigid_solves import STATUS, timed
@@ -63,8 +63,8 @@ def crowd_room(scene: Scene) -> Room:
     wider = hall.buffer(margin, join_style="mitre")
     beyond = hall.buffer(4.0 * radius, join_style="mitre").difference(wider)
     bodies = shapely.buffer(shapely.points(disks.position), disks.radius, quad_segs=ARC)
-    taken = shapely.union_all([*bodies, beyond])
-    closed = taken.buffer(radius, quad_segs=ARC).buffer(-radius, quad_segs=ARC)
+    occupied = shapely.union_all([*bodies, beyond])
+    closed = occupied.buffer(radius, quad_segs=ARC).buffer(-radius, quad_segs=ARC)
     parts = [
         part
         for part in shapely.get_parts(closed.simplify(margin).intersection(hall))
@@ -113,7 +113,7 @@ class ContinuumModel(StrEnum):
     FIRST_ORDER = "first_order"
 
 
-def solve_continuum(window: windows.Window, model: ContinuumModel, side_m: float) -> windows.Answer:
+def solve_continuum(window: windows.Window, model: ContinuumModel, side_m: float) -> windows.MethodResult:
     """Solve a model on the crowd's region (see `crowd_room`) with P1 elements and a mesh graded to
     the jambs.
 
@@ -122,13 +122,13 @@ def solve_continuum(window: windows.Window, model: ContinuumModel, side_m: float
     u⁻), which is ∫(μn + k_s w) for (11) and ∫ρpn for (20). There are no contacts, and so no contact
     forces. Raises ValueError as `crowd_room` does; a mesh that cannot be made is a failed answer
     with its reason."""
-    (answer,), seconds = timed(partial(solve_models, window, side_m, (model,)))
-    return replace(answer, cpu_seconds=seconds)
+    (solution,), seconds = timed(partial(solve_models, window, side_m, (model,)))
+    return replace(solution, cpu_seconds=seconds)
 
 
 def solve_models(
     window: windows.Window, side_m: float, models: Sequence[ContinuumModel] = tuple(ContinuumModel)
-) -> tuple[windows.Answer, ...]:
+) -> tuple[windows.MethodResult, ...]:
     """Solve each model on the same mesh, without its time. Raises ValueError as `crowd_room`
     does."""
     room = crowd_room(window.scene)
@@ -142,7 +142,7 @@ def solve_models(
 
 def _solve(
     window: windows.Window, model: ContinuumModel, room: Room, mesh: MeshTri1, side_m: float
-) -> windows.Answer:
+) -> windows.MethodResult:
     disks, drive = window.scene.snapshot, window.scene.drive
     assert drive is not None
     left, at = _walking(drive), _samples(disks, room, mesh)
@@ -155,12 +155,12 @@ def _solve(
         change, impulse = at.means(gained[at.cell]), -density * Cells(mesh).measure @ gained
     else:
         person, space = float(disks.mass.mean()), Space(mesh)
-        answer = collide(space, table_1_medium(density / person, person=person), left)
-        status, reason = answer.status, answer.reason
+        solution = collide(space, table_1_medium(density / person, person=person), left)
+        status, reason = solution.status, solution.reason
         # u⁺ − u⁻ = w − 2u⁻, with w linear in each cell
-        total = (at.share[:, :, None] * answer.velocity_sum[mesh.t[:, at.cell]]).sum(0)
+        total = (at.share[:, :, None] * solution.velocity_sum[mesh.t[:, at.cell]]).sum(0)
         change = at.means(total - 2.0 * left(at.point))
-        momentum = answer.density_field * (answer.right_field - answer.left_field)
+        momentum = solution.density_field * (solution.right_field - solution.left_field)
         impulse = -(momentum * space.basis.dx).sum((1, 2))
     if status == Status.FAILED:
         return answer_of(model, side_m, None, PointStatus.FAILED, reason)
@@ -182,10 +182,10 @@ def answer_of(
     values: windows.Values | None,
     status: PointStatus = PointStatus.OK,
     reason: str = "",
-) -> windows.Answer:
+) -> windows.MethodResult:
     """Make the answer of a model on a mesh with triangles of side_m; values of COMPARED, None where
     there are none."""
-    return windows.Answer(
+    return windows.MethodResult(
         method="continuum",
         law=str(model),
         mesh_side_m=side_m,
@@ -226,8 +226,8 @@ class _Samples(NamedTuple):
 
     def means(self, values: Floats) -> Floats:
         """Average values (q,2) over each disk (n,2)."""
-        whole = np.bincount(self.disk, self.weight)
-        return np.column_stack([np.bincount(self.disk, self.weight * v) / whole for v in values.T])
+        total = np.bincount(self.disk, self.weight)
+        return np.column_stack([np.bincount(self.disk, self.weight * v) / total for v in values.T])
 
 
 def _samples(disks: Snapshot, room: Room, mesh: MeshTri1) -> _Samples:
@@ -240,11 +240,11 @@ def _samples(disks: Snapshot, room: Room, mesh: MeshTri1) -> _Samples:
     cell = np.empty(len(point), dtype=np.int64)
     cell[found] = cells
     a, b, c = corners[cell].swapaxes(0, 1)
-    whole = _cross(b - a, c - a)
+    total = _cross(b - a, c - a)
     parts = [_cross(c - b, point - b), _cross(a - c, point - c), _cross(b - a, point - a)]
-    shares = np.stack(parts) / whole
+    fractions = np.stack(parts) / total
     disk = np.repeat(np.arange(len(disks)), len(PLACES))[inside]
-    return _Samples(point, disk, np.tile(WEIGHTS, len(disks))[inside], cell, shares)
+    return _Samples(point, disk, np.tile(WEIGHTS, len(disks))[inside], cell, fractions)
 
 
 def _cross(a: Floats, b: Floats) -> Floats:
@@ -263,7 +263,7 @@ EDITION = 2
 
 def continuum_ladder(
     window: windows.Window, sides: Sequence[float], path: Path
-) -> tuple[list[windows.Answer], str]:
+) -> tuple[list[windows.MethodResult], str]:
     """Solve both models on meshes of these sides (in mean radii), finest last, each answer with its
     model, converged, and why there is none of all this; the references, which take long, are kept
     in `path`_*.npz."""
@@ -272,15 +272,15 @@ def continuum_ladder(
     radius = float(window.scene.snapshot.radius.mean())
     try:
         pairs = [(model, side * radius) for model in ContinuumModel for side in sides]
-        answers = [solve_continuum(window, *pair) for pair in pairs]
-        coarse, fine = (_kept(window, share * sides[-1] * radius, path) for share in FINER)
+        solutions = [solve_continuum(window, *pair) for pair in pairs]
+        coarse, fine = (_cached_solve(window, fraction * sides[-1] * radius, path) for fraction in FINER)
     except ValueError as error:
         return [], str(error)
     models = {two[0].law: converged(*two) for two in zip(coarse, fine, strict=True)}
-    return [replace(answer, model=models[answer.law]) for answer in answers], ""
+    return [replace(solution, model=models[solution.law]) for solution in solutions], ""
 
 
-def converged(coarse: windows.Answer, fine: windows.Answer) -> windows.Converged:
+def converged(coarse: windows.MethodResult, fine: windows.MethodResult) -> windows.Converged:
     """Make the converged model of its answers on meshes twice and four times as fine as the finest
     of a ladder."""
     sure = coarse.status == fine.status == PointStatus.OK
@@ -292,15 +292,15 @@ def converged(coarse: windows.Answer, fine: windows.Answer) -> windows.Converged
     )
 
 
-def _kept(window: windows.Window, side_m: float, path: Path) -> tuple[windows.Answer, ...]:
+def _cached_solve(window: windows.Window, side_m: float, path: Path) -> tuple[windows.MethodResult, ...]:
     """Both models from the file, or made and, if both are `ok`, kept there."""
     file = path.with_name(f"{path.name}_{side_m:.6g}m.npz")
     key = f"{window.scene.digest()} {EDITION}"
-    if found := kept(file, key):
+    if found := cached(file, key):
         values = {m: {q: found[f"{m}_{q.name}"] for q in COMPARED} for m in ContinuumModel}
         return tuple(answer_of(model, side_m, values[model]) for model in ContinuumModel)
     made = solve_models(window, side_m)
-    if all(answer.status == PointStatus.OK for answer in made):
+    if all(solution.status == PointStatus.OK for solution in made):
         arrays = {f"{a.law}_{q.name}": v for a in made for q, v in (a.values or {}).items()}
-        keep(file, key, arrays)
+        store(file, key, arrays)
     return made

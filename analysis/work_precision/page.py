@@ -38,8 +38,8 @@ def write_chart(chart: Measured, folder: Path, command: str, more: Sequence[Sect
     sections += _unfinished(words, points, quantities) + _scaling(words, chart.scaling)
     sections += more
     if chart.scene.drive is not None:  # what all of this says about people as soft as they are
-        title, said, table = words.text("bodies"), words.text("softness"), ladder_table(chart.scene)
-        section = Section(number="bodies", title=title, introduction=[said], tables=[table])
+        title, sentences, table = words.text("bodies"), words.text("softness"), ladder_table(chart.scene)
+        section = Section(number="bodies", title=title, introduction=[sentences], tables=[table])
         sections.append(section)
     return write_html(
         folder / "index.html",
@@ -73,18 +73,18 @@ def _first(words: Words, chart: Measured) -> Section:
     quantity, *_ = chart.quantities
     points, name = chart.points, f"{quantity.name}_total"
     caption = words.text("total", quantity=quantity.words)
-    said = [words.text("enough", enough=ENOUGH)]
+    sentences = [words.text("enough", enough=ENOUGH)]
     for one in chart.quantities:
         every = _of(points, one)
         found = {"soft": _enough(_soft(every))}
         found["rigid"] = _enough([p for p in every if p.method == "rigid"])
-        said.append(words.text("costs", title=one.words, enough=ENOUGH, **found))
+        sentences.append(words.text("costs", title=one.words, enough=ENOUGH, **found))
     disks, contacts = len(chart.window.scene.snapshot), len(chart.window.contacts)
     return Section(
         number="result",
         title=words.text("result"),
         introduction=[words.text("lead", disks=disks, contacts=contacts)],
-        words=said,
+        words=sentences,
         pictures=[
             Picture(name=name, caption=caption, figure=charts.total_picture(points, quantity))
         ],
@@ -122,8 +122,8 @@ def _compared(words: Words, chart: Measured) -> Section:
     )
     numerical = words.text("numerical", origin=chart.rigid.origin)
     time = words.text("time", starts=starts)
-    said = [driven, numerical, words.text("model"), words.text("errors"), time, *medium]
-    return Section(number="compared", title=words.text("compared"), introduction=said)
+    sentences = [driven, numerical, words.text("model"), words.text("errors"), time, *medium]
+    return Section(number="compared", title=words.text("compared"), introduction=sentences)
 
 
 def _section(words: Words, chart: Measured, quantity: Quantity) -> Section:
@@ -166,7 +166,7 @@ def _row(point: Point) -> dict[str, str]:
     elif point.tolerance is not None:
         setting = f"tolerance {number(point.tolerance)}"
     return {
-        "method": charts.look_of(point).label,
+        "method": charts.style_of(point).label,
         "disks": number(point.disks),
         "setting": setting,
         "CPU s": number(point.cpu_seconds),
@@ -216,8 +216,8 @@ def _scaling(words: Words, points: Sequence[Point]) -> list[Section]:
 
 def _largest(points: Iterable[Point]) -> float | None:
     """The largest error bar of the reference of points."""
-    known = [point.numerical_bar for point in points if point.numerical_bar is not None]
-    return max(known, default=None)
+    finite = [point.numerical_bar for point in points if point.numerical_bar is not None]
+    return max(finite, default=None)
 
 
 def _starts(points: Iterable[Point]) -> list[tuple[str, float]]:

@@ -108,8 +108,8 @@ class Point(Method, Kept):
             self.numerical_error is None or self.model_error is None
         ):
             return None
-        known = [error for error in (self.numerical_error, self.model_error) if error is not None]
-        return sum(known) if known else None
+        finite = [error for error in (self.numerical_error, self.model_error) if error is not None]
+        return sum(finite) if finite else None
 
 
 def columns_of(kind: type[Kept]) -> tuple[str, ...]:
@@ -153,8 +153,8 @@ def read_points(path: Path, kind: type[P] = Point) -> list[P]:  # type: ignore[a
 def pareto_front(points: Iterable[Point]) -> list[Point]:
     """Choose, of points of one quantity that are `ok`, the `front` of numerical plus model error
     against CPU seconds, so that no point wins by errors that cancel."""
-    sound = (point for point in points if point.status == PointStatus.OK)
-    return front(sound, lambda point: point.cpu_seconds, lambda point: point.error_sum)
+    valid = (point for point in points if point.status == PointStatus.OK)
+    return front(valid, lambda point: point.cpu_seconds, lambda point: point.error_sum)
 
 
 def front(
@@ -165,11 +165,11 @@ def front(
     """Choose what no cheaper one equals in its error (to WORTH), from cheap to accurate; what has no
     cost or no error is none of them."""
     rows = [(cost(one), error(one), one) for one in known]
-    best, least = [], float("inf")
+    best, minimum = [], float("inf")
     for _, now, one in sorted(
         (row for row in rows if None not in row[:2]), key=lambda row: row[:2]
     ):
-        if now is not None and now < (1 - WORTH) * least:
-            least = now
+        if now is not None and now < (1 - WORTH) * minimum:
+            minimum = now
             best.append(one)
     return best

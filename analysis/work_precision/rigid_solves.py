@@ -10,7 +10,13 @@ import numpy as np
 
 from analysis.percussions.snapshot import percussions_of
 from analysis.work_precision.point import PointStatus
-from analysis.work_precision.window import CONTACT_FORCE, DISK_FORCE, WALL_FORCE, Answer, Window
+from analysis.work_precision.window import (
+    CONTACT_FORCE,
+    DISK_FORCE,
+    WALL_FORCE,
+    MethodResult,
+    Window,
+)
 from nscd import find_contacts, rivals
 from nscd.arrays import Floats
 from nscd.percussions import Percussions, Status
@@ -31,7 +37,7 @@ STATUS = {
 T = TypeVar("T")
 
 
-def solve_rigid(window: Window) -> list[Answer]:
+def solve_rigid(window: Window) -> list[MethodResult]:
     """Solve by every solver that serves the law, at every tolerance."""
 
     def call(solver: str, tolerance: float) -> Percussions:
@@ -43,7 +49,7 @@ def solve_rigid(window: Window) -> list[Answer]:
             tolerance=tolerance,
             solver=solver,
             canonical=False,
-        ).answer
+        ).solution
 
     return [
         _moved(window, partial(call, solver, tolerance), "rigid", solver, tolerance)
@@ -52,7 +58,7 @@ def solve_rigid(window: Window) -> list[Answer]:
     ]
 
 
-def solve_rivals(window: Window) -> list[Answer]:
+def solve_rivals(window: Window) -> list[MethodResult]:
     """Solve by the rivals that give what is compared: the first-order model always, force laws for
     a driven crowd only, since a force is no impulse."""
     snapshot, setting = window.scene.snapshot, window.setting
@@ -69,7 +75,7 @@ def solve_rivals(window: Window) -> list[Answer]:
             (on_disks, of_contacts), seconds = timed(law)
             values = {CONTACT_FORCE: of_contacts, DISK_FORCE: on_disks.ravel()}
             values[WALL_FORCE] = -on_disks.sum(0)
-            found.append(Answer(method=method, cpu_seconds=seconds, values=values))
+            found.append(MethodResult(method=method, cpu_seconds=seconds, values=values))
     return found
 
 
@@ -79,17 +85,17 @@ def _moved(
     method: str,
     solver: str = "",
     tolerance: float | None = None,
-) -> Answer:
-    answer, seconds = timed(call)
-    failed = answer.status == Status.FAILED
-    return Answer(
+) -> MethodResult:
+    solution, seconds = timed(call)
+    failed = solution.status == Status.FAILED
+    return MethodResult(
         method=method,
         solver=solver,
         tolerance=tolerance,
         cpu_seconds=seconds,
-        values=None if failed else window.rigid_values(answer.right_velocity),
-        status=STATUS[answer.status],
-        reason=answer.reason,
+        values=None if failed else window.rigid_values(solution.right_velocity),
+        status=STATUS[solution.status],
+        reason=solution.reason,
     )
 
 
@@ -99,8 +105,8 @@ def _social(window: Window) -> tuple[Floats, Floats]:
     reach = law.reach(LEFT_OUT_N)
     pairs = find_contacts(scene.snapshot, scene.wall_segments(), tolerance=reach)
     forces = rivals.social_force(scene.snapshot, pairs, law)
-    touching = pairs.gap <= scene.analysis.contact_tolerance_m
-    return forces.resultant(), forces.normal[touching]
+    in_contact = pairs.gap <= scene.analysis.contact_tolerance_m
+    return forces.resultant(), forces.normal[in_contact]
 
 
 def _loehner(window: Window, reading: rivals.LoehnerReading) -> tuple[Floats, Floats]:
@@ -117,13 +123,13 @@ def _loehner(window: Window, reading: rivals.LoehnerReading) -> tuple[Floats, Fl
 def timed(call: Callable[[], T]) -> tuple[T, float]:
     """Give what the call gives, and its CPU seconds, compilation not counted: the least of a
     few."""
-    answer = call()
+    solution = call()
     best, spent = np.inf, 0.0
     for _ in range(REPEATS):
         started = time.process_time()
-        answer = call()
+        solution = call()
         seconds = time.process_time() - started
         best, spent = min(best, seconds), spent + seconds
         if spent > REPEAT_SECONDS:
             break
-    return answer, best
+    return solution, best

@@ -23,7 +23,7 @@ from analysis.engines.run import run_engine
 from analysis.percussions.setting import law_of
 from analysis.scene.real.separate import reconcile
 from analysis.scene.scene import Scene
-from analysis.support.cache import keep, kept
+from analysis.support.cache import cached, store
 from analysis.support.machine import machine
 from analysis.support.parallel import Progress
 from analysis.work_precision import window as windows
@@ -53,7 +53,7 @@ class SoftModel:
         pairs = find_contacts(scene.snapshot, tolerance=reach)
         # not the walls of `find_contacts`: which of those that meet answers for a point changes
         # with the motion
-        disk, wall = _near(scene.snapshot, walls, reach)
+        disk, wall = _nearby(scene.snapshot, walls, reach)
         # a wall's number in `wall`, −1 for a pair
         self._contacts = (
             np.concatenate([pairs.first, disk]),
@@ -91,7 +91,7 @@ class SoftModel:
             raise ReferenceError(f"{self._name}: the centre of a disk has passed a wall")
 
 
-def _near(snapshot: Snapshot, walls: Walls, reach: float) -> tuple[Indices, Indices]:
+def _nearby(snapshot: Snapshot, walls: Walls, reach: float) -> tuple[Indices, Indices]:
     """Disks and walls with gaps up to the reach (m), by (disk, wall): two arrays (k,)."""
     disk, wall = (index.ravel() for index in np.indices((len(snapshot), len(walls))))
     to_wall = walls.nearest_point(snapshot.position[disk], wall) - snapshot.position[disk]
@@ -103,15 +103,15 @@ def _law(scene: Scene) -> tuple[Floats, bool]:
     """Springs and dashpot of pairs and of walls and ζ of the tangent (9,); whether the dashpot acts
     on approach alone."""
     contact, heaviest = scene.contact, float(scene.snapshot.mass.max())
-    kind, apart = contact.kind.dashpot, contact.kind.dashpot == "apart"
+    kind, on_approach = contact.kind.dashpot, contact.kind.dashpot == "apart"
     pair, wall = contact.elastic(float(scene.snapshot.radius.mean()))
-    ratio = damping_ratio_for(contact.restitution**2 if apart else contact.restitution)
+    ratio = damping_ratio_for(contact.restitution**2 if on_approach else contact.restitution)
     dashpots = (
         0.0 if kind == "tangent" else 2 * ratio * float(np.sqrt(k * m))
         for k, m in ((contact.stiffness_N_per_m, heaviest / 2), (contact.at_walls, heaviest))
     )
     found = (*pair, next(dashpots), *wall, next(dashpots), ratio if kind == "tangent" else 0.0)
-    return np.array(found), apart
+    return np.array(found), on_approach
 
 
 TOLERANCE = 1e-7
@@ -132,8 +132,8 @@ class SoftReference(NamedTuple):
     looser: the same with a tolerance 100 times looser; their difference bounds the error as long as
     the integration converges."""
 
-    motion: windows.Motion  # its answer
-    looser: windows.Motion
+    motion: windows.SpringMotion  # its answer
+    looser: windows.SpringMotion
 
 
 def soft_reference(scene: Scene, tolerance: float = TOLERANCE) -> SoftReference:
@@ -144,7 +144,7 @@ def soft_reference(scene: Scene, tolerance: float = TOLERANCE) -> SoftReference:
     return SoftReference(_integrate(scene, TIGHTER * tolerance, reach), looser)
 
 
-def leapfrog(scene: Scene) -> windows.Motion:
+def leapfrog(scene: Scene) -> windows.SpringMotion:
     """Integrate the soft model with the scene's time step as both engines do: positions move with
     the velocity of the half step, and so do dashpots see the one of half a step before. Raises what
     `SoftModel` raises."""
@@ -160,17 +160,17 @@ def kept_reference(
     file = folder / f"reference_{law}_k{stiffness:.6g}.npz"
     key = f"{scene.digest()} {TOLERANCE} {EDITION}"
     wrong = "the run ended as if all were well, but is wrong"
-    if (found := kept(file, key)) is None:
+    if (found := cached(file, key)) is None:
         try:
             made = soft_reference(scene)._asdict()
         except ReferenceError as error:
             return windows.Converged(why=str(error), wrong=wrong)
         parts = [(name, field) for name in made for field in ("displacement", "velocity")]
         found = {f"{name}_{field}": getattr(made[name], field) for name, field in parts}
-        keep(file, key, found)
+        store(file, key, found)
     own, looser = (
         window.quantities(
-            windows.Motion(found[f"{name}_displacement"], found[f"{name}_velocity"]), stiffness
+            windows.SpringMotion(found[f"{name}_displacement"], found[f"{name}_velocity"]), stiffness
         )
         for name in SoftReference._fields
     )
@@ -183,13 +183,13 @@ def _speed(scene: Scene) -> float:
     speed += float(np.hypot(*scene.acceleration())) * scene.run.duration_s
     if scene.drive is None:
         return speed
-    share = scene.run.duration_s / scene.drive.relaxation_time_s
-    return max(speed, scene.drive.speed_m_per_s * share)
+    fraction = scene.run.duration_s / scene.drive.relaxation_time_s
+    return max(speed, scene.drive.speed_m_per_s * fraction)
 
 
 def _reaching(
-    scene: Scene, integrate: Callable[[float], windows.Motion]
-) -> tuple[windows.Motion, float]:
+    scene: Scene, integrate: Callable[[float], windows.SpringMotion]
+) -> tuple[windows.SpringMotion, float]:
     """What `integrate` gives with contacts looked for as far (m) as it takes, and how far: a crowd
     can squeeze somebody out faster than anybody wants to walk."""
     reach = 2.0 * (_speed(scene) * scene.run.duration_s + 1e-4)
@@ -201,7 +201,7 @@ def _reaching(
         reach = max(2.0 * reach, 1.5 * farthest)
 
 
-def _step(scene: Scene, reach: float) -> windows.Motion:
+def _step(scene: Scene, reach: float) -> windows.SpringMotion:
     model, penalty = SoftModel(scene, reach), penalty_of(scene)
     start = np.array(scene.snapshot.position)
     moved, velocity = np.zeros_like(start), np.array(scene.snapshot.velocity)
@@ -217,15 +217,15 @@ def _step(scene: Scene, reach: float) -> windows.Motion:
         if step in (penalty.steps // 2, penalty.steps):
             frames.append((moved.copy(), velocity + 0.5 * dt * acceleration))
         velocity += dt * acceleration
-    return windows.Motion(*(np.stack(part) for part in zip(*frames, strict=True)))
+    return windows.SpringMotion(*(np.stack(part) for part in zip(*frames, strict=True)))
 
 
-def _integrate(scene: Scene, tolerance: float, reach: float) -> windows.Motion:
+def _integrate(scene: Scene, tolerance: float, reach: float) -> windows.SpringMotion:
     snapshot, model = scene.snapshot, SoftModel(scene, reach)
     n = len(snapshot)
     stiffest = max(scene.contact.stiffness_N_per_m, scene.contact.at_walls)
     period = float(np.sqrt(snapshot.mass.max() / stiffest))
-    least = tolerance * _speed(scene)
+    minimum = tolerance * _speed(scene)
 
     # displacements in lengths of a period, so that one tolerance (a speed) serves both halves
     def slope(_: float, state: Floats) -> Floats:
@@ -240,7 +240,7 @@ def _integrate(scene: Scene, tolerance: float, reach: float) -> windows.Motion:
     states, steps = [], 0
     for begin, end in ((0.0, 0.5), (0.5, 1.0)):
         span = begin * scene.run.duration_s, end * scene.run.duration_s
-        solver = DOP853(slope, span[0], start, span[1], rtol=tolerance, atol=least)
+        solver = DOP853(slope, span[0], start, span[1], rtol=tolerance, atol=minimum)
         while solver.status == "running":
             before = snapshot.position + period * solver.y[: 2 * n].reshape(n, 2)
             message = solver.step()
@@ -252,7 +252,7 @@ def _integrate(scene: Scene, tolerance: float, reach: float) -> windows.Motion:
         start = solver.y
         states.append(start.reshape(2, n, 2))
     moved = period * np.stack([state[0] for state in states])
-    return windows.Motion(moved, np.stack([state[1] for state in states]))
+    return windows.SpringMotion(moved, np.stack([state[1] for state in states]))
 
 
 # Times the scene's stiffness. Those of people stand in analysis/engines/bodies.toml.
@@ -292,10 +292,10 @@ def settings_of(
     n = len(window.scene.snapshot)
     own = window.scene.contact.stiffness_N_per_m
     for name in engines:
-        shares = grid.of_engine.get(name, grid.shares)
-        for law, stiffer, share in itertools.product(LAWS[name], grid.stiffer, shares):
+        fractions = grid.of_engine.get(name, grid.shares)
+        for law, stiffer, fraction in itertools.product(LAWS[name], grid.stiffer, fractions):
             setting = Method(
-                method=name, law=law, stiffness_N_per_m=stiffer * own, time_step_share=share
+                method=name, law=law, stiffness_N_per_m=stiffer * own, time_step_share=fraction
             )
             steps = penalty_of(scene_of(window, setting)).steps
             if steps <= MOST_STEPS and n * steps <= MOST_PARTICLE_STEPS:
@@ -303,7 +303,7 @@ def settings_of(
 
 
 def scene_of(window: windows.Window, setting: Method) -> Scene:
-    """Make the scene to run: two frames, and a time step at most `share` of the safe one that
+    """Make the scene to run: two frames, and a time step at most `fraction` of the safe one that
     divides the window."""
     assert setting.stiffness_N_per_m
     assert setting.time_step_share
@@ -319,27 +319,27 @@ def run_folder(folder: Path, setting: Method) -> Path:
     return folder / f"{setting.method}_{setting.law}_{size}"
 
 
-def run_soft(window: windows.Window, setting: Method, folder: Path) -> windows.Answer:
+def run_soft(window: windows.Window, setting: Method, folder: Path) -> windows.MethodResult:
     """Run the window with the setting's engine, or take what is in the folder: the finished run, or
     how it failed. Its CPU seconds are the engine's, start included.
 
     A run that fails is a result: its status and reason say so."""
-    scene, place = scene_of(window, setting), run_folder(folder, setting)
-    note = place.with_name(place.name + ".json")
+    scene, path = scene_of(window, setting), run_folder(folder, setting)
+    note = path.with_name(path.name + ".json")
     key = f"{scene.digest()} {_version(setting.method)}"
-    known = kept(note, key)
+    known = cached(note, key)
     done = known and known.get("status") == PointStatus.OK
-    if known is None or (done and not (place / "bodies.dump").exists()):
-        known = _run(scene, setting, place)
-        keep(note, key, known)
+    if known is None or (done and not (path / "bodies.dump").exists()):
+        known = _run(scene, setting, path)
+        store(note, key, known)
     values, status, reason = None, PointStatus(known["status"]), known["reason"]
     if status == PointStatus.OK:
         try:
             stiffness = scene.contact.stiffness_N_per_m
-            values = window.quantities(_motion(scene, place), stiffness)
+            values = window.quantities(_motion(scene, path), stiffness)
         except (DumpError, EngineError) as error:
             status, reason = PointStatus.FAILED, str(error)
-    return windows.Answer(
+    return windows.MethodResult(
         **asdict(setting) | {"time_step_s": penalty_of(scene).time_step},
         values=values,
         **known | {"status": status, "reason": reason},
@@ -381,14 +381,14 @@ def _run(scene: Scene, setting: Method, folder: Path) -> dict[str, Any]:
     return ended | {"machine": machine(), "date": windows.today()}
 
 
-def _motion(scene: Scene, folder: Path) -> windows.Motion:
+def _motion(scene: Scene, folder: Path) -> windows.SpringMotion:
     """The motion at the last two frames of the run."""
     trajectory = open_bodies(folder / "bodies.dump", penalty_of(scene).time_step).trajectory
     if len(trajectory) != 3:
         raise DumpError(f"{folder}: {len(trajectory)} frames where 3 are due")
     frames = [snapshot_of(trajectory[frame]) for frame in (1, 2)]
     moved = np.stack([frame.position for frame in frames]) - scene.snapshot.position
-    return windows.Motion(moved, np.stack([frame.velocity for frame in frames]))
+    return windows.SpringMotion(moved, np.stack([frame.velocity for frame in frames]))
 
 
 def prepare_window(scene: Scene, folder: Path, progress: Progress | None = None) -> windows.Window:
@@ -433,7 +433,7 @@ def _pressed(scene: Scene, folder: Path, progress: Progress | None) -> Floats:
             "no engine: the crowd cannot be pressed together. See: percussions doctor"
         )
     file, key = folder / "start.npz", f"{scene.digest()} {installed(present)}"
-    if found := kept(file, key):
+    if found := cached(file, key):
         return np.asarray(found["position"])
     start = pressing(scene)
     assert start is not None
@@ -441,5 +441,5 @@ def _pressed(scene: Scene, folder: Path, progress: Progress | None) -> Floats:
     bodies = open_bodies(folder / "start" / "bodies.dump", record.time_step_s)
     end = snapshot_of(bodies.trajectory[-1])
     position = reconcile(end.position, end.radius, scene.wall_segments()).position
-    keep(file, key, {"position": position})
+    store(file, key, {"position": position})
     return position

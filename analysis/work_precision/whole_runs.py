@@ -48,7 +48,7 @@ FRAMES_OF_IMPACT = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Setting:
+class RunSetting:
     """Name an engine with what decides its error.
 
     stiffness_N_per_m: N/m, of an engine with springs"""
@@ -92,25 +92,25 @@ class Setting:
     def run(self, scene: Scene, out: Path) -> EngineRun:
         """Name the run of a scene with this setting in the folder."""
         made = self.of(scene)
-        place = out if self.longer == 1 else out / f"step_{self.longer:g}"
-        folder = run_folder(place, made, self.engine)
+        path = out if self.longer == 1 else out / f"step_{self.longer:g}"
+        folder = run_folder(path, made, self.engine)
         return EngineRun(scene=made, engine=self.engine, folder=folder)
 
 
-def whole_run_settings(scene: Scene, engines: Sequence[str]) -> list[Setting]:
+def whole_run_settings(scene: Scene, engines: Sequence[str]) -> list[RunSetting]:
     """List the settings of a scene, the reference first: the rigid engine at its shortest step."""
     found = []
     if RIGID in engines:
         own = engine(RIGID).timing(scene).time_step
-        steps = [divided(scene.run, share * own)[0] for share in RIGID_STEPS]
-        found += [Setting(engine=RIGID, step_s=step) for step in dict.fromkeys(steps)]
-        found += [Setting(engine=RIGID, step_s=own, tolerance=one) for one in RIGID_TOLERANCES]
+        steps = [divided(scene.run, fraction * own)[0] for fraction in RIGID_STEPS]
+        found += [RunSetting(engine=RIGID, step_s=step) for step in dict.fromkeys(steps)]
+        found += [RunSetting(engine=RIGID, step_s=own, tolerance=one) for one in RIGID_TOLERANCES]
     k = scene.contact.stiffness_N_per_m
-    for place, name in enumerate(known.NAME for known in PENALTY if known.NAME in engines):
-        tried = [(times, 1.0) for times in STIFFER[: 3 - 2 * place]]
-        tried += [(times, LONGER) for times in STIFFER[: 0 if place else LONGER_AT]]
+    for index, name in enumerate(each.NAME for each in PENALTY if each.NAME in engines):
+        tried = [(times, 1.0) for times in STIFFER[: 3 - 2 * index]]
+        tried += [(times, LONGER) for times in STIFFER[: 0 if index else LONGER_AT]]
         found += [
-            Setting(engine=name, stiffness_N_per_m=times * k, longer=longer)
+            RunSetting(engine=name, stiffness_N_per_m=times * k, longer=longer)
             for times, longer in tried
         ]
     return found
@@ -129,12 +129,12 @@ class Planned(NamedTuple):
     """A run of a setting: of the crowd of that number with impulses, or, without a number, of crowd
     0 without, which is what the engine's own work costs."""
 
-    setting: Setting
+    setting: RunSetting
     crowd: int | None
     run: EngineRun
 
 
-def runs_of(settings: Sequence[Setting], crowds: Sequence[Scene], out: Path) -> list[Planned]:
+def runs_of(settings: Sequence[RunSetting], crowds: Sequence[Scene], out: Path) -> list[Planned]:
     """Plan the runs of crowds by settings: OUT/crowd_0/…, and alone OUT/… (impulses cost the rigid
     engine nothing)."""
     plain, found = crowds[0].with_run(impulses=None), []
@@ -150,7 +150,7 @@ def whole_runs_of(scene: Scene, count: int, out: Path) -> list[Planned]:
     """Plan the runs of so many crowds by all engines that are there; none of no crowds."""
     if not count:
         return []
-    engines = [known.NAME for known in ENGINES if known.find()]
+    engines = [each.NAME for each in ENGINES if each.find()]
     crowds = crowds_of(scene, count)
     return runs_of(whole_run_settings(crowds[0], engines), crowds, out)
 
@@ -220,14 +220,14 @@ class WholeRunPoint(Kept):
         return max(abs(self.bias_low), abs(self.bias_high))
 
     @property
-    def setting(self) -> Setting:
+    def setting(self) -> RunSetting:
         """Give the setting."""
         names = ("step_s", "tolerance", "stiffness_N_per_m", "longer")
-        return Setting(engine=self.method, **{name: getattr(self, name) for name in names})
+        return RunSetting(engine=self.method, **{name: getattr(self, name) for name in names})
 
 
 @dataclass(slots=True)
-class Told:
+class RunResult:
     """What the runs of one setting said."""
 
     crowds: dict[int, dict[str, float]]  # by number: each statistic
@@ -268,7 +268,7 @@ def measure_whole_runs(
     if not read_only:
         run_ahead([one.run for one in runs], progress, processes)
     failures: list[str] = []
-    found = {one.setting: Told({}, []) for one in runs}
+    found = {one.setting: RunResult({}, []) for one in runs}
     for setting, crowd, run in runs:
         try:
             record = _record(run, read_only)
@@ -280,12 +280,12 @@ def measure_whole_runs(
         except (EngineError, DumpError) as error:
             if crowd is not None and not read_only:
                 failures.append(f"{setting.title}, crowd {crowd}: {error}")
-    told = {setting: one for setting, one in found.items() if one.crowds}
-    if not told:
+    results = {setting: one for setting, one in found.items() if one.crowds}
+    if not results:
         raise ValueError(f"scene {scene.name}: no whole run ended well: {'; '.join(failures)}")
-    asked = len({one.crowd for one in runs} - {None})
-    points = list(points_of(scene, told))
-    return WholeRuns(scene=scene, crowds=asked, points=points, failures=failures)
+    requested = len({one.crowd for one in runs} - {None})
+    points = list(points_of(scene, results))
+    return WholeRuns(scene=scene, crowds=requested, points=points, failures=failures)
 
 
 def _record(run: EngineRun, read_only: bool) -> RunRecord:
@@ -297,12 +297,12 @@ def _record(run: EngineRun, read_only: bool) -> RunRecord:
     return record
 
 
-def points_of(scene: Scene, told: Mapping[Setting, Told]) -> Iterator[WholeRunPoint]:
+def points_of(scene: Scene, results: Mapping[RunSetting, RunResult]) -> Iterator[WholeRunPoint]:
     """Yield a point per setting, the reference first, and statistic that is not zero in the
     reference; what is not known is None."""
     known, day = (IMPACT if scene.drive is None else DRIVEN), today()
-    reference = next(iter(told.values()))
-    for setting, one in told.items():
+    reference = next(iter(results.values()))
+    for setting, one in results.items():
         summed = float(np.median(one.costs))
         alone = summed if setting.engine == RIGID else one.alone
         for name, measure in known.items():
@@ -345,13 +345,13 @@ def bias_of(
     mean = sum(theirs[crowd] for crowd in shared) / max(len(shared), 1)
     if not mean:
         return None, None, None
-    share, error = _mean([(mine[crowd] - theirs[crowd]) / mean for crowd in shared])
+    fraction, error = _mean([(mine[crowd] - theirs[crowd]) / mean for crowd in shared])
     if error is None:
         # nothing says that others differ alike
         alone = len(shared) < min(len(mine), len(theirs), 2)
-        return None if alone else share, None, None
+        return None if alone else fraction, None, None
     reach = error * float(student.ppf(0.5 + LEVEL / 2, len(shared) - 1))
-    return share, share - reach, share + reach
+    return fraction, fraction - reach, fraction + reach
 
 
 def _mean(values: Sequence[float]) -> tuple[float, float | None]:
@@ -369,11 +369,11 @@ def statistics_of(run: EngineRun, record: RunRecord) -> dict[str, float]:
 
 def _of_impact(windows: RunWindows) -> dict[str, float]:
     """Impulses over the whole run."""
-    whole = windows.window(0, len(windows.times) - 1)
-    size = np.hypot(*whole.impulse.T)
+    total = windows.window(0, len(windows.times) - 1)
+    size = np.hypot(*total.impulse.T)
     counted = size[size > LEAST_SHARE * size.max(initial=0.0)]
     return {
-        "walls": float(size[whole.is_wall].sum()),
+        "walls": float(size[total.is_wall].sum()),
         "contact_sum": float(size.sum()),
         "contact_95": float(np.quantile(counted, 0.95)) if len(counted) else 0.0,
     }
@@ -429,7 +429,7 @@ def heads_of(found: WholeRuns) -> list[str]:
 
 def whole_runs_rows(found: WholeRuns) -> list[list[str]]:
     """List a row per setting: crowds, CPU seconds, and each statistic with its error."""
-    rows: dict[Setting, list[str]] = {}
+    rows: dict[RunSetting, list[str]] = {}
     for one in found.points:
         costs = (significant(cost, 2) for cost in (one.cpu_seconds, one.with_impulses_s))
         row = rows.setdefault(one.setting, [one.setting.title, str(one.crowds), *costs])
@@ -472,21 +472,21 @@ def whole_runs_picture(found: WholeRuns) -> Figure:
 def _draw(axes: Axes, points: Sequence[WholeRunPoint]) -> None:
     """One panel: an engine has a colour and a marker, which is hollow where it is coarse."""
     engines = list(dict.fromkeys(one.method for one in points))
-    looks = {name: (COLOURS[n % len(COLOURS)], MARKERS[n]) for n, name in enumerate(engines)}
+    styles = {name: (COLOURS[n % len(COLOURS)], MARKERS[n]) for n, name in enumerate(engines)}
     for one in points:
-        (colour, marker), coarse = looks[one.method], one.setting.is_coarse
+        (colour, marker), coarse = styles[one.method], one.setting.is_coarse
         ends = [one.bias, one.bias_low, one.bias_high]
-        share, low, high = (np.nan if end is None else 100 * end for end in ends)
-        reach = np.nan_to_num([[share - low], [high - share]])  # no bar where nothing is known
+        fraction, low, high = (np.nan if end is None else 100 * end for end in ends)
+        reach = np.nan_to_num([[fraction - low], [high - fraction]])  # no bar where nothing is known
         axes.errorbar(
-            [_seconds(one)], [share], yerr=reach, fmt=marker, color=colour, capsize=3,
+            [_seconds(one)], [fraction], yerr=reach, fmt=marker, color=colour, capsize=3,
             mfc="white" if coarse else colour, label="_" if coarse else engine_name(one.method),
         )  # fmt: skip
     axes.axhline(0.0, color=GRID, zorder=0)
     axes.set_xscale("log")
     axes.margins(x=0.1, y=0.12)
     named = sorted((one for one in points if not one.setting.is_coarse), key=_seconds)
-    _name(axes, named, [looks[one.method][0] for one in named])
+    _name(axes, named, [styles[one.method][0] for one in named])
 
 
 def _seconds(one: WholeRunPoint) -> float:
@@ -499,6 +499,6 @@ def _name(axes: Axes, named: Sequence[WholeRunPoint], colours: Sequence[str]) ->
     left, right = np.log(axes.get_xlim())
     at = (np.log([_seconds(one) for one in named]) - left) / (right - left)
     turned: dict[str, Any] = {"rotation": 90, "ha": "center", "va": "bottom", "fontsize": 8}
-    for one, share, colour in zip(named, spread(at, APART), colours, strict=True):
+    for one, fraction, colour in zip(named, spread(at, APART), colours, strict=True):
         point = (_seconds(one), np.nan if one.bias is None else 100 * one.bias)
-        lead(axes, one.setting.short, point, (share, 1.03), colour, **turned)
+        lead(axes, one.setting.short, point, (fraction, 1.03), colour, **turned)

@@ -22,7 +22,7 @@ DRIVEN_SHARE = 0.04
 LARGEST_CONDITION = 1e6
 
 
-class Motion(NamedTuple):
+class SpringMotion(NamedTuple):
     """What a method makes of the window: displacement (2,n,2) m and velocity (2,n,2) m/s, halfway
     and at its end."""
 
@@ -125,7 +125,7 @@ class Window:
                 "nothing to compare"
             )
 
-    def rigid_motion(self, right_velocity: Floats) -> Motion:
+    def rigid_motion(self, right_velocity: Floats) -> SpringMotion:
         """Give the motion of rigid disks from u⁺ (n,2) m/s, the contacts kept as they are at the
         start.
 
@@ -134,19 +134,19 @@ class Window:
         if self.scene.drive is None:
             # an impact takes no time
             both = np.stack([right_velocity, right_velocity])
-            return Motion(np.zeros_like(both), both)
+            return SpringMotion(np.zeros_like(both), both)
         tau = self.scene.drive.relaxation_time_s
         lasts = self.duration(self.scene.contact.stiffness_N_per_m)
         time = lasts * np.array([0.5, 1.0])[:, None, None]
         velocity = -right_velocity * np.expm1(-time / tau)
-        return Motion(right_velocity * time - tau * velocity, velocity)
+        return SpringMotion(right_velocity * time - tau * velocity, velocity)
 
     def rigid_values(self, right_velocity: Floats) -> Values:
         """Give the quantities of rigid disks with u⁺ (n,2) m/s."""
         motion = self.rigid_motion(right_velocity)
         return self.quantities(motion, self.scene.contact.stiffness_N_per_m)
 
-    def quantities(self, motion: Motion, stiffness: float) -> Values:
+    def quantities(self, motion: SpringMotion, stiffness: float) -> Values:
         """Give what the motion says of the contacts, as flat arrays in the unit of each quantity.
 
         The impulse that a disk received is m Δu − ∫F_drive dt, with the drive's own time integral
@@ -274,7 +274,7 @@ def rigid_reference(
     root, left = np.sqrt(mass), left_velocity.ravel()
     norm = float(np.linalg.norm(root * left))
     inverse = contacts.inverse_mass(snapshot.mass)
-    weight = (law or ContactLaw()).acting(contacts, inverse, left_velocity)[0]
+    weight = (law or ContactLaw()).active_dissipation(contacts, inverse, left_velocity)[0]
     if not weight.any():
         closed = _pressed_line(snapshot, contacts, left_velocity)
         if closed is not None:
@@ -299,8 +299,8 @@ def rigid_reference(
         offset = np.where(percussion > 0, closing, np.maximum(closing, 0.0))
         bound = 2.0 * float(np.linalg.norm(offset)) / float(size[-1])
     else:
-        most = max(float(closing.max(initial=0.0)), 0.0)
-        bound = float(np.sqrt(abs(float(percussion @ closing)) + float(percussion.sum()) * most))
+        maximum = max(float(closing.max(initial=0.0)), 0.0)
+        bound = float(np.sqrt(abs(float(percussion @ closing)) + float(percussion.sum()) * maximum))
     return RigidReference(
         right_velocity=right.reshape(n, 2),
         origin="dense non-negative least squares (Lawson–Hanson)",
@@ -357,7 +357,7 @@ class Converged:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Answer(Method):
+class MethodResult(Method):
     """What a method gave on a window, and at what cost.
 
     cpu_seconds, status, reason, machine, date: as in `Point`"""
@@ -373,7 +373,7 @@ class Answer(Method):
 
 
 # What a point has of its answer.
-TAKEN = set(Answer.__dataclass_fields__) & set(Point.__dataclass_fields__) - {"status", "reason"}
+SHARED_FIELDS = set(MethodResult.__dataclass_fields__) & set(Point.__dataclass_fields__) - {"status", "reason"}
 ERRORS = ("numerical_error", "numerical_bar", "model_error", "model_bar")
 Errors = tuple[float | None, float | None, float | None, float | None]
 
@@ -396,19 +396,19 @@ class Judge:
         bounds = window.bounds(rigid.bound)
         self.bar = {q: bounds[q] / float(np.sqrt((v**2).mean())) for q, v in self.exact.items()}
 
-    def points(self, answer: Answer) -> Iterator[Point]:
+    def points(self, solution: MethodResult) -> Iterator[Point]:
         """Yield a point per quantity. Without a converged model of its own, the error of an answer
         is numerical where the method is the rigid model, and the model's where it is another."""
         for quantity, exact in self.exact.items():
-            given = None if answer.values is None else answer.values.get(quantity)
-            if quantity in answer.lacks or (answer.values is not None and given is None):
+            values = None if solution.values is None else solution.values.get(quantity)
+            if quantity in solution.lacks or (solution.values is not None and values is None):
                 continue
-            total = None if given is None else relative_error(given, exact, exact)
-            errors = self._errors(quantity, answer, total)
-            status, reason = _judged(answer, errors[0])
-            taken: dict[str, Any] = {name: getattr(answer, name) for name in TAKEN}
+            total = None if values is None else relative_error(values, exact, exact)
+            errors = self._errors(quantity, solution, total)
+            status, reason = _judged(solution, errors[0])
+            shared: dict[str, Any] = {name: getattr(solution, name) for name in SHARED_FIELDS}
             yield Point(
-                **taken | dict(zip(ERRORS, errors, strict=True)),
+                **shared | dict(zip(ERRORS, errors, strict=True)),
                 scene=self.name,
                 disks=len(self.window.scene.snapshot),
                 quantity=quantity.name,
@@ -418,26 +418,26 @@ class Judge:
                 reason=reason,
             )
 
-    def _errors(self, quantity: Quantity, answer: Answer, total: float | None) -> Errors:
-        exact, known, model = self.exact[quantity], self.bar[quantity], answer.model
+    def _errors(self, quantity: Quantity, solution: MethodResult, total: float | None) -> Errors:
+        exact, known, model = self.exact[quantity], self.bar[quantity], solution.model
         if model is None:
             return (
-                (total, known, 0.0, 0.0) if answer.method == "rigid" else (None, None, total, known)
+                (total, known, 0.0, 0.0) if solution.method == "rigid" else (None, None, total, known)
             )
         if model.own is None or model.looser is None:
             return None, None, None, None
-        own, given = model.own[quantity], (answer.values or {}).get(quantity)
+        own, values = model.own[quantity], (solution.values or {}).get(quantity)
         bar = relative_error(model.looser[quantity], own, exact)
-        numerical = None if given is None else relative_error(given, own, exact)
+        numerical = None if values is None else relative_error(values, own, exact)
         return numerical, bar, relative_error(own, exact, exact), bar + known
 
 
-def _judged(answer: Answer, numerical: float | None) -> tuple[PointStatus, str]:
+def _judged(solution: MethodResult, numerical: float | None) -> tuple[PointStatus, str]:
     """Status and reason of a point: those of an answer that the method itself calls well depend on
     its model."""
-    model = answer.model
-    if answer.status != PointStatus.OK or model is None:
-        return answer.status, answer.reason
+    model = solution.model
+    if solution.status != PointStatus.OK or model is None:
+        return solution.status, solution.reason
     if numerical is not None and not numerical <= WRONG:
         return PointStatus.INACCURATE, f"{model.wrong} by {numerical:.2g} times the whole"
-    return PointStatus.OK, answer.reason if model.own else f"no numerical error: {model.why}"
+    return PointStatus.OK, solution.reason if model.own else f"no numerical error: {model.why}"

@@ -25,7 +25,7 @@ class Attempt(NamedTuple):
     beyond what the process had before (MB), u⁺ (2n,) m/s and λ (k,) N·s."""
 
     variant: str
-    asked: float
+    requested: float
     seconds: float
     residual: float
     own: bool
@@ -52,7 +52,7 @@ class Outcome(NamedTuple):
         return min(self.attempts, key=lambda attempt: attempt.residual, default=None)
 
 
-class Asked(NamedTuple):
+class Request(NamedTuple):
     """What a solver is asked for on a case: the residual at which to stop (0: try all), tolerances or
     iterations if not its own, and one variant if not all."""
 
@@ -65,25 +65,25 @@ class Asked(NamedTuple):
         base = _peak(resource.RUSAGE_SELF)
         for variant, solver in prepared.items():
             before = None
-            for asked in self.ladder or peer.asked:
-                run = partial(solver, asked)
+            for requested in self.ladder or peer.requested:
+                run = partial(solver, requested)
                 try:
-                    seconds, answer = timed(run)
+                    seconds, solution = timed(run)
                 except Exception as error:  # whatever a foreign solver raises is its result
                     yield str(error)
                     break
-                found = accuracy(case, answer.reaction, answer.velocity)
-                if found.residual == before and asked >= 1:
+                found = accuracy(case, solution.reaction, solution.velocity)
+                if found.residual == before and requested >= 1:
                     break  # more iterations are not made
-                before, seconds = found.residual, answer.seconds or seconds
+                before, seconds = found.residual, solution.seconds or seconds
                 if found.residual <= NEAR:
                     for _ in range(repeats(seconds)):
                         more, again = timed(run)
                         seconds = min(seconds, again.seconds or more)
                 peak = max(_peak(resource.RUSAGE_SELF) - base, _peak(resource.RUSAGE_CHILDREN))
                 yield Attempt(
-                    variant, asked, seconds, found.residual, found.own, answer.iterations,
-                    peak / 1024, found.velocity, answer.reaction,
+                    variant, requested, seconds, found.residual, found.own, solution.iterations,
+                    peak / 1024, found.velocity, solution.reaction,
                 )  # fmt: skip
                 if found.residual <= self.target:
                     break
@@ -96,7 +96,7 @@ class Asked(NamedTuple):
         return {name: make(problem) for name, make in variants if self.variant in (None, name)}
 
 
-def compete(case: Case, solver: str, limit: float, asked: Asked = Asked()) -> Outcome:  # noqa: B008
+def compete(case: Case, solver: str, limit: float, target: Request = Request()) -> Outcome:  # noqa: B008
     """Let a solver try on the case until its recomputed residual is low enough or `limit` seconds
     have passed since it had read the case; one that is missing says how to get it.
 
@@ -105,20 +105,20 @@ def compete(case: Case, solver: str, limit: float, asked: Asked = Asked()) -> Ou
     os.environ.update(ONE_THREAD)
     context = multiprocessing.get_context("spawn")
     here, there = context.Pipe(duplex=False)
-    process = context.Process(target=_contestant, args=(there, case, solver, asked))
+    process = context.Process(target=_contestant, args=(there, case, solver, target))
     process.start()
     there.close()
     attempts: list[Attempt] = []
     ended, ends = "", None
     try:
         while here.poll(None if ends is None else max(0.0, ends - time.monotonic())):
-            said = here.recv()
-            if isinstance(said, Attempt):
-                attempts.append(said)
-            elif said is None:
+            output = here.recv()
+            if isinstance(output, Attempt):
+                attempts.append(output)
+            elif output is None:
                 ends = time.monotonic() + limit
             else:
-                ended = ended or (said.splitlines() or ["failed"])[0][:80]
+                ended = ended or (output.splitlines() or ["failed"])[0][:80]
         ended = f"stopped after {limit:g} s"
     except EOFError:
         process.join()
@@ -133,20 +133,20 @@ def compete(case: Case, solver: str, limit: float, asked: Asked = Asked()) -> Ou
     return Outcome(solver, attempts, ended)
 
 
-def _contestant(there: Any, case: Case, solver: str, asked: Asked) -> None:
+def _contestant(there: Any, case: Case, solver: str, target: Request) -> None:
     """Send None when ready, then the attempts, and in words what goes wrong."""
     os.setsid()
     for stream in (1, 2):  # what solvers print
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
     peer = EVERYONE[solver]
     try:
-        prepared = asked.prepare(case, peer)
+        prepared = target.prepare(case, peer)
     except (ImportError, MemoryError) as error:
         missing = f"{MISSING}: {peer.install}"
         there.send(missing if isinstance(error, ImportError) else str(error))
         return
     there.send(None)
-    for attempt in asked.attempts(case, peer, prepared):
+    for attempt in target.attempts(case, peer, prepared):
         there.send(attempt)
 
 

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.sparse as sparse
 
-from benchmarks.cases import Answer, Scaled, Solver
+from benchmarks.cases import Scaled, Solver, SolverResult
 from benchmarks.problems.families import Case, heap
 from nscd import solve
 from nscd.solve import SOLVERS
@@ -45,13 +45,13 @@ class Peer(NamedTuple):
     that installs it."""
 
     variants: dict[str, Callable[[Scaled], Solver]]
-    asked: tuple[float, ...]
+    requested: tuple[float, ...]
     install: str = ""
 
     @property
     def by_iterations(self) -> bool:
         """Whether it is asked for a number of iterations rather than for a tolerance."""
-        return self.asked[0] >= 1
+        return self.requested[0] >= 1
 
 
 def own(problem: Scaled, name: str) -> Solver:
@@ -60,10 +60,10 @@ def own(problem: Scaled, name: str) -> Solver:
     canonical = name == CANONICAL
     way = {"solver": "auto" if canonical else name, "canonical": canonical}
 
-    def solved(case: Case, tolerance: float) -> Answer:
+    def solved(case: Case, tolerance: float) -> SolverResult:
         left = case.left_velocity
         found = solve(case.snapshot, case.contacts, left_velocity=left, tolerance=tolerance, **way)
-        return Answer(found.reaction, found.right_velocity.ravel(), None, found.iterations)
+        return SolverResult(found.reaction, found.right_velocity.ravel(), None, found.iterations)
 
     solved(heap(100), 1e-8)
     return partial(solved, problem.case)
@@ -76,7 +76,7 @@ def piqp(problem: Scaled, step: float, dual: bool) -> Solver:
 
     matrix, linear, rows, low, high = problem.program(dual)
 
-    def solve(iterations: float) -> Answer:
+    def solve(iterations: float) -> SolverResult:
         solver = package.SparseSolver()
         settings = solver.settings
         settings.eps_abs, settings.eps_rel, settings.max_iter = TINY, 0.0, int(iterations)
@@ -99,7 +99,7 @@ def clarabel(problem: Scaled, regularisation: float | None = None, step: float =
     matrix, linear, rows, _, high = problem.program(dual=False)
     cones = [package.NonnegativeConeT(len(high))]
 
-    def solve(iterations: float) -> Answer:
+    def solve(iterations: float) -> SolverResult:
         settings = package.DefaultSettings()
         settings.verbose, settings.presolve_enable, settings.max_threads = False, False, 1
         settings.tol_feas = settings.tol_gap_abs = settings.tol_gap_rel = TINY
@@ -108,7 +108,7 @@ def clarabel(problem: Scaled, regularisation: float | None = None, step: float =
             settings.static_regularization_constant = regularisation
             settings.static_regularization_proportional = 0.0
         found = package.DefaultSolver(matrix, linear, rows, high, cones, settings).solve()
-        return problem.answer(found.z, found.x)
+        return problem.solution(found.z, found.x)
 
     return solve
 
@@ -118,14 +118,14 @@ def osqp(problem: Scaled, step: float, dual: bool) -> Solver:
     tolerance may do."""
     import osqp as package
 
-    matrix, *given = problem.program(dual)
+    matrix, *inputs = problem.program(dual)
     upper = sparse.triu(matrix, format="csc")
     settings = {"eps_rel": 0.0, "rho": step, "max_iter": 200_000, "verbose": False}
     settings |= {"polishing": True, "polish_refine_iter": 10}
 
-    def solve(tolerance: float) -> Answer:
+    def solve(tolerance: float) -> SolverResult:
         solver = package.OSQP()
-        solver.setup(upper, *given, eps_abs=tolerance, **settings)
+        solver.setup(upper, *inputs, eps_abs=tolerance, **settings)
         found = solver.solve(raise_error=False)
         return problem.of(dual, found.x, found.y)
 
@@ -142,13 +142,13 @@ def cvxopt(problem: Scaled, dual: bool) -> Solver:
         return package.spmatrix(a.data, a.coords[0].astype(int), a.coords[1].astype(int), a.shape)
 
     matrix, linear, rows, *_ = problem.program(dual)
-    given = converted(matrix), package.matrix(linear), converted(-rows if dual else rows)
+    inputs = converted(matrix), package.matrix(linear), converted(-rows if dual else rows)
     none = package.matrix(0.0, (rows.shape[0], 1))
 
-    def solve(iterations: float) -> Answer:
+    def solve(iterations: float) -> SolverResult:
         ends = dict.fromkeys(("abstol", "reltol", "feastol"), TINY)
         solvers.options.update(show_progress=False, maxiters=int(iterations), **ends)
-        found = solvers.qp(*given, none)
+        found = solvers.qp(*inputs, none)
         return problem.of(dual, *(np.array(found[name]).ravel() for name in ("x", "z")))
 
     return solve
@@ -161,13 +161,13 @@ def qpalm(problem: Scaled, penalty: float) -> Solver:
     data = package.Data(*problem.rows.shape[::-1])
     data.Q, data.q, data.A, data.bmin, data.bmax = problem.program(dual=False)
 
-    def solve(tolerance: float) -> Answer:
+    def solve(tolerance: float) -> SolverResult:
         settings = package.Settings()
         settings.eps_abs, settings.eps_rel, settings.sigma_init = tolerance, 0.0, penalty
         settings.max_iter, settings.verbose, settings.nonconvex = 20_000, False, False
         solver = package.Solver(data, settings)
         solver.solve()
-        return problem.answer(solver.solution.y, solver.solution.x)
+        return problem.solution(solver.solution.y, solver.solution.x)
 
     return solve
 
@@ -178,14 +178,14 @@ def qoco(problem: Scaled) -> Solver:
 
     k, n = problem.rows.shape
     matrix, linear, rows, _, high = problem.program(dual=False)
-    given = (n, k, 0, matrix, linear, None, None, rows, high, k, 0)
+    inputs = (n, k, 0, matrix, linear, None, None, rows, high, k, 0)
 
-    def solve(tolerance: float) -> Answer:
+    def solve(tolerance: float) -> SolverResult:
         solver = package.QOCO()
         ends = {"abstol": tolerance, "reltol": tolerance}
-        solver.setup(*given, np.zeros(0, dtype=np.int32), **ends, verbose=0)
+        solver.setup(*inputs, np.zeros(0, dtype=np.int32), **ends, verbose=0)
         found = solver.solve()
-        return problem.answer(found.z, found.x)
+        return problem.solution(found.z, found.x)
 
     return solve
 
@@ -196,15 +196,15 @@ def proxqp(problem: Scaled) -> Solver:
     from proxsuite import proxqp as package
 
     matrix, linear, identity, low, _ = problem.program(dual=True)
-    given = matrix, linear, None, None, identity, low, np.full_like(low, 1e20)
+    values = matrix, linear, None, None, identity, low, np.full_like(low, 1e20)
 
-    def solve(tolerance: float) -> Answer:
+    def solve(tolerance: float) -> SolverResult:
         solver = package.sparse.QP(len(low), 0, len(low))
         solver.settings.eps_abs, solver.settings.eps_rel = tolerance, 0.0
         solver.settings.sparse_backend = package.SparseBackend.SparseCholesky
-        solver.init(*given)
+        solver.init(*values)
         solver.solve()
-        return problem.answer(solver.results.x)
+        return problem.solution(solver.results.x)
 
     return solve
 
@@ -226,11 +226,11 @@ def siconos(
         raise ImportError("siconos")
     parts = {name: getattr(matrix, name) for name in ("data", "indices", "indptr")}
     with tempfile.TemporaryDirectory() as folder:
-        given, found = Path(folder) / "given.npz", Path(folder) / "found.npy"
-        np.savez(given, free=free, friction=friction, **parts)
-        words = [SYSTEM_PYTHON, SICONOS, given, solver, tolerance, iterations, found]
-        said = subprocess.run([str(w) for w in words], capture_output=True, text=True, check=True)
-        return np.load(found), float(json.loads(said.stdout.splitlines()[-1])["seconds"])
+        input_file, found = Path(folder) / "given.npz", Path(folder) / "found.npy"
+        np.savez(input_file, free=free, friction=friction, **parts)
+        words = [SYSTEM_PYTHON, SICONOS, input_file, solver, tolerance, iterations, found]
+        output = subprocess.run([str(w) for w in words], capture_output=True, text=True, check=True)
+        return np.load(found), float(json.loads(output.stdout.splitlines()[-1])["seconds"])
 
 
 def projected_gauss_seidel(problem: Scaled) -> Solver:
@@ -239,9 +239,9 @@ def projected_gauss_seidel(problem: Scaled) -> Solver:
         raise ImportError("siconos")
     matrix, free, *_ = problem.program(dual=True)
 
-    def solve(tolerance: float) -> Answer:
+    def solve(tolerance: float) -> SolverResult:
         found, seconds = siconos(matrix, free, "PGS", tolerance, 10_000_000)
-        return problem.answer(found, None, seconds)
+        return problem.solution(found, None, seconds)
 
     return solve
 
@@ -271,12 +271,12 @@ def listed(problem: Scaled, name: str) -> Solver:
         if len(linear) > MOST_DENSE:
             raise MemoryError(f"dense matrices of {len(linear)} unknowns")
         matrix, rows = matrix.toarray(), rows.toarray()
-    given = package.Problem(matrix, linear, rows, high)
+    inputs = package.Problem(matrix, linear, rows, high)
     settings = TOLERANCES.get(name, lambda _: {})
 
-    def solve(tolerance: float) -> Answer:
-        found = package.solve_problem(given, name, **settings(tolerance))
-        return problem.answer(found.z, found.x)
+    def solve(tolerance: float) -> SolverResult:
+        found = package.solve_problem(inputs, name, **settings(tolerance))
+        return problem.solution(found.z, found.x)
 
     return solve
 

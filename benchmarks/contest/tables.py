@@ -37,9 +37,9 @@ def rows_of(case: Case, outcomes: Sequence[Outcome]) -> list[dict[str, Any]]:
         row = dict(zip(CASE, sizes, strict=True)) | {"solver": outcome.solver, "best_peer_at": at}
         row |= {"cpu_s": np.nan, "residual": np.nan, "times_faster": np.nan, "note": outcome.ended}
         if (best := outcome.best) is not None and exact is not None:
-            asked = f"{best.asked:.0f} iterations" if best.asked >= 1 else f"asked {best.asked:.0e}"
+            requested = f"{best.requested:.0f} iterations" if best.requested >= 1 else f"asked {best.requested:.0e}"
             row |= {
-                "setting": ", ".join(part for part in (best.variant, asked) if part),
+                "setting": ", ".join(part for part in (best.variant, requested) if part),
                 "cpu_s": best.seconds,
                 "residual": best.residual,
                 "own_velocity": best.own,
@@ -127,7 +127,7 @@ def picture(cases: Sequence[tuple[Case, Sequence[Outcome]]]) -> Figure:
             if not attempts:
                 continue
             variant = f" ({attempts[0].variant})" if attempts[0].variant else ""
-            look = {
+            style = {
                 "color": EVERY_COLOUR[turn % len(EVERY_COLOUR)],
                 "marker": MARKERS[turn % len(MARKERS)],
                 "ls": DASHES[turn % len(DASHES)],
@@ -136,7 +136,7 @@ def picture(cases: Sequence[tuple[Case, Sequence[Outcome]]]) -> Figure:
             seconds, residuals = [a.seconds for a in attempts], [a.residual for a in attempts]
             errors = [float(np.abs(a.velocity - exact).max()) / scale for a in attempts]
             for panel, values in ((above, residuals), (below, errors)):
-                (drawn,) = panel.loglog(seconds, np.maximum(values, 1e-16), ms=5, **look)
+                (drawn,) = panel.loglog(seconds, np.maximum(values, 1e-16), ms=5, **style)
             handles.setdefault(outcome.solver + variant, drawn)
         above.set_title(f"{case.name}: {len(case.snapshot)} disks, {len(case.contacts)} contacts")
         below.set_xlabel("CPU seconds")

@@ -22,7 +22,7 @@ from matplotlib.figure import Figure
 
 from analysis.dumps.windows import RunWindows, Window
 from analysis.engines.run import EngineRun
-from analysis.scene.anthropometry import apart, bodies_of
+from analysis.scene.anthropometry import bodies_of, separated
 from analysis.scene.drive import Drive
 from analysis.scene.scene import Scene
 from analysis.scene.schema import GRAVITY, Analysis, BodyForce, ContactModel, Room, Run, Wall
@@ -111,14 +111,14 @@ class Case:
         random = np.random.default_rng([seed, 6])
         radius, mass = bodies_of("ANSUR II", count, seed)
         across = int(WIDTH / (SPACING * self.wider * radius.mean()))
-        place = np.stack(np.divmod(np.arange(count), across), axis=1) + 0.5
-        place *= WIDTH / across * np.array([-1, 1])
-        place += random.uniform(-0.05, 0.05, (count, 2))
+        index = np.stack(np.divmod(np.arange(count), across), axis=1) + 0.5
+        index *= WIDTH / across * np.array([-1, 1])
+        index += random.uniform(-0.05, 0.05, (count, 2))
         mass *= MEAN_KG / mass.mean()
-        disks = Snapshot(position=place, radius=self.wider * radius, mass=mass)
+        disks = Snapshot(position=index, radius=self.wider * radius, mass=mass)
         walls = lane(self.depth)
         start, end = (np.array([getattr(wall, key) for wall in walls]) for key in ENDS)
-        return apart(disks, Walls(start=start, end=end))
+        return separated(disks, Walls(start=start, end=end))
 
 
 def lane(depth: float) -> tuple[Wall, ...]:
@@ -175,15 +175,15 @@ def found_case(case: Case, out: Path) -> Case:
 
 def main() -> None:
     """Run all, and print the table."""
-    given = options(__doc__, "out", models=dict(MODELS), loads=LOADS)
+    args = options(__doc__, "out", models=dict(MODELS), loads=LOADS)
     points: list[tuple[int, Floats]] = []
     names = ["slope (°)", "row (kN/m)", "depth (m)", "model", "push (N)", "of it walking (N)"]
     names += ["mean radius (m)", "depth when pressed (m)", "pressed: whole wall", "worst metre"]
     names += ["its largest 0.1 s", "arrival: whole wall, 0.1 s", "worst metre, 0.1 s"]
     print(head(*names, "deepest overlap (r)"))
-    for slope, load, model in itertools.product(DEPTHS_M, given.loads, given.models):
-        case = found_case(Case(slope=slope, load=load, model=model), given.out)
-        runs = [case.run(seed, given.out) for seed in range(1, SEEDS + 1)]
+    for slope, load, model in itertools.product(DEPTHS_M, args.loads, args.models):
+        case = found_case(Case(slope=slope, load=load, model=model), args.out)
+        runs = [case.run(seed, args.out) for seed in range(1, SEEDS + 1)]
         rows = np.array([measured(case, run) for run in runs])
         deep = max(run.record().overlap_largest for run in runs)
         radius = np.mean([run.scene.snapshot.radius.mean() for run in runs])
@@ -191,7 +191,7 @@ def main() -> None:
         cells += [f"{case.walk:.0f}", f"{radius:.3f}", *map(_cell, rows.T), f"{deep:.2f}"]
         print(line(cells), flush=True)
         points.append((slope, rows))
-    picture(points).savefig(given.out / "barrier.png")
+    picture(points).savefig(args.out / "barrier.png")
 
 
 def picture(points: Sequence[tuple[int, Floats]]) -> Figure:

@@ -12,7 +12,7 @@ from itertools import takewhile
 
 import numpy as np
 
-from analysis.motion.designs import QUANTITIES, Difference, Table, difference, looks
+from analysis.motion.designs import QUANTITIES, Difference, Table, difference, interim_levels
 from analysis.motion.inference import LEVEL
 from analysis.report.designs import Replicates, designs_of
 from analysis.scene.scene import read_scene
@@ -27,8 +27,8 @@ Known = list[dict[str, Floats]]  # by quantity, the replicates of both designs
 
 def schedule(count: int) -> list[tuple[int, float]]:
     """One look at so many replicates, or (0) all looks of --until up to MOST."""
-    every = looks(COUNTS[0])
-    return [(count, 1 - LEVEL)] if count else [*takewhile(lambda look: look[0] <= MOST, every)]
+    every = interim_levels(COUNTS[0])
+    return [(count, 1 - LEVEL)] if count else [*takewhile(lambda style: style[0] <= MOST, every)]
 
 
 def differences(of: Known, size: int, alpha: float) -> dict[str, Difference]:
@@ -41,7 +41,7 @@ def measured(known: Known, count: int, draws: int) -> list[str]:
     """One row: how many replicates, whether all intervals hold, and a difference that is not there."""
     random, (first, second) = np.random.default_rng(count), known
     true = {key: second[key].mean() - first[key].mean() for key in first}
-    held, wrong, sizes = 0, 0, list[int]()
+    covered, wrong, sizes = 0, 0, list[int]()
     for _ in range(draws):
         one, other = random.integers(0, len(next(iter(first.values()))), (2, MOST))
         pairs = [{key: of[key][one] for key in of} for of in known]
@@ -51,29 +51,29 @@ def measured(known: Known, count: int, draws: int) -> list[str]:
             if found[STOP].significant:
                 break
         sizes.append(size)
-        held += all(abs(each.value - true[key]) <= each.half for key, each in found.items())
-        every = (differences(alike, *look).values() for look in schedule(count))
+        covered += all(abs(each.value - true[key]) <= each.half for key, each in found.items())
+        every = (differences(alike, *style).values() for style in schedule(count))
         wrong += any(each.significant for some in every for each in some)
     name = str(count or f"until {STOP} is decided: {np.mean(sizes):.0f} (mean)")
-    return [name, f"{held / draws:.1%}", f"{wrong / draws:.1%}"]
+    return [name, f"{covered / draws:.1%}", f"{wrong / draws:.1%}"]
 
 
 def main() -> None:
     """Run, draw and print."""
-    asked = options(__doc__, "folder", "first", "second", replicates=40, draws=2000)
-    designs = designs_of([read_scene(asked.first), read_scene(asked.second)])
-    of = Replicates(designs=designs, engine="rigid", out=asked.folder)
-    of.until(asked.replicates)
-    known = [dict(one) for one in of.look(1 - LEVEL).table.values]
+    args = options(__doc__, "folder", "first", "second", replicates=40, draws=2000)
+    designs = designs_of([read_scene(args.first), read_scene(args.second)])
+    of = Replicates(designs=designs, engine="rigid", out=args.folder)
+    of.until(args.replicates)
+    known = [dict(one) for one in of.interim(1 - LEVEL).table.values]
     print(head("quantity", "correlation", "paired", "true difference", "spread"))
     for key, first in known[0].items():
-        together = np.corrcoef(first, known[1][key])[0, 1]
+        combined = np.corrcoef(first, known[1][key])[0, 1]
         one = difference(known[1][key], first, 1 - LEVEL, paired=QUANTITIES[key].paired)
         spread = first.std(ddof=1)
-        print(line([key, f"{together:.2f}", QUANTITIES[key].paired, f"{one.value:.3g}", f"{spread:.2g}"]))
+        print(line([key, f"{combined:.2f}", QUANTITIES[key].paired, f"{one.value:.3g}", f"{spread:.2g}"]))
     print(head("replicates", "all intervals hold", "any false difference"))
     for count in (*COUNTS, 0):
-        print(line(measured(known, count, asked.draws)), flush=True)
+        print(line(measured(known, count, args.draws)), flush=True)
 
 
 if __name__ == "__main__":

@@ -57,18 +57,18 @@ def frames(scene: Scene, longest: float = LONGEST_S) -> Iterator[tuple[float, An
 def through_door(steps: Any, width: float) -> tuple[float, float, float]:
     """Flow per m and s, density per m² and largest contact (N) of steps until 90 % are out."""
     gone, near, force = [], [], []
-    for _, place, _, pressed in steps:
-        gone.append(float((place[:, 0] >= 0).mean()))
-        ahead = (place[:, 0] > -1.5) & (place[:, 0] < -0.5)
-        near.append(float((ahead & (np.abs(place[:, 1]) < 0.5 * width)).sum()) / width)
+    for _, position, _, pressed in steps:
+        gone.append(float((position[:, 0] >= 0).mean()))
+        ahead = (position[:, 0] > -1.5) & (position[:, 0] < -0.5)
+        near.append(float((ahead & (np.abs(position[:, 1]) < 0.5 * width)).sum()) / width)
         force.append(pressed)
         if gone[-1] >= 0.9:
             break
-    first, last = (int(np.searchsorted(gone, share)) for share in (0.1, 0.9))
+    first, last = (int(np.searchsorted(gone, fraction)) for fraction in (0.1, 0.9))
     if last >= len(gone):
         half = len(gone) // 2  # clogged
         return np.nan, float(np.mean(near[half:])), float(np.quantile(force[half:], 0.9))
-    flow = 0.8 * len(place) / ((last - first) * STEP_S) / width
+    flow = 0.8 * len(position) / ((last - first) * STEP_S) / width
     now = slice(first, last)
     return flow, float(np.mean(near[now])), float(np.quantile(force[now], 0.9))
 
@@ -83,16 +83,16 @@ def interval(values: Any, digits: int = 2) -> str:
     return f"{low:.{digits}g}–{high:.{digits}g}{clogged}"
 
 
-def doors(seeds: int, friction: float = 0.0, widths: Any = DOORS_M, shares: Any = SHARES) -> None:
+def doors(seeds: int, friction: float = 0.0, widths: Any = DOORS_M, fractions: Any = SHARES) -> None:
     """Print flow, density and forces by width and share of push."""
     for width in widths:
-        for share in shares:
+        for fraction in fractions:
             found = []
             for seed in range(1, seeds + 1):
                 scene = room("a", 7.0, 6.0, width, crowd(seed, friction=friction))
-                found.append(through_door(frames(walking(scene, seed, push_share=share)), width))
+                found.append(through_door(frames(walking(scene, seed, push_share=fraction)), width))
             flow, density, force = np.transpose(found)
-            print(f"{width} m | p {share} | {interval(flow)} per m s | {interval(density)} per m²"
+            print(f"{width} m | p {fraction} | {interval(flow)} per m s | {interval(density)} per m²"
                   f" | {interval(force)} N", flush=True)  # fmt: skip
 
 
@@ -110,10 +110,10 @@ def _ring(density: float, seed: int) -> Scene:
     columns = int(np.ceil(number / rows))
     x, y = np.meshgrid((np.arange(columns) + 0.5) * length / columns - length,
                        (np.arange(rows) + 0.5) * (width - 2 * RADIUS) / rows - width / 2 + RADIUS)  # fmt: skip
-    place = np.column_stack([x.ravel(), y.ravel()])[random.permutation(x.size)[:number]]
+    position = np.column_stack([x.ravel(), y.ravel()])[random.permutation(x.size)[:number]]
     scene = room("ring", length, width, width, crowd(seed, people=20))
     walls = [wall for wall in scene.walls if wall.start_m[1] == wall.end_m[1]]
-    people = Snapshot(position=place, radius=np.full(number, RADIUS), mass=np.full(number, 75.0))
+    people = Snapshot(position=position, radius=np.full(number, RADIUS), mass=np.full(number, 75.0))
     assert scene.drive is not None
     return scene.model_copy(update={
         "walls": tuple(walls), "period_x_m": (-length, 0.0), "snapshot": people,
@@ -136,20 +136,20 @@ def speeds(seeds: int) -> None:
 
 def counterflow(seeds: int) -> None:
     """Print how fast 25 and 25 people pass each other in a corridor of 2.4 m × 12 m."""
-    for share in SHARES:
+    for fraction in SHARES:
         found, out = [], []
         for seed in range(1, seeds + 1):
             scene = room("stream", 12.0, 2.4, opposing(12.0, 2.4), crowd(seed, people=50))
-            scene, passed = walking(scene, seed, push_share=share), np.inf
+            scene, passed = walking(scene, seed, push_share=fraction), np.inf
             assert scene.drive is not None
-            for time, place, _, _ in frames(scene, 60.0):
-                gone = scene.drive.gone(place, scene.snapshot.ids)
+            for time, position, _, _ in frames(scene, 60.0):
+                gone = scene.drive.gone(position, scene.snapshot.ids)
                 if gone.mean() >= 0.9:
                     passed = time
                     break
             found.append(passed)
             out.append(gone.mean())
-        print(f"p {share} | 90 % through after {interval(found)} s | out {interval(out)}", flush=True)
+        print(f"p {fraction} | 90 % through after {interval(found)} s | out {interval(out)}", flush=True)
 
 
 # Of a body as wide as shoulders, over half its breadth: radius, and place across the chest.
@@ -159,13 +159,13 @@ CHEST_M, BODIES, GATES_M = 0.12, 30, (0.5, 0.65, 0.8)
 
 def _turning(disks: Snapshot, seed: int) -> Snapshot:
     """Bodies of three disks, CHEST_M the widest, at the places of disks, who face a door ±0.5 rad."""
-    place, n = disks.position, len(disks)
-    angle = np.arctan2(*place.T[::-1]) + np.pi / 2
+    position, n = disks.position, len(disks)
+    angle = np.arctan2(*position.T[::-1]) + np.pi / 2
     angle += np.random.default_rng([seed, 8]).uniform(-0.5, 0.5, n)
     size, off = np.array(BODY).T * 2 * CHEST_M
     across = np.column_stack([np.cos(angle), np.sin(angle)])
     return Snapshot(
-        position=(place[:, None] + off[:, None] * across[:, None]).reshape(-1, 2).round(9),
+        position=(position[:, None] + off[:, None] * across[:, None]).reshape(-1, 2).round(9),
         radius=np.tile(size, n),
         mass=np.outer(disks.mass, size * size / (size * size).sum()).ravel(),
     ).joined(np.repeat(np.arange(1, n + 1), len(BODY)))
@@ -176,7 +176,7 @@ def shoulders(seeds: int) -> None:
     disks of the bodies' area, through narrow gates."""
     area = 0.169  # m, radius
     for width in GATES_M:
-        for share in (0.0, 0.2, 0.4):
+        for fraction in (0.0, 0.2, 0.4):
             for name in ("bodies", "chests", "areas"):
                 found = []
                 for seed in range(1, seeds + 1):
@@ -186,12 +186,12 @@ def shoulders(seeds: int) -> None:
                     people = Snapshot(position=disks.position, radius=radius, mass=disks.mass)
                     people = _turning(people, seed) if name == "bodies" else people
                     scene = scene.model_copy(update={"snapshot": people})
-                    steps = frames(walking(scene, seed, push_share=share, time_gap_s=0.6), 60.0)
+                    steps = frames(walking(scene, seed, push_share=fraction, time_gap_s=0.6), 60.0)
                     if name == "bodies":
                         steps = ((t, at[1::3], u, force) for t, at, u, force in steps)
                     found.append(through_door(steps, width))
                 flow, density, force = np.transpose(found)
-                print(f"{width} m | p {share} | {name} | {interval(flow * width)} per s"
+                print(f"{width} m | p {fraction} | {name} | {interval(flow * width)} per s"
                       f" | {interval(density)} per m² | {interval(force)} N", flush=True)  # fmt: skip
 
 
@@ -221,8 +221,8 @@ def peers(seeds: int) -> None:
                 half = width / 2
                 end = simulation.add_exit_stage(shapely.box(0.5, -half, 1, half))
                 journey = simulation.add_journey(jps.JourneyDescription([end]))
-                for place in scene.snapshot.position:
-                    at = agent(position=tuple(place), journey_id=journey, stage_id=end)
+                for position in scene.snapshot.position:
+                    at = agent(position=tuple(position), journey_id=journey, stage_id=end)
                     simulation.add_agent(at)
                 found.append(through_door(_steps(simulation, len(scene.snapshot)), width)[:2])
             flow, density = np.transpose(found)
@@ -234,10 +234,10 @@ def _steps(simulation: Any, people: int) -> Iterator[tuple[float, Any, None, flo
     """The same as `frames` of a simulation of JuPedSim; who has left stands behind the door."""
     while simulation.elapsed_time() < LONGEST_S:
         simulation.iterate()
-        place = np.full((people, 2), 9.0)
+        position = np.full((people, 2), 9.0)
         inside = [agent.position for agent in simulation.agents()]
-        place[: len(inside)] = np.array(inside).reshape(-1, 2)
-        yield simulation.elapsed_time(), place, None, 0.0
+        position[: len(inside)] = np.array(inside).reshape(-1, 2)
+        yield simulation.elapsed_time(), position, None, 0.0
 
 
 PARTS: dict[str, Callable[[int], None]] = {
@@ -249,8 +249,8 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--part", choices=PARTS)
     parser.add_argument("--seeds", type=int, default=3)
-    given = parser.parse_args()
+    args = parser.parse_args()
     for part, run in PARTS.items():
-        if given.part in (None, part):
+        if args.part in (None, part):
             print(f"{part}:", flush=True)
-            run(given.seeds)
+            run(args.seeds)

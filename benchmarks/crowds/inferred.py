@@ -82,8 +82,8 @@ def other(site: Site, number: int, kind: str) -> Ran | None:
         return social(site, drawn, number)
     speed, soon = drawn["speed_m_per_s"], drawn["relaxation_time_s"]
     tau = MASS_KG * speed / PUSH_N if kind == LAWS[0] else soon
-    kept = {name: drawn[name] for name in OF_BODIES}
-    return simulate(site, kept | {"speed_m_per_s": speed, "relaxation_time_s": tau}, 9000 + number)
+    selected = {name: drawn[name] for name in OF_BODIES}
+    return simulate(site, selected | {"speed_m_per_s": speed, "relaxation_time_s": tau}, 9000 + number)
 
 
 def social(site: Site, drawn: dict[str, float], number: int) -> Ran | None:
@@ -101,9 +101,9 @@ def social(site: Site, drawn: dict[str, float], number: int) -> Ran | None:
     walls = shapely.unary_union([shapely.LineString([w.start_m, w.end_m]) for w in site.room.walls])
     agents: dict[int, int] = {}
     assert site.start is not None
-    for place in site.start:
+    for position in site.start:
         at = jps.SocialForceModelAgentParameters(
-            position=tuple(place), journey_id=journey, stage_id=end, radius=radius, mass=MASS_KG,
+            position=tuple(position), journey_id=journey, stage_id=end, radius=radius, mass=MASS_KG,
             desired_speed=drawn["speed_m_per_s"], reaction_time=drawn["relaxation_time_s"])  # fmt: skip
         agents[simulation.add_agent(at)] = len(agents)
     tracks, loads, after = [site.start], [(0.0, 0.0)], AFTER_S
@@ -114,8 +114,8 @@ def social(site: Site, drawn: dict[str, float], number: int) -> Ran | None:
             now = np.full_like(site.start, np.nan)
             for agent in simulation.agents():
                 now[agents[agent.id]] = agent.position
-            apart = np.linalg.norm(now[:, None] - now, axis=2) + np.diag(np.full(len(now), np.inf))
-            pressed += np.nan_to_num(np.maximum(2 * radius - apart, 0)) * BODY_N_PER_M / 10
+            distance = np.linalg.norm(now[:, None] - now, axis=2) + np.diag(np.full(len(now), np.inf))
+            pressed += np.nan_to_num(np.maximum(2 * radius - distance, 0)) * BODY_N_PER_M / 10
             at = shapely.distance(walls, shapely.points(now[np.isfinite(now[:, 0])]))
             on_walls += float(np.maximum(radius - at, 0).sum()) * BODY_N_PER_M / 10
         tracks.append(now)
@@ -148,18 +148,18 @@ def main() -> None:
     parser.add_argument("--rooms", type=int, default=20)
     parser.add_argument("--runs", type=int, default=RUNS)
     parser.add_argument("--others", type=int, default=4)
-    given = parser.parse_args()
+    args = parser.parse_args()
     every, ends = [], {kind: Counter[str]() for kind in LAWS}
     with workers(cores()) as pool:
-        for number in range(given.rooms):
+        for number in range(args.rooms):
             site, seed, name = site_of(number), 1 + number, SHAPES[number % len(SHAPES)]
-            tasks = [Task(call=one_run, arguments=(site, seed, k), work=1.0) for k in range(given.runs)]
+            tasks = [Task(call=one_run, arguments=(site, seed, k), work=1.0) for k in range(args.runs)]
             ran = do_all(tasks, pool, "simulations", None)
             own = infer(site, next(one.statistics for one in ran if one), ran, seed)
             every.append([each[key] for key in SHOWN for each in (own.coverage, own.usual)])
             print(f"{number} {name}, {site.people} people: " + ", ".join(
                 f"{key} in {own.coverage[key]:.2f}, width {own.usual[key]:.2f}" for key in SHOWN))  # fmt: skip
-            numbers = range(given.others * number, given.others * (number + 1))
+            numbers = range(args.others * number, args.others * (number + 1))
             tasks = [Task(call=_try, arguments=(site, k, kind), work=1.0) for kind in LAWS for k in numbers]
             for task, one in zip(tasks, do_all(tasks, pool, "others", None), strict=True):
                 ends[task.arguments[2]][judged(one, ran, seed) if one else "no crowd"] += 1

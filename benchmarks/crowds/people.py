@@ -68,14 +68,14 @@ def arms(out: Path) -> str:
     found = np.array([[quantities(with_reach(one, r), out / f"{r:g}_{n}", 4.0) for n, one in every]
                       for r in REACHES_M])  # fmt: skip
     figure, (axes,) = panels(8.0, 4.5)
-    share = found / np.median(found[0], axis=0)
-    for place, name in enumerate(SHOWN.values()):
+    fraction = found / np.median(found[0], axis=0)
+    for index, name in enumerate(SHOWN.values()):
         if "(kN)" in name:
-            low, middle, high = np.quantile(share[:, :, place], [0.0, 0.5, 1.0], axis=1)
-            where = 100 * (np.array(REACHES_M) + 0.0015 * (place - 1.5))
+            low, middle, high = np.quantile(fraction[:, :, index], [0.0, 0.5, 1.0], axis=1)
+            where = 100 * (np.array(REACHES_M) + 0.0015 * (index - 1.5))
             axes.errorbar(
                 where, middle, [middle - low, high - middle], marker="o", capsize=3,
-                color=COLOURS[place % len(COLOURS)], label=name.rpartition(" (")[0],
+                color=COLOURS[index % len(COLOURS)], label=name.rpartition(" (")[0],
             )  # fmt: skip
     axes.set(xlabel="reach of arms (cm)", ylabel="over the median without arms", ylim=(0, None))
     axes.grid(color=GRID)
@@ -97,7 +97,7 @@ def shoulders(out: Path) -> str:
         frame = {"xlim": (-3, 0.3), "ylim": (-2, 2), "aspect": "equal"}
         axes.set(title=title, xlabel="x (m)", ylabel="y (m)", **frame)
         folders = (out / f"{title[:3]}_{number}" for number in range(SEEDS))
-        found = [quantities(one, place, 5.0) for one, place in zip(scenes, folders, strict=True)]
+        found = [quantities(one, path, 5.0) for one, path in zip(scenes, folders, strict=True)]
         rows.append([title, *ranges(found)])
     figure.savefig(out / "shoulders.png", dpi=120)
     return table(["people", *SHOWN.values()], rows)
@@ -106,9 +106,9 @@ def shoulders(out: Path) -> str:
 def main() -> None:
     """Print the tables."""
     parts = {"arms": arms, "shoulders": shoulders}
-    given = options(__doc__, "folder", what=parts)
-    for name in given.what:
-        print(parts[name](given.folder), end="\n\n", flush=True)
+    args = options(__doc__, "folder", what=parts)
+    for name in args.what:
+        print(parts[name](args.folder), end="\n\n", flush=True)
 
 
 if __name__ == "__main__":

@@ -43,8 +43,8 @@ def crowd(corridor, people, radius, seed, density=3.0):
     """People at random places, so many per m², not yet apart."""
     half = 0.5 * corridor - radius
     low, high = (-half, GATE_M + 0.5), (half, GATE_M + 0.5 + people / density / corridor)
-    place = np.random.default_rng(seed).uniform(low, high, (people, 2))
-    return Snapshot(position=place, radius=np.full(people, radius), mass=np.full(people, 75.0))
+    position = np.random.default_rng(seed).uniform(low, high, (people, 2))
+    return Snapshot(position=position, radius=np.full(people, radius), mass=np.full(people, 75.0))
 
 
 def run(walls, people, law, seed=1, friction=0.0):
@@ -58,37 +58,37 @@ def run(walls, people, law, seed=1, friction=0.0):
     push = Push(desired=way, relaxation_time=drive.relaxation_time_s)
     motion = Motion(people, walls, step=STEP_S, push=push, friction=friction)
     motion.separate()
-    time, place, force = [], [], []
+    time, position, force = [], [], []
     while motion.time < 3.0 * n and (motion.position[:, 1] > LINE_M - 0.5).any():
         force.append(motion.advance().reaction.max(initial=0.0) / STEP_S)
         if len(force) % EVERY == 0:
             time.append(motion.time)
-            place.append(motion.position.copy())
-    return np.array(time), np.array(place), np.array(force)
+            position.append(motion.position.copy())
+    return np.array(time), np.array(position), np.array(force)
 
 
-def swaying(time, place, seed=1):
+def swaying(time, position, seed=1):
     """The heads of bodies at (f,n,2) m."""
     rng = np.random.default_rng(seed)
-    shape = (SWAYS, 1, *place.shape[1:])
+    shape = (SWAYS, 1, *position.shape[1:])
     turns = rng.uniform(*SWAY_HZ, shape) * time[:, None, None] + rng.uniform(0.0, 1.0, shape)
-    return place + SWAY_M * np.sqrt(2 / SWAYS) * np.cos(2 * np.pi * turns).sum(axis=0)
+    return position + SWAY_M * np.sqrt(2 / SWAYS) * np.cos(2 * np.pi * turns).sum(axis=0)
 
 
-def measured(time, place, corridor):
+def measured(time, position, corridor):
     """Flow (1/s), density (1/m²), speed (m/s); NaN where not 90 % came through."""
-    through = place[..., 1] < LINE_M
+    through = position[..., 1] < LINE_M
     exits = np.sort(time[np.argmax(through, axis=0)][through.any(axis=0)])
-    first, last = (int(np.ceil(share * place.shape[1])) for share in (0.1, 0.9))
+    first, last = (int(np.ceil(fraction * position.shape[1])) for fraction in (0.1, 0.9))
     if len(exits) < last:
         return np.full(3, np.nan)
     start, end = exits[first - 1], exits[last - 1]
     half, reach = 0.5 * corridor - 0.05, round(0.2 / (time[1] - time[0]))
-    x, y = np.moveaxis(place[reach:-reach], -1, 0)
+    x, y = np.moveaxis(position[reach:-reach], -1, 0)
     inside = (np.abs(x) <= half) & (y >= FRONT_M[0]) & (y <= FRONT_M[1])
     inside &= ((time >= start) & (time <= end))[reach:-reach, None]
     frames = ((time >= start) & (time <= end)).sum()
-    way = np.hypot(*np.moveaxis(place[2 * reach :] - place[: -2 * reach], -1, 0)) / 0.4
+    way = np.hypot(*np.moveaxis(position[2 * reach :] - position[: -2 * reach], -1, 0)) / 0.4
     some = inside.any(axis=1)
     mean = (way * inside).sum(axis=1)[some] / inside.sum(axis=1)[some]
     area = 2 * half * (FRONT_M[1] - FRONT_M[0])
@@ -103,21 +103,21 @@ HEADWAY_SD, Z90 = 0.6, 1.645
 VARIANTS = {"push": {"jostling": 0.06}, "jostling": {"push": 0.0}, "both": {}}
 
 
-def simulated(rooms, given, path):
+def simulated(rooms, inputs, path):
     """Run what is asked for of rooms and not in the file, and put it there."""
     known = pd.read_csv(path) if path.exists() else pd.DataFrame(columns=KEYS)
     done = set(known[KEYS].itertuples(index=False, name=None))
-    asked = [getattr(given, key) for key in ("time_gap", "radius", "start", "push", "jostling")]
-    seeds = range(1, given.seeds + 1)
-    for (corridor, people), *values in itertools.product(rooms, *asked, seeds):
+    requested = [getattr(inputs, key) for key in ("time_gap", "radius", "start", "push", "jostling")]
+    seeds = range(1, inputs.seeds + 1)
+    for (corridor, people), *values in itertools.product(rooms, *requested, seeds):
         if (corridor, people, *values) in done:
             continue
         gap, radius, density, push, jostling, seed = values
-        law = {"time_gap_s": gap, "relaxation_time_s": given.relaxation}
+        law = {"time_gap_s": gap, "relaxation_time_s": inputs.relaxation}
         law |= {"push_share": push, "jostling_m_per_s": jostling}
         start = crowd(corridor, people, radius, seed, density)
-        time, place, force = run(gate(corridor), start, law, seed, given.friction)
-        found = measured(time, swaying(time, place, seed), corridor)
+        time, position, force = run(gate(corridor), start, law, seed, inputs.friction)
+        found = measured(time, swaying(time, position, seed), corridor)
         one = [corridor, people, *values, *found, np.quantile(force, 0.9)]
         one = pd.DataFrame([one], columns=[*KEYS, *SEEN, "force_N"])
         one.to_csv(path, mode="a", header=not path.exists(), index=False)
@@ -153,8 +153,8 @@ def read_off(row, ours, key, sd, **only):
     x = p if len(p) > 1 else j
     rising = np.maximum.accumulate(value.reshape(len(x), -1)[:, SEEN.index(key)])
     rising = rising + 1e-9 * np.arange(len(x))
-    seen = np.log(getattr(row, key))
-    return [float(np.interp(seen + by * sd, rising, x)) for by in (0.0, -Z90, Z90)]
+    observed = np.log(getattr(row, key))
+    return [float(np.interp(observed + by * sd, rising, x)) for by in (0.0, -Z90, Z90)]
 
 
 def seen_again(ours, fit, flow_sd, draws=400):
@@ -167,28 +167,28 @@ def seen_again(ours, fit, flow_sd, draws=400):
     return (np.abs(off[best, np.arange(draws)]) <= 1.0).mean(axis=0)
 
 
-def judged(seen, ours):
+def judged(observed, ours):
     """A line of misfits and counts of one law, and the table of its runs."""
     rooms = ours.groupby(ROOM)
-    rows = [(row, rooms.get_group((row.corridor_m, row.n))) for row in seen.itertuples()]
-    line, table = {"seeds": ours.seed.max()}, seen[["run", *ROOM]].copy()
+    rows = [(row, rooms.get_group((row.corridor_m, row.n))) for row in observed.itertuples()]
+    line, table = {"seeds": ours.seed.max()}, observed[["run", *ROOM]].copy()
     for name, only in VARIANTS.items():
         fits = np.array([fitted(*row, **only) for row in rows])
         good = np.abs(fits[:, 6:]) <= 1.0
         line[f"{name}_misfit"] = np.sqrt(np.mean(fits[:, 6:] ** 2))
         counts = [*good.sum(0), good.all(1).sum()]
         line |= zip([f"{name}_{key}" for key in [*SEEN, "all"]], counts, strict=True)
-    errors = HEADWAY_SD / np.sqrt(0.8 * seen.n)
+    errors = HEADWAY_SD / np.sqrt(0.8 * observed.n)
     again = [seen_again(of, *fit) for (_, of), *fit in zip(rows, fits, errors, strict=True)]
     line |= zip([f"seen_again_{key}" for key in SEEN], np.sum(again, axis=0), strict=True)
     for k, key in enumerate(SEEN):
-        table[f"seen_{key}"], table[f"ours_{key}"] = seen[key], fits[:, 2 + k]
+        table[f"seen_{key}"], table[f"ours_{key}"] = observed[key], fits[:, 2 + k]
     table[["push", "jostling_m_per_s", "force_90_N"]] = fits[:, [0, 1, 5]]
     for name, key, of in (("push", "flow_per_s", "flow"), ("jostling", "speed_m_s", "speed")):
         each = zip(rows, errors, strict=True)
         ends = [read_off(*row, key, sd, **VARIANTS[name]) for row, sd in each]
         table[[f"{name}_of_{of}{end}" for end in ("", "_low", "_high")]] = ends
-        values = seen.assign(x=[first for first, *_ in ends])
+        values = observed.assign(x=[first for first, *_ in ends])
         pair = values.pivot(index=[*ROOM, "priming"], columns="motivation", values="x")
         line[f"pairs_{name}"] = (pair["h0"] > pair["h-"]).sum()
     return line, table
@@ -204,15 +204,15 @@ def main():
         parser.add_argument(f"--{name}", type=float, nargs="+", default=value)
     for name, value in {"relaxation": 0.3, "friction": 0.0, "seeds": 2}.items():
         parser.add_argument(f"--{name}", type=type(value), default=value)
-    given = parser.parse_args()
-    seen = pd.read_csv(given.runs)
-    simulated(dict.fromkeys(seen[ROOM].itertuples(index=False, name=None)), given, given.ours)
-    groups = pd.read_csv(given.ours).groupby(LAW)
-    lines, tables = zip(*[judged(seen, ours) for _, ours in groups], strict=True)
+    args = parser.parse_args()
+    observed = pd.read_csv(args.runs)
+    simulated(dict.fromkeys(observed[ROOM].itertuples(index=False, name=None)), args, args.ours)
+    groups = pd.read_csv(args.ours).groupby(LAW)
+    lines, tables = zip(*[judged(observed, ours) for _, ours in groups], strict=True)
     laws = pd.DataFrame(list(groups.groups), columns=LAW).join(pd.DataFrame(lines))
     for what, found in (("laws", laws), ("fit", tables[laws.both_misfit.argmin()])):
         print(found.round(2).to_string())
-        found.round(3).to_csv(given.ours.with_stem(f"{given.ours.stem}_{what}"), index=False)
+        found.round(3).to_csv(args.ours.with_stem(f"{args.ours.stem}_{what}"), index=False)
 
 
 if __name__ == "__main__":

@@ -57,34 +57,34 @@ def samples(of: Model, more: float = 1.0) -> dict[str, Sample]:
 def measured(series: list[RunLoads], count: int, draws: int) -> list[str]:
     """One row: how many replicates, what ranges hold, what verdicts say."""
     random = np.random.default_rng(count)
-    held: dict[str, list[float]] = {key: [] for key in (*WINDOWS, "flow")}
-    wrong, seen = 0, {key: 0 for key in WINDOWS}
+    collected: dict[str, list[float]] = {key: [] for key in (*WINDOWS, "flow")}
+    wrong, observed = 0, {key: 0 for key in WINDOWS}
     for _ in range(draws):
         order = random.permutation(len(series))
         mine, theirs, rest = np.split(order, [count, 2 * count])
         model, further = ensemble(series, mine), ensemble(series, np.concatenate([theirs, rest]))
-        for key, shares in held.items():
+        for key, fractions in collected.items():
             found, others = model.interval(key), np.concatenate(further.windows(key))
-            shares.append(float(((others >= found.low) & (others <= found.high)).mean()))
+            fractions.append(float(((others >= found.low) & (others <= found.high)).mean()))
         other = samples(ensemble(series, theirs))
         wrong += any(one.significant for one in differences(samples(model), other).values())
         truly = differences(samples(model, MORE), other)
         for key in WINDOWS:
-            seen[key] += truly[key].significant
-    share = [float(np.mean(held[key])) for key in WINDOWS]
+            observed[key] += truly[key].significant
+    fraction = [float(np.mean(collected[key])) for key in WINDOWS]
     shown = "contact_mean", "walls", "contact_95", "contact_largest"
-    power = ", ".join(f"{seen[key] / draws:.0%}" for key in shown)
-    ranges = f"{min(share):.0%} to {max(share):.0%}", f"{np.mean(held['flow']):.0%}"
+    power = ", ".join(f"{observed[key] / draws:.0%}" for key in shown)
+    ranges = f"{min(fraction):.0%} to {max(fraction):.0%}", f"{np.mean(collected['flow']):.0%}"
     return [str(count), *ranges, f"{wrong / draws:.1%}", power]
 
 
 def main() -> None:
     """Run, draw and print."""
-    asked = options(__doc__, "folder", crowds=60, draws=300, friction=0.0)
-    series = series_of(asked.folder, asked.crowds, asked.friction)
+    args = options(__doc__, "folder", crowds=60, draws=300, friction=0.0)
+    series = series_of(args.folder, args.crowds, args.friction)
     print(head("replicates", "windows held", "flow held", "any false verdict", "+10 % seen"))
     for count in REPLICATES:
-        print(line(measured(series, count, asked.draws)), flush=True)
+        print(line(measured(series, count, args.draws)), flush=True)
 
 
 if __name__ == "__main__":

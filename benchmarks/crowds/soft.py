@@ -201,15 +201,15 @@ def _cell(values: pd.Series) -> str:
 
 def main() -> None:
     """Run every case that is not known, and draw."""
-    given = options(__doc__, "out", read=False)
-    path = given.out / "soft.csv"
+    args = options(__doc__, "out", read=False)
+    path = args.out / "soft.csv"
     known = pd.DataFrame(columns=[*Case._fields, *MEASURES, "overlap_largest", "cpu_s"])
     if path.exists():
         known = pd.read_csv(path, dtype={"softness": str})
     done = set(known[list(Case._fields)].itertuples(index=False, name=None))
-    for case in () if given.read else (case for case in cases() if case not in done):
+    for case in () if args.read else (case for case in cases() if case not in done):
         try:
-            found = measured(case.run(given.out / "runs"), PUSHES[case.push][-1])
+            found = measured(case.run(args.out / "runs"), PUSHES[case.push][-1])
         except EngineError as error:
             print(error, flush=True)
             continue
@@ -217,7 +217,7 @@ def main() -> None:
         write_text(path, known.to_csv(index=False))
         print(*case, f"{found['cpu_s']:.1f} CPU s", flush=True)
     print(tables(known))
-    picture(known).savefig(given.out / "soft.png", dpi=120)
+    picture(known).savefig(args.out / "soft.png", dpi=120)
 
 
 if __name__ == "__main__":

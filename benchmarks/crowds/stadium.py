@@ -22,7 +22,7 @@ from analysis.pages.numbers import number
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
 from analysis.support.files import write_json
-from benchmarks.machine import apart, options, show
+from benchmarks.machine import in_process, options, show
 
 # Simulated seconds of the two runs of a sector.
 SHORT_S, LONG_S = 1.0, 3.0
@@ -50,21 +50,21 @@ def run_one(people: int, stiffness: float | None, seconds: float, folder: Path) 
 
 def measured(people: int, stiffness: float | None, seconds: float, out: Path) -> dict[str, float]:
     """Run for so many seconds, in a process of its own, unless it was done before."""
-    place = out / f"{people}_{stiffness or 0:g}_{seconds:g}"
-    kept = place / "measured_run.json"
-    if not kept.exists():
-        write_json(kept, apart(run_one, people, stiffness, seconds, place))
-    found: dict[str, float] = json.loads(kept.read_text())
+    path = out / f"{people}_{stiffness or 0:g}_{seconds:g}"
+    cached = path / "measured_run.json"
+    if not cached.exists():
+        write_json(cached, in_process(run_one, people, stiffness, seconds, path))
+    found: dict[str, float] = json.loads(cached.read_text())
     return found
 
 
-def sector_row(stiffness: float | None, given: argparse.Namespace) -> list[str]:
+def sector_row(stiffness: float | None, args: argparse.Namespace) -> list[str]:
     """All sectors for the whole time by a model."""
-    people = given.people // given.doors
-    short, longer = (measured(people, stiffness, t, given.folder) for t in (SHORT_S, LONG_S))
+    people = args.people // args.doors
+    short, longer = (measured(people, stiffness, t, args.folder) for t in (SHORT_S, LONG_S))
     second = (longer["cpu"] - short["cpu"]) / (LONG_S - SHORT_S)
-    hours = given.doors * given.hours * second
-    frames = given.doors * given.hours * HOUR / given.frame_seconds
+    hours = args.doors * args.hours * second
+    frames = args.doors * args.hours * HOUR / args.frame_seconds
     scene, name = scene_of(people, stiffness, LONG_S)
     s = softness(scene)
     return [
@@ -72,7 +72,7 @@ def sector_row(stiffness: float | None, given: argparse.Namespace) -> list[str]:
         f"{1e3 * engine(name).timing(scene).time_step:.2g} ms",
         f"{number(second, 2)} s",
         number(hours, 2),
-        number(given.seeds * hours, 2),
+        number(args.seeds * hours, 2),
         f"{longer['memory'] / GB:.2f} GB",
         f"{number(frames * longer['frame'] / GB, 2)} GB",
         f"{s:.2g}, {judged(s).split(':')[0]}" if stiffness else "–",
@@ -81,13 +81,13 @@ def sector_row(stiffness: float | None, given: argparse.Namespace) -> list[str]:
 
 def main() -> None:
     """Measure, and print the table."""
-    given = options(
+    args = options(
         __doc__, "folder", people=50_000, doors=40, hours=1.0, seeds=10,
         stiffness=(1e6, 1e7, 1e8), frame_seconds=1.0,
     )  # fmt: skip
-    costs = ["core hours", f"of {given.seeds} crowds"]
+    costs = ["core hours", f"of {args.seeds} crowds"]
     head = ["model", "step", "CPU time of 1 s of a sector", *costs, "memory", "dumps", "s"]
-    show(head, (sector_row(one, given) for one in (None, *given.stiffness)))
+    show(head, (sector_row(one, args) for one in (None, *args.stiffness)))
 
 
 if __name__ == "__main__":

@@ -30,14 +30,14 @@ MOST_S = 600
 class Engine:
     """An engine of engines.toml, its environment in a folder. Without pip, npm and command it is this Python's."""
 
-    def __init__(self, name: str, given: dict[str, Any], installed: Path) -> None:
-        self.name, self.given, self.folder = name, given, installed.resolve() / name
-        self.variants = given.get("variants", ["default"])
+    def __init__(self, name: str, arguments: dict[str, Any], installed: Path) -> None:
+        self.name, self.given, self.folder = name, arguments, installed.resolve() / name
+        self.variants = arguments.get("variants", ["default"])
         self.script = next(HERE.glob(f"{name}_.*"))
         python = self.folder / "bin" / "python"
-        self.own = "pip" in given and not python.exists() and _has(given["pip"])
-        self.command = given.get("command") or (
-            ["node"] if "npm" in given else [str(python) if "pip" in given and not self.own else sys.executable]
+        self.own = "pip" in arguments and not python.exists() and _has(arguments["pip"])
+        self.command = arguments.get("command") or (
+            ["node"] if "npm" in arguments else [str(python) if "pip" in arguments and not self.own else sys.executable]
         )
 
     @property
@@ -81,7 +81,7 @@ def _has(packages: list[str]) -> bool:
 def engines(installed: Path) -> list[Engine]:
     """Give all engines."""
     listed = tomllib.loads((HERE / "engines.toml").read_text(encoding="utf-8"))
-    return [Engine(name, given, installed) for name, given in listed.items()]
+    return [Engine(name, inputs, installed) for name, inputs in listed.items()]
 
 
 def row_of(engine: Engine, variant: str, name: str, folder: Path) -> dict[str, Any]:
@@ -101,12 +101,12 @@ def main() -> None:
     parser.add_argument("names", nargs="*")
     parser.add_argument("--install", action="store_true")
     parser.add_argument("--out", type=Path, default=Path("out/engines"))
-    given = parser.parse_args()
+    args = parser.parse_args()
     rows = []
-    for engine in engines(given.out / "installed"):
-        if given.names and engine.name not in given.names:
+    for engine in engines(args.out / "installed"):
+        if args.names and engine.name not in args.names:
             continue
-        if given.install and not engine.is_installed:
+        if args.install and not engine.is_installed:
             for line in engine.install_lines:
                 subprocess.run(line, check=False)
         if not engine.is_installed:
@@ -115,9 +115,9 @@ def main() -> None:
             continue
         for variant in engine.variants:
             for name in scenes():
-                rows.append(row_of(engine, variant, name, given.out / engine.name / variant.replace("/", "_") / name))
+                rows.append(row_of(engine, variant, name, args.out / engine.name / variant.replace("/", "_") / name))
                 print(engine.name, variant, name, rows[-1].get("version", ""), rows[-1]["verdict"], flush=True)
-    table, file = pd.DataFrame(rows), given.out / "engines.csv"
+    table, file = pd.DataFrame(rows), args.out / "engines.csv"
     if file.exists() and rows:
         old = pd.read_csv(file, keep_default_na=False)
         table = pd.concat([old[~old.engine.isin(table.engine)], table]).sort_values("engine", kind="stable")

@@ -25,9 +25,9 @@ def body_of(k, shape, joint):
 
 for k, (x, y, nx, ny) in enumerate(scene.walls):
     skeleton, joint, body = body_of(-1 - k, dart.dynamics.BoxShape([198 if ny else 2, 198 if nx else 2, 9]), "WeldJoint")
-    place = np.eye(4)
-    place[:2, 3] = x - nx, y - ny
-    joint.setTransformFromParentBodyNode(dart.math.Isometry3(place))
+    position = np.eye(4)
+    position[:2, 3] = x - nx, y - ny
+    joint.setTransformFromParentBodyNode(dart.math.Isometry3(position))
     world.addSkeleton(skeleton)
 moving = []
 for k, (x, y, r, m, vx, vy) in enumerate(scene.bodies):

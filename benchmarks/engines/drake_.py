@@ -44,12 +44,12 @@ plant.Finalize()
 diagram = builder.Build()
 simulator = Simulator(diagram)
 context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
-for joints, place, motion in starts:
+for joints, position, motion in starts:
     if scene.turns:
-        joints[0].set_translation(context, place)
+        joints[0].set_translation(context, position)
         joints[0].set_translational_velocity(context, motion)
     else:
-        for joint, at, speed in zip(joints, place, motion, strict=True):
+        for joint, at, speed in zip(joints, position, motion, strict=True):
             joint.set_translation(context, at)
             joint.set_translation_rate(context, speed)
 

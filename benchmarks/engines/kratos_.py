@@ -16,12 +16,12 @@ import KratosMultiphysics.DEMApplication as Dem
 from KratosMultiphysics.DEMApplication.DEM_analysis_stage import DEMAnalysisStage
 from record import Record, folder, scene, variant
 
-h, (_, _, r, m, *_), given = scene.fine_step_s, scene.bodies[0], json.loads(Path(__file__).with_name("kratos.json").read_text())
-for one in given["materials"]["materials"]:
+h, (_, _, r, m, *_), inputs = scene.fine_step_s, scene.bodies[0], json.loads(Path(__file__).with_name("kratos.json").read_text())
+for one in inputs["materials"]["materials"]:
     one["Variables"] |= {"PARTICLE_DENSITY": m / (math.pi * r * r), "YOUNG_MODULUS": scene.stiffness * 8 / math.pi}
-for one in given["materials"]["material_relations"]:
+for one in inputs["materials"]["material_relations"]:
     one["Variables"] |= {"STATIC_FRICTION": scene.friction, "DYNAMIC_FRICTION": scene.friction}
-asked = given["asked"] | {
+requested = inputs["asked"] | {
     "GravityX": scene.gravity[0], "GravityY": scene.gravity[1], "RotationOption": scene.turns, "MaxTimeStep": h,
     "FinalTime": scene.until_s - h / 2, "OutputTimeStep": h if variant == "printed" else 0.01,
 }  # fmt: skip
@@ -40,7 +40,7 @@ elements = block("Elements CylinderParticle2D", [(1, k) for k in range(1, len(bo
 discs = [block("Nodes", [(*body[:2], 0) for body in bodies]), elements]
 edges = [block("Nodes", ends), block("Conditions RigidEdge2D2N", [(2, 2 * k + 1, 2 * k + 2) for k in range(len(scene.walls))])]
 os.chdir(folder)
-(folder / "MaterialsDEM.json").write_text(json.dumps(given["materials"]))
+(folder / "MaterialsDEM.json").write_text(json.dumps(inputs["materials"]))
 (folder / "sceneDEM.mdpa").write_text("".join(["Begin Properties 1\nEnd Properties\n", *discs, *values]))
 (folder / "sceneDEM_FEM_boundary.mdpa").write_text("".join(["Begin Properties 2\nEnd Properties\n", *edges]))
 
@@ -83,4 +83,4 @@ class Stage(DEMAnalysisStage):
 
 
 record = Record(version("KratosDEMApplication"), h * scene.substeps)
-Stage(Kratos.Model(), Kratos.Parameters(json.dumps(asked))).Run()
+Stage(Kratos.Model(), Kratos.Parameters(json.dumps(requested))).Run()

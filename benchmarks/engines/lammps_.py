@@ -54,10 +54,10 @@ dump_modify c format float %.17g
 run {(record.last - record.first) * h}
 """)
 lmp = Path(sys.executable).with_name("lmp")
-said = subprocess.run([lmp, "-in", "in.deck", "-log", "none"], cwd=folder, capture_output=True, text=True, check=False)
-if said.returncode:
-    sys.exit(said.stdout[-900:])
-record.named(said.stdout.split("(", 1)[1].split(")")[0])
+output = subprocess.run([lmp, "-in", "in.deck", "-log", "none"], cwd=folder, capture_output=True, text=True, check=False)
+if output.returncode:
+    sys.exit(output.stdout[-900:])
+record.named(output.stdout.split("(", 1)[1].split(")")[0])
 
 
 def frames(name):

@@ -34,7 +34,7 @@ for number in record.steps():
     for _ in range(scene.substeps):
         mujoco.mj_step(model, data)
     listed = [(*(int(model.geom(i).name) for i in one.geom), *force(k)) for k, one in enumerate(data.contact)]
-    place = data.qpos.reshape(n, -1)[:, :2] + np.array(scene.bodies)[:, :2]
+    position = data.qpos.reshape(n, -1)[:, :2] + np.array(scene.bodies)[:, :2]
     motion = data.qvel.reshape(n, -1)
     spin = motion[:, 2] if scene.turns else np.zeros(n)
-    record.frame(number, np.column_stack([place, motion[:, :2], spin]), listed)
+    record.frame(number, np.column_stack([position, motion[:, :2], spin]), listed)

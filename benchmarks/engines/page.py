@@ -30,14 +30,14 @@ def table_of(rows: pd.DataFrame) -> str:
         lines[engine, *kinds].append(one)
     text = [f"|engine|its documentation|{'|'.join(SHOWN.values())}|creep|lift|", "|" + "---|" * (len(SHOWN) + 4)]
     for (engine, *_), ones in sorted(lines.items(), key=lambda item: [*known].index(item[0][0])):
-        given, variants = known[engine], ", ".join(one.variant.iloc[0] for one in ones)
-        name = f"{given['title']} {re.split(r' - |[+]', ones[0].version.iloc[0])[0].replace(' ', '')}, {variants}"
-        said = f"[{given['says']}]({given['docs']})"
+        inputs, variants = known[engine], ", ".join(one.variant.iloc[0] for one in ones)
+        name = f"{inputs['title']} {re.split(r' - |[+]', ones[0].version.iloc[0])[0].replace(' ', '')}, {variants}"
+        message = f"[{inputs['says']}]({inputs['docs']})"
         worst = [max((one.verdict[scene] for one in ones), key=lambda v: float(v) if v[1] == "e" else 0) for scene in SHOWN]
         creep = max(one.creep_m_per_s["creep"] for one in ones)
         lift = max(one.lift_m["lift"] - one.lift_m["creep"] for one in ones)  # above its height at rest
         moved = (f"{1e3 * x:.1f}".replace("-0.0", "0.0") for x in (creep, lift))
-        text.append(f"|{'|'.join([name.removesuffix(', default'), said, *map(cell, worst), *moved])}|")
+        text.append(f"|{'|'.join([name.removesuffix(', default'), message, *map(cell, worst), *moved])}|")
     return "\n".join(text)
 
 

@@ -32,10 +32,10 @@ record = Record(__version__)
 for step in record.steps():
     for _ in range(scene.substeps):
         report = motion.advance()
-    near = report.neighbours
-    n = near.normal
+    neighbours = report.neighbours
+    n = neighbours.normal
     force = (report.reaction[:, None] * n + report.friction[:, None] * np.column_stack([-n[:, 1], n[:, 0]])) / h
     part = 2 if joined else 1
-    other = np.where(near.second < 0, -1 - near.wall, near.second // part)
-    listed = zip(near.first // part, other, *force.T, strict=True)
+    other = np.where(neighbours.second < 0, -1 - neighbours.wall, neighbours.second // part)
+    listed = zip(neighbours.first // part, other, *force.T, strict=True)
     record.frame(step, shown(), [row for row in listed if any(row[2:])])

@@ -26,8 +26,8 @@ def disc(x: float, y: float, r: float = 0.25, v: tuple[float, float] = (0.0, 0.0
 
 def scene(window: tuple[float, float], bodies: list[list[float]], walls: list[list[float]], **rest: Any) -> dict[str, Any]:
     """Give a scene, of bodies without friction that do not turn where `rest` does not say otherwise."""
-    most = {"gravity": [0.0, -G], "friction": 0.0, "turns": False, "substeps": 1, "step_s": 0.005, "fine_step_s": 2e-4}
-    return most | {"from_s": window[0], "until_s": window[1], "stiffness": 1e6, "bodies": bodies, "walls": walls} | rest
+    maximum = {"gravity": [0.0, -G], "friction": 0.0, "turns": False, "substeps": 1, "step_s": 0.005, "fine_step_s": 2e-4}
+    return maximum | {"from_s": window[0], "until_s": window[1], "stiffness": 1e6, "bodies": bodies, "walls": walls} | rest
 
 
 def stacked(window: tuple[float, float], substeps: int = 1) -> dict[str, Any]:

@@ -12,13 +12,13 @@ from siconos.mechanics.collision.bodies import Disk, DiskDiskR, DiskPlanR
 h = scene.step_s / scene.substeps
 model = sk.NonSmoothDynamicalSystem(0, scene.until_s + 1)
 law = sk.NewtonImpactFrictionNSL(0.0, 0.0, scene.friction, 2)
-discs, kept = [], []  # arrays that are given by their address
+discs, selected = [], []  # arrays that are given by their address
 for x, y, r, m, vx, vy in scene.bodies:
     disc = Disk(r, m, [x, y, 0.0], [vx, vy, 0.0])
-    kept += [np.diag([m, m, 1e9]), np.array([m * scene.gravity[0], m * scene.gravity[1], 0.0])]
+    selected += [np.diag([m, m, 1e9]), np.array([m * scene.gravity[0], m * scene.gravity[1], 0.0])]
     if not scene.turns:
-        disc.setMassPtr(kept[-2])
-    disc.setFExtPtr(kept[-1])
+        disc.setMassPtr(selected[-2])
+    disc.setFExtPtr(selected[-1])
     model.insertDynamicalSystem(disc)
     discs.append(disc)
 linked = []

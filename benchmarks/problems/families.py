@@ -60,11 +60,11 @@ def jammed(n: int, seed: int = 1) -> Case:
     position, radius = _heap(n, seed)
     # stiffer in a larger crowd, so that overlaps stay below a tenth of a radius
     # stiffness waves cross a larger crowd more slowly, hence the steps
-    stiffness, most = 1e6 * np.sqrt(n / 594), 20_000 + int(400 * np.sqrt(n))
+    stiffness, maximum = 1e6 * np.sqrt(n / 594), 20_000 + int(400 * np.sqrt(n))
     root, cell = np.sqrt(stiffness), 2 * float(radius.max()) + SKIN
     rested = _core.press(
         position, radius, np.full(n, 75.0 * 2.0 / 0.5), half_door=DOOR, stiffness=stiffness,
-        step=0.02 / root, longest=0.5 / root, skin=SKIN, cell=cell, rest=REST, most=most,
+        step=0.02 / root, longest=0.5 / root, skin=SKIN, cell=cell, force_tolerance=REST, max_steps=maximum,
     )  # fmt: skip
     if not rested:
         raise RuntimeError(f"{n} jammed disks did not come to rest")
@@ -107,8 +107,8 @@ def push(n: int, seed: int = 1) -> Case:
     rng = np.random.default_rng(seed)
     radius, aside = rng.uniform(0.18, 0.25, n), rng.uniform(-ASIDE, ASIDE, n)
     mass = rng.uniform(55.0, 100.0, n)
-    apart, beside = radius[1:] + radius[:-1], np.diff(aside)
-    between = np.sqrt(apart * apart - beside * beside)
+    intervals, beside = radius[1:] + radius[:-1], np.diff(aside)
+    between = np.sqrt(intervals * intervals - beside * beside)
     along = -radius[0] - np.concatenate([[0.0], np.cumsum(between)])
     velocity = np.zeros((n, 2))
     velocity[-1, 0] = 2.0
@@ -124,10 +124,10 @@ def pressed(n: int, seed: int = 1) -> Case:
     position[:, 0] = np.minimum(position[:, 0], -0.9 * radius)
     for _ in range(int(rng.integers(0, 120))):
         pair = cKDTree(position).query_pairs(2 * WIDEST, output_type="ndarray")
-        apart = position[pair[:, 1]] - position[pair[:, 0]]
-        distance = lengths(apart)
+        separation = position[pair[:, 1]] - position[pair[:, 0]]
+        distance = lengths(separation)
         overlap = np.maximum(radius[pair].sum(1) - distance, 0) / distance
-        push = 0.25 * overlap[:, None] * apart
+        push = 0.25 * overlap[:, None] * separation
         moved = np.zeros((n, 2))
         np.add.at(moved, pair[:, 0], -push)
         np.add.at(moved, pair[:, 1], push)
@@ -172,7 +172,7 @@ def _heap(n: int, seed: int) -> tuple[Any, Any]:
     reach = 2.0 * np.sqrt(n * 0.25) + 6.0
     placed = _core.grow(
         position, radius, _arch(position, radius), half_door=DOOR, cell=2 * WIDEST, reach=reach,
-        typical=0.215, near=0.43, beside=3.2 * WIDEST, least=0.17, hollow=0.9, shut=False,
+        typical=0.215, reach_between=0.43, beside=3.2 * WIDEST, wall_distance=0.17, hollow=0.9, shut=False,
     )  # fmt: skip
     if placed < n:
         raise RuntimeError("the heap stopped growing")

@@ -41,7 +41,7 @@ class Verdict:
 
 # the same problem is asked for by every solver in turn
 @lru_cache(maxsize=2)
-def _known(path: Path, unique: bool) -> tuple[CrowdProblem, GlobalProblem, LocalProblem, Any, Any]:
+def _read_known(path: Path, unique: bool) -> tuple[CrowdProblem, GlobalProblem, LocalProblem, Any, Any]:
     """A problem as an answer is held against it: with its matrices and, where u⁺ is unique, the
     reactions that are known and the rest of that. Raises ExchangeError for a problem without
     bodies."""
@@ -49,29 +49,29 @@ def _known(path: Path, unique: bool) -> tuple[CrowdProblem, GlobalProblem, Local
     if not isinstance(problem, CrowdProblem):
         raise ExchangeError(f"{path}: /crowd: missing; the library has it")
     k = len(problem.contacts)
-    whole = problem.matrices(problem.setting.law.frictions(problem.contacts.is_wall))
+    full = problem.matrices(problem.setting.law.frictions(problem.contacts.is_wall))
     truth = read_truth(path, k) if unique else None
     reaction = None if truth is None else read_answer(path, k)[0]
-    return problem, whole, whole.local(), reaction, truth
+    return problem, full, full.local(), reaction, truth
 
 
-def judge(problem: Path, answer: Path, *, unique: bool) -> Verdict:
+def judge(problem: Path, solution: Path, *, unique: bool) -> Verdict:
     """Hold the reactions in a file against the problem in another.
 
     unique: whether u⁺ is, as without friction; where it is not, the residual alone is judged
 
     Of reactions that balance leaves open any choice is right, as long as each lies in its interval.
     Raises ExchangeError naming the file for what cannot be read."""
-    crowd, whole, local, exact, truth = _known(problem, unique)
-    reaction, seconds = read_answer(answer, len(local.friction))
+    crowd, full, local, exact, truth = _read_known(problem, unique)
+    reaction, seconds = read_answer(solution, len(local.friction))
     residual = natural_map(local.delassus, local.free, local.friction, reaction)
     errors = {"velocity": math.nan, "determined": math.nan, "outside": math.nan}
     if truth is not None and math.isfinite(residual):
         # what reactions that differ by so much change of velocities
-        moved = whole.transfer @ (reaction - exact) / whole.mass.diagonal()
-        apart = float(np.abs(moved.reshape(-1, 3)[:, :2]).max())
+        moved = full.transfer @ (reaction - exact) / full.mass.diagonal()
+        difference = float(np.abs(moved.reshape(-1, 3)[:, :2]).max())
         fastest = float(np.abs(crowd.left_velocity).max() or 1.0)
-        errors = {"velocity": apart / fastest, **_against(truth, exact, reaction)}
+        errors = {"velocity": difference / fastest, **_against(truth, exact, reaction)}
     limits = THRESHOLDS | dict.fromkeys(("determined", "outside"), THRESHOLDS["reaction"])
     every = {"residual": residual, **errors}
     wrong = [f"{name} {error:.1e}" for name, error in every.items() if error > limits[name]]

@@ -24,15 +24,15 @@ COLUMNS = Columns("score")
 MISSING = "missing"
 
 
-def score(library: Path, answers: Sequence[Path], progress: Progress | None = None) -> pd.DataFrame:
+def score(library: Path, solution_files: Sequence[Path], progress: Progress | None = None) -> pd.DataFrame:
     """Judge folders of answers, one a solver, each with a file of the name of the problem's: a row
     for each solver and problem, by COLUMNS.
 
     Raises ExchangeError naming the file for what cannot be read, ValueError for a folder without
     any answer and for two of the same name."""
     entries = read_manifest(library)
-    names = [folder.resolve().name for folder in answers]
-    for name, folder in zip(names, answers, strict=True):
+    names = [folder.resolve().name for folder in solution_files]
+    for name, folder in zip(names, solution_files, strict=True):
         if names.count(name) > 1:
             raise ValueError(f"{folder}: two folders of answers are named {name}")
         if not any((folder / entry["file"]).is_file() for entry in entries):
@@ -41,13 +41,13 @@ def score(library: Path, answers: Sequence[Path], progress: Progress | None = No
     for number, entry in enumerate(entries):
         problem, unique = library / entry["file"], entry["velocity"] == UNIQUE
         of = [entry[name] for name in ("name", "family", "disks", "contacts", "friction")]
-        for name, folder in zip(names, answers, strict=True):
-            file, told = folder / entry["file"], (MISSING, "")
+        for name, folder in zip(names, solution_files, strict=True):
+            file, cells = folder / entry["file"], (MISSING, "")
             if file.is_file():
                 one = judge(problem, file, unique=unique)
                 errors = one.residual, one.velocity, one.determined, one.outside, one.seconds
-                told = "right" if one.right else "wrong", one.why, *errors
-            rows.append([name, *of, *told])
+                cells = "right" if one.right else "wrong", one.why, *errors
+            rows.append([name, *of, *cells])
         if progress:
             progress("problems", (number + 1) / len(entries))
     found = pd.DataFrame(rows, columns=list(COLUMNS))
@@ -104,12 +104,12 @@ def profile_picture(scores: pd.DataFrame) -> Figure:
         panel.set(ylim=(0, 1.03), xlim=(0.9, MOST))
         if not count:
             continue
-        shares = profiles(times(some), np.logspace(0, np.log10(MOST), 400))
-        for name, share in shares.loc[some.solver.unique()].iterrows():
-            if share.any():
+        fractions = profiles(times(some), np.logspace(0, np.log10(MOST), 400))
+        for name, fraction in fractions.loc[some.solver.unique()].iterrows():
+            if fraction.any():
                 turn, number = divmod(every.index(name), len(EVERY_COLOUR))
-                look = {"color": EVERY_COLOUR[number], "ls": DASHES[turn % len(DASHES)]}
-                panel.step(share.index, share, where="post", lw=1.8, label=name, **look)
+                style = {"color": EVERY_COLOUR[number], "ls": DASHES[turn % len(DASHES)]}
+                panel.step(fraction.index, fraction, where="post", lw=1.8, label=name, **style)
         panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=3, fontsize=8)
     panels[0].set_ylabel("share of the problems answered rightly")
     return figure

@@ -57,13 +57,13 @@ class Problem:
             return self._of_frame()
         case = FAMILIES[self.family](self.size, self.seed)
         law, left = ContactLaw(friction=self.friction), case.left_velocity
-        given = case.snapshot, case.contacts
-        answer = solve(*given, left_velocity=left, law=law, tolerance=TOLERANCE)
+        inputs = case.snapshot, case.contacts
+        solution = solve(*inputs, left_velocity=left, law=law, tolerance=TOLERANCE)
         names = tuple(str(number + 1) for number in range(len(case.walls)))
-        given = {"friction": self.friction, "left_velocity": "dump"}
-        setting = Setting(walls=case.walls, wall_names=names, **given)
+        inputs = {"friction": self.friction, "left_velocity": "dump"}
+        setting = Setting(walls=case.walls, wall_names=names, **inputs)
         found = {"snapshot": case.snapshot, "contacts": case.contacts, "left_velocity": left}
-        return SnapshotPercussions(setting=setting, **found, window=None, answer=answer)
+        return SnapshotPercussions(setting=setting, **found, window=None, solution=solution)
 
     def _of_frame(self) -> SnapshotPercussions:
         """A frame of the shipped excerpt before its gate."""
@@ -72,15 +72,15 @@ class Problem:
         from analysis.scene.real.trajectory import read_heads
 
         scenes = shipped("scenes")
-        heads = read_heads(scenes / "gate_excerpt.txt", self.size)
-        crowd = import_crowd(heads, radius=RADIUS_M, room=scenes / "rooms" / "gate.toml")
+        tracked = read_heads(scenes / "gate_excerpt.txt", self.size)
+        crowd = import_crowd(tracked, radius=RADIUS_M, room=scenes / "rooms" / "gate.toml")
         setting = dataclasses.replace(Setting.of(crowd.scene), friction=self.friction)
         return percussions_of(setting, crowd.scene.snapshot, tolerance=TOLERANCE)
 
-    def openness(self, disks: int) -> Openness:
+    def indeterminacy(self, disks: int) -> Openness:
         """Choose what is said of forces that balance may leave open."""
-        most = INTERVALS_WITH_FRICTION if self.friction else INTERVALS
-        return "ranges" if disks <= most else "determined"
+        maximum = INTERVALS_WITH_FRICTION if self.friction else INTERVALS
+        return "ranges" if disks <= maximum else "determined"
 
 
 def _listed() -> tuple[Problem, ...]:
@@ -90,8 +90,8 @@ def _listed() -> tuple[Problem, ...]:
     for family in grown:
         found += [Problem(family=family, size=size) for size in (40, 150, 594, 2000, 5000)]
         # 2,000 unequal masses with friction are beyond every solver here
-        rubbing = (40, 150, 594) if family == "masses" else (40, 150, 594, 2000)
-        found += [Problem(family=family, size=size, friction=0.3) for size in rubbing]
+        friction_work = (40, 150, 594) if family == "masses" else (40, 150, 594, 2000)
+        found += [Problem(family=family, size=size, friction=0.3) for size in friction_work]
     slides: tuple[Family, ...] = ("heap", "jammed", "hexagonal", "masses")
     found += [Problem(family=family, size=594, friction=0.1) for family in slides]
     for mu in (0.0, 0.3):
@@ -141,10 +141,10 @@ def write_library(
 def write_one(folder: Path, problem: Problem) -> dict[str, Any]:
     """Write one problem; return what the manifest says of it."""
     found = problem.solve()
-    path, solved = folder / f"{problem.name}.hdf5", found.answer.status == Status.SOLVED
-    openness = problem.openness(len(found.snapshot))
+    path, solved = folder / f"{problem.name}.hdf5", found.solution.status == Status.SOLVED
+    indeterminacy = problem.indeterminacy(len(found.snapshot))
     about = {"library": problem.name, "made_by": repr(problem)}
-    write_problem(path, found, about, openness=openness)
+    write_problem(path, found, about, indeterminacy=indeterminacy)
     unique = not problem.friction
     entry: dict[str, Any] = {
         "name": problem.name,
@@ -168,8 +168,8 @@ def write_one(folder: Path, problem: Problem) -> dict[str, Any]:
         raise ValueError(f"{problem.name}: its own answer is not exact: {why}")
     entry["residual"] = own.residual
     if unique:
-        entry["velocity_error_m_per_s"] = found.answer.velocity_error
-        entry["forces"] = "intervals" if openness == "ranges" else "which are determined"
+        entry["velocity_error_m_per_s"] = found.solution.velocity_error
+        entry["forces"] = "intervals" if indeterminacy == "ranges" else "which are determined"
     return entry
 
 
@@ -183,8 +183,8 @@ def read_manifest(folder: Path) -> list[dict[str, Any]]:
         content = _Manifest.model_validate_json(read_text(manifest), strict=True)
     except ValidationError as error:
         first = error.errors()[0]
-        place = ".".join(map(str, first["loc"]))
-        why = f"{place}: {first['msg']}" if place else first["msg"]
+        location = ".".join(map(str, first["loc"]))
+        why = f"{location}: {first['msg']}" if location else first["msg"]
         raise ExchangeError(f"{manifest}: no manifest of a library: {why}") from None
     if content.version != VERSION:
         raise ExchangeError(f"{manifest}: version {content.version}. Version {VERSION} is read")

@@ -22,28 +22,28 @@ world = lib.b2CreateWorld(ffi.new("b2WorldDef *", world_given))
 
 
 def body_at(x, y, moves):
-    given = lib.b2DefaultBodyDef()
-    given.type = lib.b2_dynamicBody if moves else lib.b2_staticBody
-    given.position, given.fixedRotation = (x, y), True
-    return lib.b2CreateBody(world, ffi.new("b2BodyDef *", given))
+    inputs = lib.b2DefaultBodyDef()
+    inputs.type = lib.b2_dynamicBody if moves else lib.b2_staticBody
+    inputs.position, inputs.fixedRotation = (x, y), True
+    return lib.b2CreateBody(world, ffi.new("b2BodyDef *", inputs))
 
 
 def shape(density):
-    given = lib.b2DefaultShapeDef()
-    given.density, given.friction, given.restitution = density, 0.0, 0.0
-    return ffi.new("b2ShapeDef *", given)
+    inputs = lib.b2DefaultShapeDef()
+    inputs.density, inputs.friction, inputs.restitution = density, 0.0, 0.0
+    return ffi.new("b2ShapeDef *", inputs)
 
 
 ground = body_at(0.0, 0.0, False)
 for (x, y), (z, w) in zip(file["start"], file["end"], strict=True):
     lib.b2CreateSegmentShape(ground, shape(1.0), ffi.new("b2Segment *", ((x, y), (z, w))))
-bodies, place = [], {}
+bodies, location = [], {}
 for i in range(n):
     body = body_at(*map(float, position[i]), True)
     circle = ffi.new("b2Circle *", ((0.0, 0.0), float(radius[i])))
     one = lib.b2CreateCircleShape(body, shape(float(mass[i] / (np.pi * radius[i] ** 2))), circle)
     bodies.append(body)
-    place[one.index1] = i
+    location[one.index1] = i
 
 room = ffi.new("b2ContactData[64]")
 
@@ -52,8 +52,8 @@ def contacts():
     found = []
     for i, body in enumerate(bodies):
         for c in range(lib.b2Body_GetContactData(body, room, 64)):
-            one = place.get(room[c].shapeIdA.index1, -1)
-            other = place.get(room[c].shapeIdB.index1, -1)
+            one = location.get(room[c].shapeIdA.index1, -1)
+            other = location.get(room[c].shapeIdB.index1, -1)
             manifold = room[c].manifold
             if i != max(one, other) or manifold.pointCount == 0:
                 continue  # once a pair
@@ -74,7 +74,7 @@ while line := sys.stdin.buffer.read(16 * n):
     at = [lib.b2Body_GetPosition(body) for body in bodies]
     by = [lib.b2Body_GetLinearVelocity(body) for body in bodies]
     state = np.array([[(p.x, p.y) for p in at], [(v.x, v.y) for v in by]])
-    touching = contacts()
-    sys.stdout.buffer.write(np.array([seconds, len(touching)]).tobytes())
-    sys.stdout.buffer.write(state.tobytes() + touching.tobytes())
+    in_contact = contacts()
+    sys.stdout.buffer.write(np.array([seconds, len(in_contact)]).tobytes())
+    sys.stdout.buffer.write(state.tobytes() + in_contact.tobytes())
     sys.stdout.buffer.flush()

@@ -14,9 +14,9 @@ import numpy as np
 import scipy.sparse as sparse
 import siconos.numerics as numerics
 
-given, solver, tolerance, iterations, found = sys.argv[1:]
+inputs, solver, tolerance, iterations, found = sys.argv[1:]
 warnings.simplefilter("ignore")
-file = np.load(given)
+file = np.load(inputs)
 free = file["free"]
 size = len(free)
 # siconos' integers have 64 bits; giving it others makes it convert them

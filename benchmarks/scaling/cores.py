@@ -34,9 +34,9 @@ Spent = tuple[float, float, bytes]
 def solved(case: Case, threads: int) -> Spent:
     """Solve a case once."""
     before = time.perf_counter(), time.process_time()
-    given, how = (case.snapshot, case.contacts), {"tolerance": 1e-10, "threads": threads}
-    answer = solve(*given, left_velocity=case.left_velocity, **how)
-    bits = answer.reaction.tobytes() + answer.right_velocity.tobytes()
+    inputs, how = (case.snapshot, case.contacts), {"tolerance": 1e-10, "threads": threads}
+    solution = solve(*inputs, left_velocity=case.left_velocity, **how)
+    bits = solution.reaction.tobytes() + solution.right_velocity.tobytes()
     return time.perf_counter() - before[0], time.process_time() - before[1], bits
 
 
@@ -47,36 +47,36 @@ def run(scene: Scene, ranks: int) -> Spent:
     return record.wall_seconds, record.cpu_seconds, b""
 
 
-def works(given: argparse.Namespace) -> Iterator[tuple[str, int, Callable[[int], Spent]]]:
+def works(args: argparse.Namespace) -> Iterator[tuple[str, int, Callable[[int], Spent]]]:
     """Name, disks and call of all that was asked for."""
-    if "percussions" in given.what:
-        for family, size in itertools.product(given.families, given.sizes):
-            case = case_of(family, size, given.cases)
+    if "percussions" in args.what:
+        for family, size in itertools.product(args.families, args.sizes):
+            case = case_of(family, size, args.cases)
             solved(case, 1)  # loads kernels
             yield family, size, partial(solved, case)
-    for disks in given.disks if "lammps" in given.what else ():
+    for disks in args.disks if "lammps" in args.what else ():
         scene = make("arch", disks)
         duration = STEPS * LAMMPS.timing(scene).time_step
         yield "arch, LAMMPS", disks, partial(run, scene.with_run(duration_s=duration, frames=1))
 
 
-def rows(given: argparse.Namespace) -> Iterator[list[object]]:
+def rows(args: argparse.Namespace) -> Iterator[list[object]]:
     """A row for each crowd and number of cores, which take turns."""
-    for name, disks, call in works(given):
-        found = in_turn({cores: partial(call, cores) for cores in given.cores}, given.repeats)
-        least = {c: np.min([one[:2] for one in every], axis=0) for c, every in found.items()}
+    for name, disks, call in works(args):
+        found = in_turn({cores: partial(call, cores) for cores in args.cores}, args.repeats)
+        minimum = {c: np.min([one[:2] for one in every], axis=0) for c, every in found.items()}
         for cores, every in found.items():
-            pairs = zip(least[cores], least[cores] / least[given.cores[0]], strict=True)
-            times = (cell for one, share in pairs for cell in (f"{one:.2f} s", f"{share:.2f}"))
-            same = every[-1][2] == found[given.cores[0]][-1][2]
+            pairs = zip(minimum[cores], minimum[cores] / minimum[args.cores[0]], strict=True)
+            times = (cell for one, fraction in pairs for cell in (f"{one:.2f} s", f"{fraction:.2f}"))
+            same = every[-1][2] == found[args.cores[0]][-1][2]
             yield [name, f"{disks:,}", cores, *times, "same" if same else "OTHER"]
 
 
 if __name__ == "__main__":
     logging.disable(logging.WARNING)  # crowds so large are too soft: here only their cost counts
-    asked = options(
+    args = options(
         __doc__, what=dict.fromkeys(("percussions", "lammps")), cores=(1, 2), repeats=5,
         families=("heap", "jammed", "masses", "hexagonal"), sizes=(50_000,), disks=(5000, 20_000),
         cases=Path,
     )  # fmt: skip
-    show(COLUMNS, rows(asked))
+    show(COLUMNS, rows(args))

@@ -30,7 +30,7 @@ from analysis.pages.drawing import BLUE, GREEN, GRID, ORANGE, VERMILION
 from analysis.scene.scene import Scene, Wall, read_scene
 from analysis.support.files import write_text
 from benchmarks.cases import accuracy
-from benchmarks.machine import apart, describe, least, options, power, table, timed
+from benchmarks.machine import describe, in_process, options, power, shortest_time, table, timed
 from benchmarks.problems.families import Case, heap
 from nscd import find_contacts, solve
 
@@ -51,14 +51,14 @@ Measured = tuple[float, float, float]
 
 def of_contacts(case: Case) -> Measured:
     """CPU s of finding the contacts."""
-    seconds, _ = least(lambda: find_contacts(case.snapshot, case.walls, tolerance=1e-9))
+    seconds, _ = shortest_time(lambda: find_contacts(case.snapshot, case.walls, tolerance=1e-9))
     return seconds, np.nan, np.nan
 
 
 def of_percussions(case: Case) -> Measured:
     """CPU s and residual of the percussions to 1e-10, contacts given."""
-    given = {"left_velocity": case.left_velocity, "tolerance": 1e-10}
-    seconds, found = least(partial(solve, case.snapshot, case.contacts, **given))
+    arguments = {"left_velocity": case.left_velocity, "tolerance": 1e-10}
+    seconds, found = shortest_time(partial(solve, case.snapshot, case.contacts, **arguments))
     return seconds, np.nan, accuracy(case, found.reaction).residual
 
 
@@ -126,20 +126,20 @@ def measure(what: str, disks: int) -> dict[str, object]:
 
 def main() -> None:
     """Measure, print and write."""
-    given = options(__doc__, sizes=SIZES, what=METHODS, out=Path("out/sizes"))
+    args = options(__doc__, sizes=SIZES, what=METHODS, out=Path("out/sizes"))
     rows: list[dict[str, object]] = []
-    for what, disks in itertools.product(given.what, given.sizes):
+    for what, disks in itertools.product(args.what, args.sizes):
         try:
-            rows.append(apart(measure, what, disks))
+            rows.append(in_process(measure, what, disks))
         except BrokenProcessPool:
             print(f"{what}, {disks} disks: the process was ended", flush=True)
             continue
         print(rows[-1], flush=True)
         found = pd.DataFrame(rows)
         found["shown_s"] = found.second_s.fillna(found.unit_s)
-        write_text(given.out / "sizes.md", f"{describe()}\n\n{table_of(found)}\n")
-        write_text(given.out / "sizes.csv", found.drop(columns="shown_s").to_csv(index=False))
-        picture(found).savefig(given.out / "sizes.png")
+        write_text(args.out / "sizes.md", f"{describe()}\n\n{table_of(found)}\n")
+        write_text(args.out / "sizes.csv", found.drop(columns="shown_s").to_csv(index=False))
+        picture(found).savefig(args.out / "sizes.png")
     print(table_of(found))
 
 

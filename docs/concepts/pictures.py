@@ -33,8 +33,8 @@ INK, PEOPLE, FORCE = "#333333", "#cfdbe8", "#b3261e"
 
 
 def _disks(axes: Axes, position: object, radius: object) -> None:
-    for place, size in zip(np.asarray(position), np.asarray(radius), strict=True):
-        axes.add_patch(plt.Circle(tuple(place), size, fc=PEOPLE, ec=INK))
+    for location, size in zip(np.asarray(position), np.asarray(radius), strict=True):
+        axes.add_patch(plt.Circle(tuple(location), size, fc=PEOPLE, ec=INK))
 
 
 def _arrow(axes: Axes, start: tuple[float, float], by: tuple[float, float], color: str) -> None:
@@ -58,10 +58,10 @@ def percussion() -> None:
         both, (pair.velocity, found.right_velocity), ("before", "after"), strict=True
     ):
         _disks(axes, pair.position, pair.radius)
-        for place, speed in zip(pair.position, velocity[:, 0], strict=True):
+        for position, speed in zip(pair.position, velocity[:, 0], strict=True):
             if speed:
-                _arrow(axes, tuple(place), (0.2 * speed, 0), INK)
-            axes.text(place[0], -0.17, f"{speed:g} m/s", ha="center", color=INK)
+                _arrow(axes, tuple(position), (0.2 * speed, 0), INK)
+            axes.text(position[0], -0.17, f"{speed:g} m/s", ha="center", color=INK)
         axes.set(title=title, xlim=(-0.3, 1.1), ylim=(-0.3, 0.42), aspect="equal")
         axes.axis("off")
     _arrow(both[1], (0.25, 0.33), (0.3, 0), FORCE)
@@ -202,25 +202,25 @@ def stops() -> None:
     """Draw what the walls of a jam carry before and after those stop who bore too much too long."""
     limit = next(one for one in known_limits() if one.name == "asphyxia_seconds")
     scene = read_scene("jam").with_run(duration_s=20.0)
-    figure, (place, load) = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
+    figure, (position, load) = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
     with tempfile.TemporaryDirectory() as folder:
-        for turn, look in enumerate((":", "-", "-")):
+        for turn, style in enumerate((":", "-", "-")):
             run = Path(folder) / f"run{turn}"
             simulate(scene, "rigid", run)
             found = read_exposure(run)
             if turn != 1:
-                load.plot(found.time, found.loads["wall_load"].sum(1) / 1e3, look, color=INK)
+                load.plot(found.time, found.loads["wall_load"].sum(1) / 1e3, style, color=INK)
             scene = read_scene(write_stops(found, limit, Path(folder))[1])
         last = snapshot_of(open_bodies(run / "bodies.dump").trajectory[-1])
     assert scene.drive is not None
     gone = scene.drive.stopped(last.ids, last.time)
     for disk in np.flatnonzero(np.hypot(*last.position.T) < 9):
         fill = FORCE if gone[disk] else PEOPLE
-        place.add_patch(plt.Circle(last.position[disk], last.radius[disk], fc=fill, ec=INK, lw=0.4))
+        position.add_patch(plt.Circle(last.position[disk], last.radius[disk], fc=fill, ec=INK, lw=0.4))
     for wall in scene.walls:
-        place.plot(*zip(wall.start_m, wall.end_m, strict=True), color=INK, lw=2)
-    place.set(xlim=(-9, 0.5), ylim=(-5, 5), aspect="equal", xlabel="x (m)", ylabel="y (m)")
-    place.set_title("after 20 s; red: who stopped")
+        position.plot(*zip(wall.start_m, wall.end_m, strict=True), color=INK, lw=2)
+    position.set(xlim=(-9, 0.5), ylim=(-5, 5), aspect="equal", xlabel="x (m)", ylabel="y (m)")
+    position.set_title("after 20 s; red: who stopped")
     load.set(xlabel="time (s)", ylabel="load on all walls (kN)", ylim=(0, None))
     load.set_title("dotted: nobody stops")
     figure.savefig(FOLDER.parents[1] / "results" / "pictures" / "stops.png", dpi=100)

@@ -42,11 +42,11 @@ def my_solver(axes: Axes, found: dict[str, Any]) -> None:
 
 def exchange(axes: Axes, found: dict[str, Any]) -> None:
     """Draw the normal and tangential part of each contact, and the cone of friction."""
-    answer = found["found"].answer
-    normal = (answer.impulse * found["found"].contacts.normal).sum(1)
-    tangential = np.sqrt(np.maximum((answer.impulse**2).sum(1) - normal**2, 0))
-    most = normal.max()
-    axes.plot([0, most], [0, 0.3 * most], color=INK, label="0.3 × normal part")
+    solution = found["found"].solution
+    normal = (solution.impulse * found["found"].contacts.normal).sum(1)
+    tangential = np.sqrt(np.maximum((solution.impulse**2).sum(1) - normal**2, 0))
+    maximum = normal.max()
+    axes.plot([0, maximum], [0, 0.3 * maximum], color=INK, label="0.3 × normal part")
     axes.plot(normal, tangential, "o", color=FORCE, label="contacts")
     axes.set(xlabel="normal part (N·s)", ylabel="tangential part (N·s)")
     axes.legend(frameon=False)
@@ -78,19 +78,19 @@ def sweep(axes: Axes, found: dict[str, Any]) -> None:
 
 def pillar(axes: Axes, found: dict[str, Any]) -> None:
     """Colour each person by what a pillar in that place relieves, with the way that relieves more."""
-    relief, place = 100 - 100 * found["sums"] / found["alone"], found["crowd"].position
-    most = np.abs(relief).max()
-    circles = [Circle(at, r) for at, r in zip(place, found["crowd"].radius, strict=True)]
-    people = PatchCollection(circles, cmap="RdBu", ec=INK, lw=0.5, clim=(-most, most))
+    relief, position = 100 - 100 * found["sums"] / found["alone"], found["crowd"].position
+    maximum = np.abs(relief).max()
+    circles = [Circle(at, r) for at, r in zip(position, found["crowd"].radius, strict=True)]
+    people = PatchCollection(circles, cmap="RdBu", ec=INK, lw=0.5, clim=(-maximum, maximum))
     people.set_array(relief)
     axes.figure.colorbar(axes.add_collection(people), label="less of squared forces (%)")
     known = np.abs(found["slopes"]).sum(1) > 0  # not of whom no gradient is
     way = -found["slopes"][known] / np.hypot(*found["slopes"][known].T)[:, None]
-    axes.quiver(*place[known].T, *way.T, color=INK, scale=22, width=0.01)
+    axes.quiver(*position[known].T, *way.T, color=INK, scale=22, width=0.01)
     axes.add_collection(
         LineCollection([*zip(found["walls"].start, found["walls"].end, strict=True)], color=INK)
     )
-    low, high = place.min(0) - 0.5, place.max(0) + 0.5
+    low, high = position.min(0) - 0.5, position.max(0) + 0.5
     axes.set(
         aspect="equal",
         xlim=(low[0], high[0]),

@@ -7,7 +7,7 @@ import numpy as np
 import scipy.sparse as sparse
 from scipy.sparse.linalg import splu
 
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Floats, Indices, Mask
 from nscd.percussions import Status
 
 
@@ -34,7 +34,7 @@ class Bounded(NamedTuple):
 
     z: Floats
     multiplier: Floats
-    active: Flags
+    active: Mask
     iterations: int
     settled: bool
 
@@ -49,45 +49,45 @@ class Bounded(NamedTuple):
 def bounded_minimum(
     matrix: sparse.csc_array,
     load: Floats,
-    place: Indices,
+    index: Indices,
     bound: Floats,
     *,
-    start: Flags | None = None,
-    most: int = 60,
+    start: Mask | None = None,
+    max_rounds: int = 60,
 ) -> Bounded:
     """Minimise ½z·Az − b·z subject to z[place] ≤ bound.
 
     matrix: (n,n), A, symmetric positive definite.
     load: (n,), b.
-    place, bound: (c,), which unknowns have a bound g, and which.
+    index, bound: (c,), which unknowns have a bound g, and which.
     start: (c,), the bounds that are held first; all by default.
-    most: iterations at most.
+    max_rounds: iterations at most.
 
     A primal-dual active set, a Newton method of a few sparse factorisations: a bound holds next
     where r + A_ii(z − g) > 0. It need not converge for every A; where a set comes back, only the
     bound with the largest violation changes from then on. Hintermüller, Ito, Kunisch, SIAM J.
     Optim. 13 (2003) 865–888."""
-    diagonal = matrix.diagonal()[place]
-    active = np.ones(len(place), dtype=bool) if start is None else start.copy()
-    seen: set[bytes] = set()
+    diagonal = matrix.diagonal()[index]
+    active = np.ones(len(index), dtype=bool) if start is None else start.copy()
+    visited: set[bytes] = set()
     careful = False
-    for iteration in range(1, most + 1):
-        z = _minimum(matrix, load, place[active], bound[active])
-        multiplier = (load - matrix @ z)[place]
+    for iteration in range(1, max_rounds + 1):
+        z = _minimum(matrix, load, index[active], bound[active])
+        multiplier = (load - matrix @ z)[index]
         multiplier[~active] = 0.0
-        wanted = multiplier + diagonal * (z[place] - bound) > 0
+        wanted = multiplier + diagonal * (z[index] - bound) > 0
         # a bound that is held has z = g: it is left when its multiplier is not positive
         changes = np.flatnonzero(wanted != active)
         if len(changes) == 0:
             return Bounded(z, multiplier, active, iteration, True)
-        seen.add(active.tobytes())
-        careful = careful or wanted.tobytes() in seen
+        visited.add(active.tobytes())
+        careful = careful or wanted.tobytes() in visited
         if careful:
-            size = np.abs(multiplier + diagonal * (z[place] - bound))[changes]
+            size = np.abs(multiplier + diagonal * (z[index] - bound))[changes]
             wanted = active.copy()
             wanted[changes[np.argmax(size)]] ^= True
         active = wanted
-    return Bounded(z, multiplier, active, most, False)
+    return Bounded(z, multiplier, active, max_rounds, False)
 
 
 def factorised(matrix: sparse.csc_array) -> Any:

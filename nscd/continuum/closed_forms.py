@@ -173,8 +173,8 @@ class HalfAnnulus:
     @property
     def wall_force(self) -> float:
         """N·s, ∫μ = −2k_v∫f/r dr over both halves of the wall."""
-        share = quad(lambda s: float(self.radial(s)) / s, self.inner, self.outer, epsabs=1e-13)
-        return -2 * self.medium.k_v * float(share[0])
+        fraction = quad(lambda s: float(self.radial(s)) / s, self.inner, self.outer, epsabs=1e-13)
+        return -2 * self.medium.k_v * float(fraction[0])
 
     def left_velocity(self, points: Floats) -> Floats:
         """Compute u⁻ = −U r̂, (m,2) m/s, at points (m,2) m."""

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from skfem import BilinearForm, Functional, LinearForm
 from skfem.helpers import ddot, dot, sym_grad
 
-from nscd.arrays import Flags, Floats
+from nscd.arrays import Floats, Mask
 from nscd.continuum.active_set import bounded_minimum, judged
 from nscd.continuum.left_velocity import Field, checked
 from nscd.continuum.medium import Medium, positive
@@ -108,7 +108,7 @@ class CollisionAnswer:
     left_field: Floats
     density_field: Floats
     wall_force: Floats
-    active: Flags
+    active: Mask
     residual: float
     energy: EnergyBalance
     status: Status
@@ -235,15 +235,15 @@ def collide(
     positive(tolerance=tolerance)
     problem = _Problem(space, medium, left_velocity, external, surface_everywhere)
     left, nodes, bound = problem.left, problem.nodes, problem.bound
-    frame, place = space.local
+    frame, position = space.local
     # walls that the crowd presses or passes along: most of those that will hold it
     toward = bound >= -1e-9 * np.abs(nodes).max()
     local = sparse.csc_array(frame.T @ problem.matrix @ frame)
-    answer = bounded_minimum(local, frame.T @ problem.load, place, bound, start=toward)
-    w, force = frame @ answer.z, answer.multiplier
+    solution = bounded_minimum(local, frame.T @ problem.load, position, bound, start=toward)
+    w, force = frame @ solution.z, solution.multiplier
     size = max(float(np.abs(left).max()), float(np.abs(nodes).max()))
     residual = problem.residual(w, force) / (size or float(np.abs(w).max()) or 1.0)
-    status, reason = judged(residual, tolerance, "the velocities", answer.unsettled)
+    status, reason = judged(residual, tolerance, "the velocities", solution.unsettled)
     return CollisionAnswer(
         space=space,
         medium=medium,
@@ -252,11 +252,11 @@ def collide(
         left_field=left,
         density_field=problem.rho,
         wall_force=force,
-        active=answer.active,
+        active=solution.active,
         residual=residual,
         energy=problem.energy(w, force),
         status=status,
         reason=reason,
-        iterations=answer.iterations,
+        iterations=solution.iterations,
         seconds=time.perf_counter() - begin,
     )

@@ -79,8 +79,8 @@ class Medium(Frozen):
         rho: ArrayLike = self.density
         values = read_only(rho, (-1,) if np.ndim(rho) else (), "density")
         if values.size == 0 or values.min() <= 0:
-            least = "none" if values.size == 0 else f"{values.min():g}"
-            raise ValueError(f"density: {least}. A crowd needs a positive density everywhere")
+            minimum = "none" if values.size == 0 else f"{values.min():g}"
+            raise ValueError(f"density: {minimum}. A crowd needs a positive density everywhere")
         object.__setattr__(self, "density", values if values.ndim else float(values))
         positive(volume_dissipation=self.volume_dissipation, mass_per_person=self.unit_mass)
         k_s = number(self.surface_dissipation, "surface_dissipation")

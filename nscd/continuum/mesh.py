@@ -40,13 +40,13 @@ def mesh_of(
     Raises ValueError for a size, grading or reach that is not positive, one that asks for more than
     2 million triangles, or a room that the generator cannot fill."""
     radius = 0.25 * math.sqrt(room.area) if reach is None else reach
-    for name, value, most in (
+    for name, value, maximum in (
         ("size", size, math.inf),
         ("grading", grading, 1.0),
         ("reach", radius, math.inf),
     ):
-        if not (0 < value <= most and np.isfinite(value)):
-            up_to = " and up to 1" if most == 1.0 else ""
+        if not (0 < value <= maximum and np.isfinite(value)):
+            up_to = " and up to 1" if maximum == 1.0 else ""
             raise ValueError(f"{name}: {value:g}. A number above 0{up_to} is needed")
     triangles = room.area / (math.sqrt(3) / 4 * size**2)
     sides = _sides(room, size, grading, radius) if triangles <= MOST_TRIANGLES else None
@@ -97,11 +97,11 @@ def _sides(room: Room, size: float, grading: float, reach: float) -> Floats | No
     if grading == 1.0 or len(room.jambs) == 0:
         return np.zeros((0, 3))
     extent = float(np.ptp(room.outline, axis=0).max())
-    least = max(reach * (size / reach) ** (1 / grading), SMALLEST_SIDE * extent)
-    count, ring = 1, [np.array([[0.0, 0.0, least]])]
-    distance = SPACING * least
+    minimum = max(reach * (size / reach) ** (1 / grading), SMALLEST_SIDE * extent)
+    count, ring = 1, [np.array([[0.0, 0.0, minimum]])]
+    distance = SPACING * minimum
     while distance < min(reach, 2 * extent):
-        side = min(size, size * (max(distance, least) / reach) ** (1 - grading))
+        side = min(size, size * (max(distance, minimum) / reach) ** (1 - grading))
         n = math.ceil(2 * math.pi * distance / (SPACING * side))
         count += n
         if count > MOST_TRIANGLES:

@@ -17,29 +17,29 @@ from nscd.continuum.medium import Medium, positive
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.room import Room
 from nscd.continuum.space import Space
-from nscd.stress import Kernel, smear
+from nscd.stress import Kernel, coarse_grain
 
 
-def stress(answer: CollisionAnswer) -> Floats:
+def stress(solution: CollisionAnswer) -> Floats:
     """Compute σ = k_v D(w), the percussion stress, negative in compression.
 
     Returns (d,d,elements,q) N·s/m at the quadrature points."""
-    gradient = np.asarray(answer.sum_field.grad)
-    return np.asarray(0.5 * answer.medium.k_v * (gradient + gradient.swapaxes(0, 1)))
+    gradient = np.asarray(solution.sum_field.grad)
+    return np.asarray(0.5 * solution.medium.k_v * (gradient + gradient.swapaxes(0, 1)))
 
 
-def pressure(answer: CollisionAnswer) -> Floats:
+def pressure(solution: CollisionAnswer) -> Floats:
     """Compute p = −tr σ/d = −½k_v div w in the plane: (elements,q) N·s/m at the quadrature points.
 
     Its maximum is the mesh's, not the crowd's."""
-    return np.asarray(-np.trace(stress(answer)) / answer.space.dimension)
+    return np.asarray(-np.trace(stress(solution)) / solution.space.dimension)
 
 
-def percussion_density(answer: CollisionAnswer) -> Floats:
+def percussion_density(solution: CollisionAnswer) -> Floats:
     """Compute div σ = ρ(u⁺ − u⁻), the percussion per area; over δt a force per area.
 
     Returns (d,elements,q) N·s/m² at the quadrature points."""
-    return np.asarray(answer.density_field * (answer.right_field - answer.left_field))
+    return np.asarray(solution.density_field * (solution.right_field - solution.left_field))
 
 
 class BodyFields(NamedTuple):
@@ -54,7 +54,7 @@ class BodyFields(NamedTuple):
     percussion_density: Floats
 
 
-def body_fields(answer: CollisionAnswer, kernel: Kernel, at: ArrayLike) -> BodyFields:
+def body_fields(solution: CollisionAnswer, kernel: Kernel, at: ArrayLike) -> BodyFields:
     """Average pressure, stress and percussion density of a crowd in the plane over a body.
 
     kernel: of width r/2, the standard deviation of its area along an axis, for a disk of radius r.
@@ -65,12 +65,12 @@ def body_fields(answer: CollisionAnswer, kernel: Kernel, at: ArrayLike) -> BodyF
 
     Raises ValueError for a chain (no plane), wrong shapes, or points that are out of the room's
     reach."""
-    if answer.space.dimension != 2:
+    if solution.space.dimension != 2:
         raise ValueError("answer: a chain has no fields in the plane")
     points = read_only(at, (-1, 2), "at")
-    places, area = answer.space.points, answer.space.weights[:, None]
-    sigma, density = stress(answer).reshape(4, -1).T, percussion_density(answer).reshape(2, -1).T
-    sums, _ = smear(places, area * np.hstack([np.ones_like(area), sigma, density]), kernel, points)
+    positions, area = solution.space.points, solution.space.weights[:, None]
+    sigma, density = stress(solution).reshape(4, -1).T, percussion_density(solution).reshape(2, -1).T
+    sums, _ = coarse_grain(positions, area * np.hstack([np.ones_like(area), sigma, density]), kernel, points)
     if (sums[:, 0] <= 0).any():
         x, y = points[int(np.argmin(sums[:, 0]))]
         why = "is out of reach of the room, or the mesh is coarser than the kernel"
@@ -79,7 +79,7 @@ def body_fields(answer: CollisionAnswer, kernel: Kernel, at: ArrayLike) -> BodyF
     return BodyFields(-0.5 * (mean[:, 0] + mean[:, 3]), mean[:, :4].reshape(-1, 2, 2), mean[:, 4:])
 
 
-def body_wall_percussion(answer: CollisionAnswer, width: float) -> Floats:
+def body_wall_percussion(solution: CollisionAnswer, width: float) -> Floats:
     """Average μ along its line of walls in the plane: (c,) N·s/m at space.wall.
 
     width: m, the standard deviation of a Gaussian.
@@ -87,8 +87,8 @@ def body_wall_percussion(answer: CollisionAnswer, width: float) -> Floats:
     The nodal μ grows at the jambs as the pressure does. Raises ValueError for a width that is not
     positive."""
     positive(width=width)
-    wall = answer.space.wall
-    force, mean = answer.wall_force, np.empty_like(wall.weight)
+    wall = solution.space.wall
+    force, mean = solution.wall_force, np.empty_like(wall.weight)
     offset = (wall.point * wall.normal).sum(1)
     extent = float(np.ptp(wall.point, axis=0).max())
     todo = np.ones(len(force), dtype=bool)
@@ -96,9 +96,9 @@ def body_wall_percussion(answer: CollisionAnswer, width: float) -> Floats:
         i = int(np.argmax(todo))
         same = wall.normal @ wall.normal[i] > 1 - 1e-9
         same &= np.abs(offset - offset[i]) <= 1e-9 * extent
-        place = wall.point[same] @ np.array([-wall.normal[i, 1], wall.normal[i, 0]])
-        share = np.exp(-0.5 * ((place[:, None] - place[None, :]) / width) ** 2)
-        mean[same] = (share @ force[same]) / (share @ wall.weight[same])
+        position = wall.point[same] @ np.array([-wall.normal[i, 1], wall.normal[i, 0]])
+        fraction = np.exp(-0.5 * ((position[:, None] - position[None, :]) / width) ** 2)
+        mean[same] = (fraction @ force[same]) / (fraction @ wall.weight[same])
         todo &= ~same
     return mean
 
@@ -135,8 +135,8 @@ def largest_pressures(
     at = mesh_of(room, max(sizes)).p.T
     rows = []
     for size in sizes:
-        answer = collide(Space(mesh_of(room, size, grading=grading), order), medium, left_velocity)
-        body = float(body_fields(answer, kernel, at).pressure.max())
-        unknowns, raw = int(answer.space.basis.N), float(pressure(answer).max())
+        solution = collide(Space(mesh_of(room, size, grading=grading), order), medium, left_velocity)
+        body = float(body_fields(solution, kernel, at).pressure.max())
+        unknowns, raw = int(solution.space.basis.N), float(pressure(solution).max())
         rows.append(LargestPressure(size, unknowns, raw, body))
     return rows

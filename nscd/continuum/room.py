@@ -141,11 +141,11 @@ def room_of_outline(
         if not 0 <= edge < len(vertices) or kinds[edge] != "wall":
             raise ValueError(f"{name} is in edge {edge}, which is no wall")
         length = float(np.hypot(*(vertices[(edge + 1) % len(vertices)] - vertices[edge])))
-        span, wide = f"from {start:g} to {end:g} m", f"{end - start:g} m wide"
+        span, width_text = f"from {start:g} to {end:g} m", f"{end - start:g} m wide"
         if not start < end:
             raise ValueError(f"{name} runs {span}. It needs a width")
         if end - start > length * (1 + ROUNDING):
-            raise ValueError(f"{name} is {wide}, its wall only {length:g} m long")
+            raise ValueError(f"{name} is {width_text}, its wall only {length:g} m long")
         if start < -ROUNDING * length or end > length * (1 + ROUNDING):
             raise ValueError(f"{name} {span} ends beyond its wall of {length:g} m")
         cuts.setdefault(edge, []).append((max(start, 0.0), min(end, length)))
@@ -183,8 +183,8 @@ def room_of_walls(walls: Walls, *, exits: ArrayLike = ()) -> Room:
         opening = shapely.LineString(ends)
         for wall, line in enumerate(lines[: len(walls)]):
             if opening.intersection(line.buffer(ROUNDING * extent)).length > 1e-6 * extent:
-                wide = f"number {one} ({opening.length:g} m wide)"
-                raise ValueError(f"exits: {wide} reaches over wall {wall + 1}")
+                width_text = f"number {one} ({opening.length:g} m wide)"
+                raise ValueError(f"exits: {width_text} reaches over wall {wall + 1}")
         lines.append(opening)
         kinds.append("exit")
     rooms, cuts, dangles, _ = shapely.polygonize_full(lines)
@@ -234,8 +234,8 @@ def _loop(value: ArrayLike, name: str, what: str) -> tuple[Floats, bool]:
     if len(loop) < 3:
         few = f"{len(loop)} vertices do not close a {what}"
         raise ValueError(f"{name}: {few}. At least 3 are needed")
-    ring, least = shapely.LinearRing(loop), (ROUNDING * np.ptp(loop, axis=0).max()) ** 2
-    if not ring.is_simple or shapely.Polygon(ring).area <= least:
+    ring, minimum = shapely.LinearRing(loop), (ROUNDING * np.ptp(loop, axis=0).max()) ** 2
+    if not ring.is_simple or shapely.Polygon(ring).area <= minimum:
         raise ValueError(f"{name}: the edges touch or cross each other, or enclose no area")
     return loop, bool(ring.is_ccw)
 

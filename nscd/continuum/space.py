@@ -79,8 +79,8 @@ class Space:
     @cached_property
     def points(self) -> Floats:
         """(elements·q, d) m, the quadrature points, element by element."""
-        places = np.asarray(self.basis.global_coordinates())
-        return np.ascontiguousarray(places.reshape(self.dimension, -1).T)
+        positions = np.asarray(self.basis.global_coordinates())
+        return np.ascontiguousarray(positions.reshape(self.dimension, -1).T)
 
     @cached_property
     def weights(self) -> Floats:
@@ -142,9 +142,9 @@ class Space:
             node = np.concatenate([node, self.scalar.facet_dofs[0][facets]])
             normals = np.concatenate([normals, normal])
         # ∫φ over a facet of length 1: a point, the ends of P1, ends and middle of P2
-        share = {1: [1.0], 2: [1 / 2, 1 / 2], 3: [1 / 6, 1 / 6, 2 / 3]}[int(rows.size / len(rows))]
+        fraction = {1: [1.0], 2: [1 / 2, 1 / 2], 3: [1 / 6, 1 / 6, 2 / 3]}[int(rows.size / len(rows))]
         weight = np.zeros(len(node))
-        np.add.at(weight, rows, np.outer(length, share))
+        np.add.at(weight, rows, np.outer(length, fraction))
         return WallPoints(node.astype(np.int64), self.nodes[node], normals, weight)
 
     @cached_property
@@ -166,13 +166,13 @@ class Space:
         columns = self.components[:, wall.node]
         frame = np.empty((len(wall.node), d, d))
         frame[:, :, 0] = wall.normal
-        place = columns[0].copy()
+        position = columns[0].copy()
         if d == 2:
             frame[:, 0, 1], frame[:, 1, 1] = -wall.normal[:, 1], wall.normal[:, 0]
             twice = np.flatnonzero(wall.node[1:] == wall.node[:-1])
             both = np.stack([wall.normal[twice], wall.normal[twice + 1]], axis=1)
             frame[twice] = np.linalg.inv(both)
-            place[twice + 1] = columns[1, twice + 1]
+            position[twice + 1] = columns[1, twice + 1]
             keep = np.setdiff1d(np.arange(len(wall.node)), twice + 1)
             frame, columns = frame[keep], columns[:, keep]
         row = np.repeat(columns.T[:, :, None], d, axis=2)
@@ -181,7 +181,7 @@ class Space:
         entries = np.concatenate([frame.ravel(), np.ones(len(rest))])
         rows = np.concatenate([row.ravel(), rest])
         matrix = sparse.csc_array((entries, (rows, np.concatenate([column.ravel(), rest]))))
-        return matrix, place
+        return matrix, position
 
 
 def _nodal(space: Space, basis: Any, values: Floats) -> Floats:

@@ -11,13 +11,13 @@
 namespace nscd {
 
 using Index = std::int32_t;         // the number of a disk, a contact, a place
-using Numbers = std::vector<double>;
-using Places = std::vector<Index>;  // −1: nobody
+using Vector = std::vector<double>;
+using Indices = std::vector<Index>;  // −1: nobody
 using Starts = std::vector<std::int64_t>;
-using Flags = std::vector<std::uint8_t>;
+using Mask = std::vector<std::uint8_t>;
 using In = std::span<const double>;
 using Out = std::span<double>;
-using Chosen = std::span<const std::uint8_t>;
+using MaskView = std::span<const std::uint8_t>;
 
 inline constexpr double EPSILON = std::numeric_limits<double>::epsilon();
 inline constexpr double TINY = std::numeric_limits<double>::min();
@@ -35,12 +35,12 @@ struct Aligned {
     void deallocate(T* at, std::size_t) { ::operator delete(at, LINE); }
     template <class U>
     void construct(U*) {}
-    template <class U, class... Given>
-    void construct(U* at, Given&&... given) { ::new (static_cast<void*>(at)) U(static_cast<Given&&>(given)...); }
+    template <class U, class... Args>
+    void construct(U* at, Args&&... args) { ::new (static_cast<void*>(at)) U(static_cast<Args&&>(args)...); }
     template <class U>
     bool operator==(const Aligned<U>&) const { return true; }
 };
-using Room = std::vector<double, Aligned<double>>;
+using AlignedVector = std::vector<double, Aligned<double>>;
 
 // |(x, y)|, the same bits in every C library
 inline double length(double x, double y) { return std::sqrt(x * x + y * y); }

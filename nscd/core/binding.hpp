@@ -22,37 +22,37 @@ void bind_others(nb::module_& m);  // text, packing, fields, sums of impulses
 inline auto operator""_n(const char* name, std::size_t) { return nb::arg(name).noconvert(); }
 
 template <class T, int D>
-using Given = nb::ndarray<const T, nb::numpy, nb::ndim<D>, nb::c_contig, nb::device::cpu>;
+using ArrayArg = nb::ndarray<const T, nb::numpy, nb::ndim<D>, nb::c_contig, nb::device::cpu>;
 template <class T, int D>
 using Made = nb::ndarray<T, nb::numpy, nb::ndim<D>, nb::c_contig>;
-using Vector = Given<double, 1>;
-using Matrix = Given<double, 2>;
-using Whole = Given<std::int64_t, 1>;
-using Marks = Given<bool, 1>;
+using VectorArg = ArrayArg<double, 1>;
+using MatrixArg = ArrayArg<double, 2>;
+using IntegerArg = ArrayArg<std::int64_t, 1>;
+using MaskArg = ArrayArg<bool, 1>;
 
 template <class Array>
-auto span(const Array& given) { return std::span(given.data(), given.size()); }
+auto span(const Array& array) { return std::span(array.data(), array.size()); }
 
 // Hand an array over to Python, where asked as another type of the same bytes; `columns` 0 makes it one-dimensional.
 template <int D = 1, class Shown = void, class T, class A>
 auto give(std::vector<T, A>&& values, std::size_t columns = 0) {
-    using Seen = std::conditional_t<std::is_void_v<Shown>, T, Shown>;
-    auto* kept = new std::vector<T, A>(std::move(values));
-    nb::capsule owner(kept, [](void* at) noexcept { delete static_cast<std::vector<T, A>*>(at); });
-    std::size_t shape[2] = {D == 1 ? kept->size() : kept->size() / columns, columns};
-    return Made<Seen, D>(reinterpret_cast<Seen*>(kept->data()), D, shape, owner);
+    using Element = std::conditional_t<std::is_void_v<Shown>, T, Shown>;
+    auto* owned = new std::vector<T, A>(std::move(values));
+    nb::capsule owner(owned, [](void* at) noexcept { delete static_cast<std::vector<T, A>*>(at); });
+    std::size_t shape[2] = {D == 1 ? owned->size() : owned->size() / columns, columns};
+    return Made<Element, D>(reinterpret_cast<Element*>(owned->data()), D, shape, owner);
 }
-inline void need(bool sound, const char* what) {
-    if (!sound) throw nb::value_error(what);
+inline void need(bool valid, const char* what) {
+    if (!valid) throw nb::value_error(what);
 }
-inline void need_disks(std::size_t n, const Given<Index, 1>& first, const Given<Index, 1>& second) {
+inline void need_disks(std::size_t n, const ArrayArg<Index, 1>& first, const ArrayArg<Index, 1>& second) {
     need(first.size() == second.size(), "contacts: shapes differ");
     for (std::size_t c = 0; c < first.size(); ++c)
         need(first(c) >= 0 && first(c) < Index(n) && second(c) < Index(n), "contacts: a disk that does not exist");
 }
 
 // first, second (−1: a wall), normal, position, radius, mass, for parts of the solvers in tests and measurements.
-using Pairs = std::tuple<Given<Index, 1>, Given<Index, 1>, Matrix, Matrix, Vector, Vector>;
+using Pairs = std::tuple<ArrayArg<Index, 1>, ArrayArg<Index, 1>, MatrixArg, MatrixArg, VectorArg, VectorArg>;
 inline System system_of_pairs(const Pairs& pairs, In left, In spin) {
     const auto& [first, second, normal, position, radius, mass] = pairs;
     const std::size_t n = mass.size();
@@ -75,7 +75,7 @@ struct Result : nb::class_<R> {
 
 // Marks of bytes as NumPy's booleans.
 template <int D = 1>
-auto give_marks(Flags&& values, std::size_t columns = 0) { return give<D, bool>(std::move(values), columns); }
+auto give_marks(Mask&& values, std::size_t columns = 0) { return give<D, bool>(std::move(values), columns); }
 
 // What long work gives, while other threads of Python run.
 template <class Work>

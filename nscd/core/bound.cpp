@@ -17,91 +17,91 @@ constexpr double GAIN = 0.1;
 constexpr double FIRM = 1e9;
 
 struct Gaps {
-    Numbers gap;            // (k) m/s, b − C u
-    Numbers kept;           // (k) N·s, λ of the closed contacts, else 0
-    Flags closed;           // (k)
+    Vector gap;            // (k) m/s, b − C u
+    Vector pressed_reaction;           // (k) N·s, λ of the closed contacts, else 0
+    Mask closed;           // (k)
     double rounding = 0.0;  // m/s, what gaps are known to
     double square = 0.0;    // Σ r²/m with rounding
 };
 
 // pressing: closed are the contacts that press more than they open; else those that `closed` says.
-Gaps gaps_of(const System& s, In reaction, In u, bool pressing, Flags closed) {
-    Gaps of{Numbers(s.k), Numbers(s.k), std::move(closed)};
+Gaps gaps_of(const System& s, In reaction, In u, bool pressing, Mask closed) {
+    Gaps gaps{Vector(s.k), Vector(s.k), std::move(closed)};
     const int d = s.d;
     const double speed = std::max(s.scale, largest(u));
-    of.rounding = ROUNDING * EPSILON * speed;
-    approach(s, u, of.gap);
-    Numbers missed(u.size()), size(s.n);
+    gaps.rounding = ROUNDING * EPSILON * speed;
+    approach(s, u, gaps.gap);
+    Vector missed(u.size()), size(s.n);
     for (int c = 0; c < s.k; ++c) {
-        of.gap[c] = s.offset[c] - of.gap[c];
-        if (pressing) of.closed[c] = s.inverse_mass[c] * reaction[c] > of.gap[c];
-        of.kept[c] = of.closed[c] ? reaction[c] : 0.0;
+        gaps.gap[c] = s.offset[c] - gaps.gap[c];
+        if (pressing) gaps.closed[c] = s.inverse_mass[c] * reaction[c] > gaps.gap[c];
+        gaps.pressed_reaction[c] = gaps.closed[c] ? reaction[c] : 0.0;
     }
     if (s.dissipative()) {
         inertia(s, u, missed);
-        const Numbers given = momentum_given(s);
-        for (std::size_t i = 0; i < missed.size(); ++i) missed[i] -= given[i];
+        const Vector momentum = momentum_given(s);
+        for (std::size_t i = 0; i < missed.size(); ++i) missed[i] -= momentum[i];
     } else {
         for (std::size_t i = 0; i < missed.size(); ++i) missed[i] = s.mass[i] * (u[i] - s.free[i]);
     }
-    add_reactions(s, of.kept, 1.0, missed);
+    add_reactions(s, gaps.pressed_reaction, 1.0, missed);
     for (int i = 0; i < s.n; ++i) size[i] = s.mass[d * i] * speed;
     for (int c = 0; c < s.k; ++c) {
-        const double carried = std::abs(of.kept[c]) + (s.dissipative() ? 4.0 * (s.along[c] + s.across[c]) * speed : 0.0);
+        const double carried = std::abs(gaps.pressed_reaction[c]) + (s.dissipative() ? 4.0 * (s.along[c] + s.across[c]) * speed : 0.0);
         size[s.first[c]] += carried;
         if (s.second[c] >= 0) size[s.second[c]] += carried;
     }
     for (int i = 0; i < s.n; ++i) {
-        const double known = ROUNDING * EPSILON * size[i], heavy = s.mass[d * i];
+        const double rounding = ROUNDING * EPSILON * size[i], heavy = s.mass[d * i];
         for (int a = 0; a < d; ++a) {
             // the moment of a push is that times the radius, √(2 I/m), or the longest lever of a wide body
-            const double turn = a < 2 ? 1.0 : s.wide() ? s.reach[i] : std::sqrt(2.0 * s.mass[d * i + 2] / heavy);
-            const double amount = std::abs(missed[d * i + a]) + known * turn;
-            of.square += amount * amount / s.mass[d * i + a];
+            const double turn = a < 2 ? 1.0 : s.compound() ? s.reach[i] : std::sqrt(2.0 * s.mass[d * i + 2] / heavy);
+            const double amount = std::abs(missed[d * i + a]) + rounding * turn;
+            gaps.square += amount * amount / s.mass[d * i + a];
         }
     }
-    return of;
+    return gaps;
 }
 
 // After the correction, C t = moved: how many open contacts overlap (they are closed for the next round), λ'·|b − C u|
 // beyond rounding, and whether the corrected velocities are feasible.
-struct Judged {
+struct Judgement {
     int more = 0;
     double slack = 0.0;
-    bool whole = true;
+    bool complete = true;
 };
-Judged judge(Gaps& of, In moved, bool equal) {
-    Judged said;
-    const double rounding = CLOSED_UNITS * of.rounding;
-    for (std::size_t c = 0; c < of.gap.size(); ++c) {
-        const double after = of.gap[c] + moved[c], beyond = after - rounding;
+Judgement judge(Gaps& gaps, In moved, bool equal) {
+    Judgement judgement;
+    const double rounding = CLOSED_UNITS * gaps.rounding;
+    for (std::size_t c = 0; c < gaps.gap.size(); ++c) {
+        const double after = gaps.gap[c] + moved[c], beyond = after - rounding;
         if (after < -rounding || (equal && beyond > 0.0)) {
-            said.whole = false;
-            if (!of.closed[c]) of.closed[c] = 1, ++said.more;
+            judgement.complete = false;
+            if (!gaps.closed[c]) gaps.closed[c] = 1, ++judgement.more;
         } else if (beyond > 0.0) {
-            said.slack += of.kept[c] * beyond;
+            judgement.slack += gaps.pressed_reaction[c] * beyond;
         }
     }
-    return said;
+    return judgement;
 }
 
 // The least t (n·d) with v = C t = target on the closed contacts, by the method of multipliers: at most so many steps,
 // until all are within `enough` (m/s). Its multiplier, (k) N·s.
-Numbers correct(Factor& factor, const Flags& closed, In theta, In target, int most, double enough, Numbers& t, Numbers& v) {
+Vector correct(Factor& factor, const Mask& closed, In theta, In target, int max_steps, double enough, Vector& t, Vector& v) {
     const System& s = factor.system();
-    Numbers multiplier(s.k, 0.0), change(s.k), rest(t.size(), 0.0);
+    Vector multiplier(s.k, 0.0), change(s.k), residual(t.size(), 0.0);
     std::fill(t.begin(), t.end(), 0.0);
     std::fill(v.begin(), v.end(), 0.0);
     double before = INFINITE;
-    for (int step = 0; step < most; ++step) {
+    for (int step = 0; step < max_steps; ++step) {
         for (int c = 0; c < s.k; ++c)
             if (closed[c]) multiplier[c] += theta[c] * (v[c] - target[c]);
-        inertia(s, t, rest);
-        for (double& r : rest) r = -r;
-        add_reactions(s, multiplier, -1.0, rest);
-        factor.solve(rest);
-        for (std::size_t i = 0; i < t.size(); ++i) t[i] += rest[i];
-        approach(s, rest, change);
+        inertia(s, t, residual);
+        for (double& r : residual) r = -r;
+        add_reactions(s, multiplier, -1.0, residual);
+        factor.solve(residual);
+        for (std::size_t i = 0; i < t.size(); ++i) t[i] += residual[i];
+        approach(s, residual, change);
         double left = 0.0;
         for (int c = 0; c < s.k; ++c) {
             v[c] += change[c];
@@ -116,18 +116,18 @@ Numbers correct(Factor& factor, const Flags& closed, In theta, In target, int mo
 }
 
 // What closed gaps may still be off by, each: what was not corrected, and rounding.
-double unknown(const Gaps& of, In moved) {
-    double most = 0.0;
-    for (std::size_t c = 0; c < of.gap.size(); ++c)
-        if (of.closed[c]) most = std::max(most, std::abs(of.gap[c] + moved[c]));
-    return most + of.rounding;
+double unknown(const Gaps& gaps, In moved) {
+    double maximum = 0.0;
+    for (std::size_t c = 0; c < gaps.gap.size(); ++c)
+        if (gaps.closed[c]) maximum = std::max(maximum, std::abs(gaps.gap[c] + moved[c]));
+    return maximum + gaps.rounding;
 }
 
-double length_of(const System& s, const Numbers& t) {
-    Numbers rest(t.size());
-    inertia(s, t, rest);
+double length_of(const System& s, const Vector& t) {
+    Vector residual(t.size());
+    inertia(s, t, residual);
     double square = 0.0;
-    for (std::size_t i = 0; i < t.size(); ++i) square += t[i] * rest[i];
+    for (std::size_t i = 0; i < t.size(); ++i) square += t[i] * residual[i];
     return std::sqrt(square);
 }
 
@@ -137,21 +137,21 @@ bool any_offset(const System& s) {
 
 }  // namespace
 
-Numbers momentum_given(const System& s) {
-    Numbers given(s.mass.size());
-    inertia(s, s.left, given);
-    for (std::size_t i = 0; i < given.size(); ++i) given[i] = 2.0 * s.mass[i] * s.left[i] - given[i];
-    return given;
+Vector momentum_given(const System& s) {
+    Vector momentum(s.mass.size());
+    inertia(s, s.left, momentum);
+    for (std::size_t i = 0; i < momentum.size(); ++i) momentum[i] = 2.0 * s.mass[i] * s.left[i] - momentum[i];
+    return momentum;
 }
 
 double bound_of_closed_form(const System& s, In reaction, In u) {
     if (any_offset(s)) return INFINITE;
     if (largest(reaction) == 0.0 && !s.dissipative()) return 0.0;
-    const Gaps of = gaps_of(s, reaction, u, false, Flags(s.k, 1));
-    double square = of.square;
+    const Gaps gaps = gaps_of(s, reaction, u, false, Mask(s.k, 1));
+    double square = gaps.square;
     for (int c = 0; c < s.k; ++c)
         if (reaction[c] > 0.0) {
-            const double away = std::abs(of.gap[c]) + of.rounding;
+            const double away = std::abs(gaps.gap[c]) + gaps.rounding;
             square += away * away / s.inverse_mass[c];
         }
     return std::sqrt(square);
@@ -159,47 +159,47 @@ double bound_of_closed_form(const System& s, In reaction, In u) {
 
 double bound_of_tree(const System& s, const Branches& branches, In reaction, In u) {
     if (any_offset(s)) return INFINITE;
-    Gaps of = gaps_of(s, reaction, u, true, Flags(s.k, 1));
-    Numbers target(s.k), v(s.k), t(u.size()), still(u.size(), 0.0), push(s.k);
+    Gaps gaps = gaps_of(s, reaction, u, true, Mask(s.k, 1));
+    Vector target(s.k), v(s.k), t(u.size()), still(u.size(), 0.0), push(s.k);
     const auto energy = [&](In w) {
         double square = 0.0;
         for (std::size_t i = 0; i < w.size(); ++i) square += s.mass[i] * w[i] * w[i];
         return square;
     };
     for (int round = 0; round < ROUNDS; ++round) {
-        if (unknown(of, v) > 2.0 * of.rounding) {
-            for (int c = 0; c < s.k; ++c) target[c] = -of.gap[c];
-            close_tree(s, branches, of.closed, still, target, push, t);
+        if (unknown(gaps, v) > 2.0 * gaps.rounding) {
+            for (int c = 0; c < s.k; ++c) target[c] = -gaps.gap[c];
+            close_tree(s, branches, gaps.closed, still, target, push, t);
             approach(s, t, v);
         }
-        const Judged said = judge(of, v, false);
-        if (said.whole) {
-            const double most = unknown(of, v);
+        const Judgement judgement = judge(gaps, v, false);
+        if (judgement.complete) {
+            const double maximum = unknown(gaps, v);
             double length = std::sqrt(energy(t));
             for (bool again : {false, true}) {
-                for (int c = 0; c < s.k; ++c) target[c] = std::copysign(most, again ? push[c] : 1.0);
-                close_tree(s, branches, of.closed, still, target, push, t);
+                for (int c = 0; c < s.k; ++c) target[c] = std::copysign(maximum, again ? push[c] : 1.0);
+                close_tree(s, branches, gaps.closed, still, target, push, t);
             }
             length += std::sqrt(energy(t));
-            return std::sqrt(of.square + length * length + 2.0 * said.slack);
+            return std::sqrt(gaps.square + length * length + 2.0 * judgement.slack);
         }
-        if (said.more == 0) break;
+        if (judgement.more == 0) break;
     }
-    return std::sqrt(of.square + energy(u));
+    return std::sqrt(gaps.square + energy(u));
 }
 
-double bound_by_factor(Factor& factor, In reaction, In u, const Held& held) {
+double bound_by_factor(Factor& factor, In reaction, In u, const CachedFactor& cached) {
     const System& s = factor.system();
     if (any_offset(s)) return INFINITE;
     const std::size_t k = s.k;
-    const bool known = held.closed.size() == k, equal = s.maintained;
-    bool ready = held.theta.size() == k;
-    Gaps of = gaps_of(s, reaction, u, !(known || equal), known ? held.closed : Flags(k, 1));
-    Numbers theta = ready ? held.theta : Numbers(k), stiff = s.stiffness(), t(u.size()), v(k), target(k);
-    for (std::size_t c = 0; c < k; ++c) target[c] = -of.gap[c];
+    const bool has_factor = cached.closed.size() == k, equal = s.maintained;
+    bool ready = cached.theta.size() == k;
+    Gaps gaps = gaps_of(s, reaction, u, !(has_factor || equal), has_factor ? cached.closed : Mask(k, 1));
+    Vector theta = ready ? cached.theta : Vector(k), stiff = s.stiffness(), t(u.size()), v(k), target(k);
+    for (std::size_t c = 0; c < k; ++c) target[c] = -gaps.gap[c];
     for (int round = 0; round < ROUNDS; ++round) {
         if (!ready) {
-            for (std::size_t c = 0; c < k; ++c) theta[c] = of.closed[c] ? FIRM * stiff[c] : 0.0;
+            for (std::size_t c = 0; c < k; ++c) theta[c] = gaps.closed[c] ? FIRM * stiff[c] : 0.0;
             if (!factor.factorise(theta)) break;
         }
         const bool own = !ready;
@@ -207,25 +207,25 @@ double bound_by_factor(Factor& factor, In reaction, In u, const Held& held) {
         std::fill(t.begin(), t.end(), 0.0);
         std::fill(v.begin(), v.end(), 0.0);
         bool beyond = false;
-        for (std::size_t c = 0; c < k; ++c) beyond = beyond || of.gap[c] < -of.rounding || (of.closed[c] && of.gap[c] > of.rounding);
-        if (beyond) correct(factor, of.closed, theta, target, STEPS, 0.1 * of.rounding, t, v);
-        const Judged said = judge(of, v, equal);
-        if (said.whole) {
+        for (std::size_t c = 0; c < k; ++c) beyond = beyond || gaps.gap[c] < -gaps.rounding || (gaps.closed[c] && gaps.gap[c] > gaps.rounding);
+        if (beyond) correct(factor, gaps.closed, theta, target, STEPS, 0.1 * gaps.rounding, t, v);
+        const Judgement judgement = judge(gaps, v, equal);
+        if (judgement.complete) {
             double length = length_of(s, t);
-            const double most = unknown(of, v);
-            Numbers push(k, 1.0);
+            const double maximum = unknown(gaps, v);
+            Vector push(k, 1.0);
             for (int turn = 0; turn < 2; ++turn) {
-                for (std::size_t c = 0; c < k; ++c) target[c] = std::copysign(most, push[c]);
-                push = correct(factor, of.closed, theta, target, STEPS, GAIN * most, t, v);
+                for (std::size_t c = 0; c < k; ++c) target[c] = std::copysign(maximum, push[c]);
+                push = correct(factor, gaps.closed, theta, target, STEPS, GAIN * maximum, t, v);
             }
             length += length_of(s, t);
-            return std::sqrt(of.square + length * length + 2.0 * said.slack);
+            return std::sqrt(gaps.square + length * length + 2.0 * judgement.slack);
         }
-        if (said.more == 0 && own) break;
+        if (judgement.more == 0 && own) break;
     }
     // no motion of the whole is feasible, as offsets are 0
-    const double length = length_of(s, Numbers(u.begin(), u.end()));
-    return std::sqrt(of.square + length * length);
+    const double length = length_of(s, Vector(u.begin(), u.end()));
+    return std::sqrt(gaps.square + length * length);
 }
 
 }  // namespace nscd

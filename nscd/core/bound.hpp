@@ -24,9 +24,9 @@ namespace nscd {
 // Each a bound of √(Σ m |ũ − u⁺|²), √kg m/s, spins included; infinite where there are offsets.
 double bound_of_closed_form(const System& s, In reaction, In u);
 double bound_of_tree(const System& s, const Branches& branches, In reaction, In u);
-double bound_by_factor(Factor& factor, In reaction, In u, const Held& held);  // in elimination order
+double bound_by_factor(Factor& factor, In reaction, In u, const CachedFactor& cached);  // in elimination order
 
 // (M − DᵀKD) u⁻ = Â û, (n·d) N·s.
-Numbers momentum_given(const System& s);
+Vector momentum_given(const System& s);
 
 }  // namespace nscd

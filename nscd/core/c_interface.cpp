@@ -7,10 +7,10 @@
 #include <string>
 #include <tuple>
 
-#include "answer.hpp"
+#include "impact_solver.hpp"
 #include "contacts.hpp"
 #include "drive.hpp"
-#include "friction_answer.hpp"
+#include "friction_solver.hpp"
 
 using namespace nscd;
 
@@ -18,10 +18,10 @@ using namespace nscd;
 using Key = std::tuple<std::ptrdiff_t, std::ptrdiff_t, double, double>;
 
 struct nscd_crowd {
-    Numbers position, velocity, radius, mass, spin, normal;
-    Places first, second;
+    Vector position, velocity, radius, mass, spin, normal;
+    Indices first, second;
     double friction = 0.0, along = 0.0, across = 0.0;
-    Numbers percussion, right, right_spin;
+    Vector percussion, right, right_spin;
     double error = INFINITE;
     std::set<Key> listed;
 };
@@ -56,7 +56,7 @@ int guarded(const Work& work) {
 std::string bad(const char* field, std::size_t at) { return std::string(field) + ": entry " + std::to_string(at) + " is not a usable number"; }
 
 // Refused unless every number is finite and, where asked, positive.
-bool sound(const char* field, In values, std::size_t columns, bool positive = false) {
+bool valid(const char* field, In values, std::size_t columns, bool positive = false) {
     for (std::size_t i = 0; i < values.size(); ++i)
         if (!std::isfinite(values[i]) || (positive && !(values[i] > 0.0))) return refuse(bad(field, i / columns));
     return true;
@@ -65,33 +65,33 @@ bool sound(const char* field, In values, std::size_t columns, bool positive = fa
 // As nscd.solve: friction by its own ladder, all else by the convex one.
 double answered(nscd_crowd& crowd, double tolerance) {
     const std::size_t n = crowd.radius.size(), k = crowd.first.size();
-    Numbers spin = crowd.spin;
+    Vector spin = crowd.spin;
     spin.resize(n, 0.0);
-    const bool rough = crowd.friction > 0.0, turns = !rough && crowd.across > 0.0;
+    const bool frictional = crowd.friction > 0.0, turns = !frictional && crowd.across > 0.0;
     System s = system_of({crowd.position, crowd.velocity, crowd.radius, crowd.mass, turns ? In(spin) : In()}, crowd.first, crowd.second, crowd.normal);
     if (crowd.along > 0.0 || crowd.across > 0.0) s.along.assign(k, crowd.along), s.across.assign(k, crowd.across);
     crowd.right.resize(2 * n), crowd.right_spin = spin;
-    const auto take = [&](const Numbers& u, int d) {
+    const auto take = [&](const Vector& u, int d) {
         for (std::size_t i = 0; i < n; ++i) {
             for (int a = 0; a < 2; ++a) crowd.right[2 * i + a] = u[d * i + a];
             if (d == 3) crowd.right_spin[i] = u[3 * i + 2];
         }
     };
-    if (!rough) {
-        const Answer found = solve_one_sided(s, {.tolerance = tolerance, .bounded = false, .reaction = {}, .velocity = {}, .sizes = {}});
-        Certificate of = certified(s, found.reaction, found.velocity);
-        crowd.percussion = std::move(of.impulse);
+    if (!frictional) {
+        const Solution found = solve_one_sided(s, {.tolerance = tolerance, .bounded = false, .reaction = {}, .velocity = {}, .sizes = {}});
+        Certificate certificate = certified(s, found.reaction, found.velocity);
+        crowd.percussion = std::move(certificate.impulse);
         take(found.velocity, s.d);
-        return of.finite ? larger(of.residual, of.momentum_error) : INFINITE;
+        return certificate.finite ? larger(certificate.residual, certificate.momentum_error) : INFINITE;
     }
-    Numbers inertia(n);
+    Vector inertia(n);
     for (std::size_t i = 0; i < n; ++i) inertia[i] = 0.5 * crowd.mass[i] * crowd.radius[i] * crowd.radius[i];
-    Rubbing p = rubbing_of(s, crowd.radius, spin, inertia, Numbers(k, crowd.friction));
-    const FrictionAnswer found = solve_friction(p, {tolerance});
-    FrictionCertificate of = certified(p, found.at);
-    crowd.percussion = std::move(of.impulse);
-    take(found.at.u, 3);
-    return larger(of.natural_map, of.momentum_error);
+    FrictionProblem p = friction_problem_of(s, crowd.radius, spin, inertia, Vector(k, crowd.friction));
+    const FrictionResult found = solve_friction(p, {tolerance});
+    FrictionCertificate certificate = certified(p, found.solution);
+    crowd.percussion = std::move(certificate.impulse);
+    take(found.solution.u, 3);
+    return larger(certificate.natural_map, certificate.momentum_error);
 }
 
 }  // namespace
@@ -101,8 +101,8 @@ nscd_crowd* nscd_new(std::size_t n, const double* position, const double* veloci
     guarded([&] {
         if (n == 0 || !position || !velocity || !radius || !mass) return refuse("disks: none, or an array is missing");
         if (n > std::size_t(std::numeric_limits<Index>::max() / 4)) return refuse("disks: too many");
-        if (!sound("position", {position, 2 * n}, 2) || !sound("velocity", {velocity, 2 * n}, 2) || !sound("radius", {radius, n}, 1, true) ||
-            !sound("mass", {mass, n}, 1, true))
+        if (!valid("position", {position, 2 * n}, 2) || !valid("velocity", {velocity, 2 * n}, 2) || !valid("radius", {radius, n}, 1, true) ||
+            !valid("mass", {mass, n}, 1, true))
             return 0;
         made = new nscd_crowd{.position = {position, position + 2 * n}, .velocity = {velocity, velocity + 2 * n}, .radius = {radius, radius + n},
                               .mass = {mass, mass + n}, .spin = {}, .normal = {}, .first = {}, .second = {}, .percussion = {}, .right = {}, .right_spin = {}, .listed = {}};
@@ -117,7 +117,7 @@ int nscd_friction(nscd_crowd* crowd, double coefficient, const double* spin) {
     return guarded([&] {
         if (!(coefficient >= 0.0) || !std::isfinite(coefficient)) return refuse("friction: 0 or more is needed");
         const In spins(spin, spin ? crowd->radius.size() : 0);
-        if (!sound("spin", spins, 1)) return 0;
+        if (!valid("spin", spins, 1)) return 0;
         crowd->friction = coefficient, crowd->spin.assign(spins.begin(), spins.end());
         return 1;
     });
@@ -135,9 +135,9 @@ int nscd_contact(nscd_crowd* crowd, std::ptrdiff_t first, std::ptrdiff_t second,
         if (first < 0 || first >= n || second < -1 || second >= n || first == second) return refuse("contact: disk " + std::to_string(first) + " with " + std::to_string(second) + " of " + std::to_string(n));
         if (second >= 0) {
             x = crowd->position[2 * second] - crowd->position[2 * first], y = crowd->position[2 * second + 1] - crowd->position[2 * first + 1];
-            const double apart = length(x, y);
-            if (apart == 0.0) return refuse("contact: disks " + std::to_string(first) + " and " + std::to_string(second) + " have one centre");
-            x /= apart, y /= apart;
+            const double distance = length(x, y);
+            if (distance == 0.0) return refuse("contact: disks " + std::to_string(first) + " and " + std::to_string(second) + " have one centre");
+            x /= distance, y /= distance;
         } else if (!(std::abs(length(x, y) - 1.0) <= 1e-9)) {
             return refuse("contact: the normal of disk " + std::to_string(first) + " at an obstacle is no unit vector");
         }
@@ -152,7 +152,7 @@ int nscd_contact(nscd_crowd* crowd, std::ptrdiff_t first, std::ptrdiff_t second,
 int nscd_touch(nscd_crowd* crowd, double gap) {
     return guarded([&] {
         if (!std::isfinite(gap)) return refuse("gap: a finite number is needed");
-        const Touching found = touching(crowd->position, crowd->radius, Segments{}, gap);
+        const ContactPairs found = find_contact_pairs(crowd->position, crowd->radius, Segments{}, gap);
         if (found.pairs < 0) return refuse("gap: too many pairs are within it");
         for (std::size_t c = 0; c < found.size(); ++c)
             if (crowd->listed.count(key_of(found.first[c], found.second[c], 0.0, 0.0)))
@@ -167,9 +167,9 @@ int nscd_solve(nscd_crowd* crowd, double tolerance) {
     return guarded([&] {
         if (!(tolerance >= 1e-14 && tolerance < 1.0)) return refuse("tolerance: between 1e-14 and 1 is needed");
         crowd->error = answered(*crowd, tolerance);
-        char said[64];
-        std::snprintf(said, sizeof said, "not solved: error %.1e, tolerance %.1e", crowd->error, tolerance);
-        return crowd->error <= tolerance ? 1 : refuse(said);
+        char text[64];
+        std::snprintf(text, sizeof text, "not solved: error %.1e, tolerance %.1e", crowd->error, tolerance);
+        return crowd->error <= tolerance ? 1 : refuse(text);
     });
 }
 
@@ -182,10 +182,10 @@ const double* nscd_velocities(const nscd_crowd* crowd) { return crowd->right.dat
 const double* nscd_spins(const nscd_crowd* crowd) { return crowd->right_spin.data(); }
 double nscd_error(const nscd_crowd* crowd) { return crowd->error; }
 
-nscd_drive* nscd_drive_new(const double* numbers, std::size_t count) {
+nscd_drive* nscd_drive_new(const double* values, std::size_t count) {
     nscd_drive* made = nullptr;
     guarded([&] {
-        std::optional<Drive> drive = Drive::of({numbers, count});
+        std::optional<Drive> drive = Drive::of({values, count});
         if (!drive) return refuse("drive: these are not its numbers");
         made = new nscd_drive{*std::move(drive)};
         return 1;
@@ -198,7 +198,7 @@ void nscd_drive_free(nscd_drive* drive) { delete drive; }
 int nscd_drive_desired(const nscd_drive* drive, std::size_t n, const double* position, const double* radius, double time, double* velocity) {
     return guarded([&] {
         if (n != drive->drive.goes.size()) return refuse("drive: of " + std::to_string(drive->drive.goes.size()) + " people, not " + std::to_string(n));
-        const Numbers wanted = drive->drive.desired({position, 2 * n}, {radius, n}, time);
+        const Vector wanted = drive->drive.desired({position, 2 * n}, {radius, n}, time);
         std::copy(wanted.begin(), wanted.end(), velocity);
         return 1;
     });

@@ -23,7 +23,7 @@ constexpr double INSIDE = 0.3;
 
 // The t > 0 where ½ Σ max(0, v + t m)² − t · work is least: its slope grows, linear between the t = −v/m. Newton's method
 // within a bracket.
-double line_minimum(const Flags& may, In v, In moved, double work) {
+double line_minimum(const Mask& may, In v, In moved, double work) {
     double low = 0.0, high = INFINITE, t = 1.0;
     for (int round = 0; round < LINE_ROUNDS; ++round) {
         double slope = -work, rise = 0.0;
@@ -40,36 +40,36 @@ double line_minimum(const Flags& may, In v, In moved, double work) {
 }
 
 // How far λ and s > 0 may go along their changes until one of them is 0, at most 1.
-double to_boundary(const Flags& may, In one, In by, In other, In its) {
-    double most = 1.0;
+double to_boundary(const Mask& may, In one, In by, In other, In its) {
+    double maximum = 1.0;
     for (std::size_t c = 0; c < one.size(); ++c)
-        if (may[c]) most = std::max({most, -by[c] / one[c], -its[c] / other[c]});
-    return 1.0 / most;
+        if (may[c]) maximum = std::max({maximum, -by[c] / one[c], -its[c] / other[c]});
+    return 1.0 / maximum;
 }
 
 // y near the end of the central path of min ½ Σ λ², Cᵀλ = momentum, λ ≥ 0: λ − C y = s ≥ 0, λ s → 0, by Mehrotra's method
 // from λ₀ > 0 and y = 0 with s = λ₀. What presses is then nearly known, however many contacts are
 // redundant.
-Numbers nearly_least(Factor& factor, const Flags& may, Numbers reaction, In momentum, double stiff) {
+Vector nearly_least(Factor& factor, const Mask& may, Vector reaction, In momentum, double stiff) {
     const System& s = factor.system();
     const std::size_t k = s.k;
-    Numbers y(momentum.size(), 0.0), rest(momentum.size()), theta(k), push(k), v(k), target(k), change(k), by(k);
+    Vector y(momentum.size(), 0.0), residual(momentum.size()), theta(k), push(k), v(k), target(k), change(k), by(k);
     double count = 0.0, mean = 0.0;
     for (std::size_t c = 0; c < k; ++c)
         if (may[c]) mean += reaction[c], count += 1.0;
     for (std::size_t c = 0; c < k; ++c)
         if (may[c]) reaction[c] = std::max(reaction[c], INSIDE * mean / count);
-    Numbers slack = reaction;
+    Vector slack = reaction;
     for (int step = 0; step < PATH_STEPS; ++step) {
         approach(s, y, v);
         mean = 0.0;
-        double most = 0.0;
+        double maximum = 0.0;
         for (std::size_t c = 0; c < k; ++c) {
             if (!may[c]) continue;
             mean += reaction[c] * slack[c] / count;
-            most = std::max(most, reaction[c]);
+            maximum = std::max(maximum, reaction[c]);
         }
-        if (!(mean > NEARLY_LEAST * most * NEARLY_LEAST * most)) break;
+        if (!(mean > NEARLY_LEAST * maximum * NEARLY_LEAST * maximum)) break;
         for (std::size_t c = 0; c < k; ++c) theta[c] = may[c] ? stiff * reaction[c] / (reaction[c] + slack[c]) : 0.0;
         if (!factor.factorise(theta, true)) break;
         std::fill(target.begin(), target.end(), 0.0);
@@ -78,12 +78,12 @@ Numbers nearly_least(Factor& factor, const Flags& may, Numbers reaction, In mome
             // Δs = (target − λs − sΔλ)/λ, Δλ = θ (CΔy + C y + s − λ + (target − λs)/λ)
             for (std::size_t c = 0; c < k; ++c)
                 push[c] = may[c] ? theta[c] / stiff * (v[c] - reaction[c] + target[c] / reaction[c]) : 0.0;
-            std::copy(momentum.begin(), momentum.end(), rest.begin());
+            std::copy(momentum.begin(), momentum.end(), residual.begin());
             for (std::size_t c = 0; c < k; ++c) change[c] = may[c] ? reaction[c] + push[c] : 0.0;
-            add_reactions(s, change, -1.0, rest);
-            for (double& r : rest) r *= stiff;
-            factor.solve(rest);
-            approach(s, rest, change);
+            add_reactions(s, change, -1.0, residual);
+            for (double& r : residual) r *= stiff;
+            factor.solve(residual);
+            approach(s, residual, change);
             for (std::size_t c = 0; c < k; ++c) {
                 if (!may[c]) continue;
                 change[c] = push[c] + theta[c] / stiff * change[c];
@@ -94,11 +94,11 @@ Numbers nearly_least(Factor& factor, const Flags& may, Numbers reaction, In mome
             double after = 0.0;
             for (std::size_t c = 0; c < k; ++c)
                 if (may[c]) after += (reaction[c] + length * change[c]) * (slack[c] + length * by[c]) / count;
-            const double share = after / mean, centre = std::max(share * share * share, length < 0.1 ? 0.3 : 0.0) * mean;
+            const double fraction = after / mean, centre = std::max(fraction * fraction * fraction, length < 0.1 ? 0.3 : 0.0) * mean;
             for (std::size_t c = 0; c < k; ++c) target[c] = may[c] ? centre - change[c] * by[c] : 0.0;
         }
         length *= 0.995;
-        for (std::size_t i = 0; i < y.size(); ++i) y[i] += length * rest[i];
+        for (std::size_t i = 0; i < y.size(); ++i) y[i] += length * residual[i];
         for (std::size_t c = 0; c < k; ++c)
             if (may[c]) reaction[c] += length * change[c], slack[c] += length * by[c];
     }
@@ -113,15 +113,15 @@ double dot(In a, In b) {
 
 }  // namespace
 
-Numbers least_energy(Factor& factor, In given, In u, double tolerance) {
+Vector least_energy(Factor& factor, In input, In u, double tolerance) {
     const System& s = factor.system();
     const std::size_t k = s.k, size = u.size();
-    Numbers v(k), best(k, 0.0), momentum(size, 0.0), y(size, 0.0), rest(size), reaction(k), theta(k), moved(k);
-    Flags may(k), pressed(k), before(k, 0);
+    Vector v(k), best(k, 0.0), momentum(size, 0.0), y(size, 0.0), residual(size), reaction(k), theta(k), moved(k);
+    Mask may(k), pressed(k), before(k, 0);
     approach(s, u, v);
     for (std::size_t c = 0; c < k; ++c) {
         may[c] = s.offset[c] - v[c] <= tolerance * s.scale;
-        if (may[c]) best[c] = given[c];
+        if (may[c]) best[c] = input[c];
     }
     add_reactions(s, best, 1.0, momentum);
     const double full = std::max(largest(momentum), 1e-300);
@@ -145,9 +145,9 @@ Numbers least_energy(Factor& factor, In given, In u, double tolerance) {
             pressed[c] = may[c] && v[c] > 0.0;
             reaction[c] = pressed[c] ? v[c] : 0.0;
         }
-        rest = momentum;
-        add_reactions(s, reaction, -1.0, rest);
-        const double error = largest(rest) / full;
+        residual = momentum;
+        add_reactions(s, reaction, -1.0, residual);
+        const double error = largest(residual) / full;
         const bool same = pressed == before;
         if (error < best_error) best = reaction, best_error = error;
         if (error < 1e-13 || (error < 1e-10 && error > 0.5 * best_error && same)) return best;
@@ -156,26 +156,26 @@ Numbers least_energy(Factor& factor, In given, In u, double tolerance) {
             if (!factor.factorise(theta, true)) return best;
         }
         before = pressed;
-        for (double& r : rest) r *= stiff;
-        factor.solve(rest);
-        approach(s, rest, moved);
-        const double length = line_minimum(may, v, moved, dot(rest, momentum));
-        for (std::size_t i = 0; i < size; ++i) y[i] += length * rest[i];
+        for (double& r : residual) r *= stiff;
+        factor.solve(residual);
+        approach(s, residual, moved);
+        const double length = line_minimum(may, v, moved, dot(residual, momentum));
+        for (std::size_t i = 0; i < size; ++i) y[i] += length * residual[i];
         approach(s, y, v);
     }
     return best;
 }
 
-bool settle_energy(Factor& factor, Numbers& reaction, In u, double tolerance) {
-    Numbers better = least_energy(factor, reaction, u, tolerance);
+bool settle_energy(Factor& factor, Vector& reaction, In u, double tolerance) {
+    Vector better = least_energy(factor, reaction, u, tolerance);
     if (accuracy(factor.system(), better, u) <= tolerance) {
         reaction = std::move(better);
         return true;
     }
     // the given ones serve where they are the same but for rounding
-    double apart = 0.0;
-    for (std::size_t c = 0; c < better.size(); ++c) apart = larger(apart, std::abs(better[c] - reaction[c]));
-    return apart <= UNIQUE * *std::max_element(better.begin(), better.end());
+    double difference = 0.0;
+    for (std::size_t c = 0; c < better.size(); ++c) difference = larger(difference, std::abs(better[c] - reaction[c]));
+    return difference <= UNIQUE * *std::max_element(better.begin(), better.end());
 }
 
 }  // namespace nscd

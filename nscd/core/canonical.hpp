@@ -14,9 +14,9 @@ inline constexpr double UNIQUE = 1e-8;
 // The dual is smooth: λ = max(0, C y) with y from min ½ Σ max(0, C y)² − y·Cᵀλ₀, by a semismooth Newton method with exact line
 // search. It is the limit of a penalty packing of equal stiffness, loaded from rest, as the stiffness grows. Its check, by
 // another method, is nscd/indeterminacy/nearest.py.
-Numbers least_energy(Factor& factor, In reaction, In u, double tolerance);
+Vector least_energy(Factor& factor, In reaction, In u, double tolerance);
 
 // The same put into an answer, unless its accuracy would suffer; whether the reactions are then those of least energy.
-bool settle_energy(Factor& factor, Numbers& reaction, In u, double tolerance);
+bool settle_energy(Factor& factor, Vector& reaction, In u, double tolerance);
 
 }  // namespace nscd

@@ -4,8 +4,8 @@
 
 namespace nscd {
 
-int components(int n, std::span<const Index> first, std::span<const Index> second, Places& label) {
-    Places root(n);
+int components(int n, std::span<const Index> first, std::span<const Index> second, Indices& label) {
+    Indices root(n);
     for (int i = 0; i < n; ++i) root[i] = i;
     const auto find = [&](Index i) {
         while (root[i] != i) i = root[i] = root[root[i]];
@@ -24,40 +24,40 @@ int components(int n, std::span<const Index> first, std::span<const Index> secon
 }
 
 Islands islands_of(const System& s) {
-    Islands of;
-    of.count = components(s.n, s.first, s.second, of.label);
-    of.contacts.assign(of.count, 0), of.disks.assign(of.count, 0);
-    of.pressed.assign(of.count, 0), of.forest.assign(of.count, 0);
-    Flags walled(of.count, 0);
-    Numbers v(s.k);
+    Islands islands;
+    islands.count = components(s.n, s.first, s.second, islands.label);
+    islands.contacts.assign(islands.count, 0), islands.disks.assign(islands.count, 0);
+    islands.pressed.assign(islands.count, 0), islands.forest.assign(islands.count, 0);
+    Mask walled(islands.count, 0);
+    Vector v(s.k);
     approach(s, s.free, v);
-    for (int i = 0; i < s.n; ++i) ++of.disks[of.label[i]];
+    for (int i = 0; i < s.n; ++i) ++islands.disks[islands.label[i]];
     for (int c = 0; c < s.k; ++c) {
-        const Index island = of.label[s.first[c]];
-        ++of.contacts[island];
+        const Index island = islands.label[s.first[c]];
+        ++islands.contacts[island];
         if (s.second[c] < 0) walled[island] = 1;
-        if (v[c] > s.offset[c]) of.pressed[island] = 1;
+        if (v[c] > s.offset[c]) islands.pressed[island] = 1;
     }
-    for (int m = 0; m < of.count; ++m) of.forest[m] = of.contacts[m] < of.disks[m] + walled[m];
-    return of;
+    for (int m = 0; m < islands.count; ++m) islands.forest[m] = islands.contacts[m] < islands.disks[m] + walled[m];
+    return islands;
 }
 
-Rest close_single(const System& s, Numbers& reaction, Numbers& velocity) {
+Remainder close_single(const System& s, Vector& reaction, Vector& velocity) {
     const Islands islands = islands_of(s);
-    const auto many = [&](Index island) {
-        return islands.pressed[island] && (islands.contacts[island] > 1 || s.dissipative() || s.wide());
+    const auto has_many = [&](Index island) {
+        return islands.pressed[island] && (islands.contacts[island] > 1 || s.dissipative() || s.compound());
     };
     reaction.assign(s.k, 0.0);
     velocity = s.free;
-    Rest rest;
-    rest.place.assign(s.n, -1);
+    Remainder remaining;
+    remaining.index.assign(s.n, -1);
     for (int c = 0; c < s.k; ++c) {
         const Index i = s.first[c], j = s.second[c], island = islands.label[i];
-        if (many(island)) {
-            rest.contact.push_back(c);
-            rest.forest = rest.forest && islands.forest[island];
+        if (has_many(island)) {
+            remaining.contact.push_back(c);
+            remaining.forest = remaining.forest && islands.forest[island];
         } else if (islands.pressed[island]) {
-            rest.single = true;
+            remaining.single = true;
             double closing = s.nx[c] * s.free[2 * i] + s.ny[c] * s.free[2 * i + 1] - s.offset[c];
             if (j >= 0) closing -= s.nx[c] * s.free[2 * j] + s.ny[c] * s.free[2 * j + 1];
             reaction[c] = std::max(closing / s.inverse_mass[c], 0.0);
@@ -69,11 +69,11 @@ Rest close_single(const System& s, Numbers& reaction, Numbers& velocity) {
         }
     }
     for (int i = 0; i < s.n; ++i)
-        if (many(islands.label[i])) {
-            rest.place[i] = Index(rest.disk.size());
-            rest.disk.push_back(i);
+        if (has_many(islands.label[i])) {
+            remaining.index[i] = Index(remaining.disk.size());
+            remaining.disk.push_back(i);
         }
-    return rest;
+    return remaining;
 }
 
 Branches branches_of(const System& s) {
@@ -81,38 +81,38 @@ Branches branches_of(const System& s) {
     for (int c = 0; c < s.k; ++c)
         if (s.second[c] >= 0) ++start[s.first[c] + 1], ++start[s.second[c] + 1];
     for (int a = 0; a < s.n; ++a) start[a + 1] += start[a];
-    Places contact(start[s.n]);
+    Indices contact(start[s.n]);
     Starts at(start.begin(), start.end() - 1);
-    Branches of{Places(s.n), Places(s.n, -1), Places(s.n, -1)};
+    Branches branches{Indices(s.n), Indices(s.n, -1), Indices(s.n, -1)};
     for (int c = 0; c < s.k; ++c) {
         if (s.second[c] >= 0)
             contact[at[s.first[c]]++] = contact[at[s.second[c]]++] = c;
         else
-            of.link[s.first[c]] = c;
+            branches.link[s.first[c]] = c;
     }
-    Flags seen(s.n, 0);
+    Mask visited(s.n, 0);
     int count = 0;
     for (bool walled : {true, false})  // a tree with a wall contact grows from there
         for (int root = 0; root < s.n; ++root) {
-            if (seen[root] || (walled && of.link[root] < 0)) continue;
-            seen[root] = 1;
+            if (visited[root] || (walled && branches.link[root] < 0)) continue;
+            visited[root] = 1;
             int head = count;
-            of.order[count++] = root;
+            branches.order[count++] = root;
             for (; head < count; ++head) {
-                const Index a = of.order[head];
+                const Index a = branches.order[head];
                 for (auto e = start[a]; e < start[a + 1]; ++e) {
                     const Index c = contact[e], b = s.first[c] == a ? s.second[c] : s.first[c];
-                    if (seen[b]) continue;
-                    seen[b] = 1;
-                    of.parent[b] = a, of.link[b] = c;
-                    of.order[count++] = b;
+                    if (visited[b]) continue;
+                    visited[b] = 1;
+                    branches.parent[b] = a, branches.link[b] = c;
+                    branches.order[count++] = b;
                 }
             }
         }
-    return of;
+    return branches;
 }
 
-void close_tree(const System& s, const Branches& branches, Chosen closed, In free, In offset, Out reaction, Out u) {
+void close_tree(const System& s, const Branches& branches, MaskView closed, In free, In offset, Out reaction, Out u) {
     struct Body {
         double xx, xy, yy;  // kg, A
         double px, py;      // kg m/s, A u of the disk and all behind it, left to itself
@@ -158,10 +158,10 @@ void close_tree(const System& s, const Branches& branches, Chosen closed, In fre
     }
 }
 
-int solve_tree(const System& s, const Branches& branches, Numbers& reaction, Numbers& velocity) {
+int solve_tree(const System& s, const Branches& branches, Vector& reaction, Vector& velocity) {
     constexpr int ROUNDS = 50;
-    Flags closed(s.k, 1);
-    Numbers v(s.k);
+    Mask closed(s.k, 1);
+    Vector v(s.k);
     reaction.assign(s.k, 0.0);
     velocity.resize(2 * std::size_t(s.n));
     int done = 0;
@@ -181,8 +181,8 @@ int solve_tree(const System& s, const Branches& branches, Numbers& reaction, Num
     return done;
 }
 
-Numbers acting(const System& law, const Numbers& along, In u) {
-    Numbers total(u.size()), v(law.k), now = along;
+Vector pushing_dashpots(const System& law, const Vector& along, In u) {
+    Vector total(u.size()), v(law.k), now = along;
     for (std::size_t i = 0; i < u.size(); ++i) total[i] = u[i] + law.left[i];
     approach(law, total, v);
     for (int c = 0; c < law.k; ++c)

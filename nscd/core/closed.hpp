@@ -7,31 +7,31 @@ namespace nscd {
 
 // Label each of n disks with its connected component over contacts of two disks (walls do not connect);
 // the number of components. Union–find with path halving; components are numbered by their first disk.
-int components(int n, std::span<const Index> first, std::span<const Index> second, Places& label);
+int components(int n, std::span<const Index> first, std::span<const Index> second, Indices& label);
 
 struct Islands {
     int count = 0;
-    Places label;            // (n) island of each disk
-    Places contacts, disks;  // (count) how many it has
-    Flags pressed;           // (count) whether a contact would close without reactions
-    Flags forest;            // (count) whether its contacts form a tree, the walls taken as one body
+    Indices label;            // (n) island of each disk
+    Indices contacts, disks;  // (count) how many it has
+    Mask pressed;           // (count) whether a contact would close without reactions
+    Mask forest;            // (count) whether its contacts form a tree, the walls taken as one body
 };
 Islands islands_of(const System& s);
 
 // What is left for a solver: contacts and disks in their order, and where a disk comes to be.
-struct Rest {
-    Places contact, disk, place;
+struct Remainder {
+    Indices contact, disk, index;
     bool forest = true;   // whether these contacts form trees
     bool single = false;  // whether any was answered that is alone and pressed
 };
 
 // λ = 0 where nothing presses, (Cû − b)/w where a contact is alone in its island.
-Rest close_single(const System& s, Numbers& reaction, Numbers& velocity);
+Remainder close_single(const System& s, Vector& reaction, Vector& velocity);
 
 // A forest of contacts: disks from the roots outward, their parents (−1: none, or the wall), and the
 // contacts that link them to these (−1: none).
 struct Branches {
-    Places order, parent, link;
+    Indices order, parent, link;
 };
 Branches branches_of(const System& s);
 
@@ -40,16 +40,16 @@ Branches branches_of(const System& s);
 // With its contacts closed, everything behind a disk acts on it as a mass along one normal: m_c = 1/(n·A_c⁻¹n)
 // with A_a = m_a I + Σ m_c n nᵀ over the branches behind. One pass from the leaves gives these, one pass back
 // the reactions (paper eqs. (5), (6) for a straight chain).
-void close_tree(const System& s, const Branches& branches, Chosen closed, In free, In offset, Out reaction, Out u);
+void close_tree(const System& s, const Branches& branches, MaskView closed, In free, In offset, Out reaction, Out u);
 
 // The closed ones of contacts that form trees: contacts that pull are opened and open ones that would overlap
 // closed, until none is left. Returns the rounds.
-int solve_tree(const System& s, const Branches& branches, Numbers& reaction, Numbers& velocity);
+int solve_tree(const System& s, const Branches& branches, Vector& reaction, Vector& velocity);
 
 // Units in the last place that approach velocities are known to.
 inline constexpr double APPROACH_ROUNDING = 16.0 * EPSILON;
 
 // k_n (k) of `along` where it pushes for right velocities u, 0 where it would pull.
-Numbers acting(const System& law, const Numbers& along, In u);
+Vector pushing_dashpots(const System& law, const Vector& along, In u);
 
 }  // namespace nscd

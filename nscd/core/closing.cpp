@@ -20,48 +20,48 @@ constexpr int FIRM_ROUNDS = 12;
 constexpr int PATIENCE = 20;
 
 // Mark the closed contacts that pull, and the open ones without a gap that would be pressed, by more than rounding.
-int find_wrong(const System& s, Chosen closed, In reaction, In v, Flags& wrong) {
+int find_wrong(const System& s, MaskView closed, In reaction, In v, Mask& wrong) {
     int count = 0;
     for (int c = 0; c < s.k; ++c) {
-        const double least = ROUNDING * s.scale / s.inverse_mass[c];
-        wrong[c] = closed[c] ? reaction[c] <= -least : reaction[c] > least && s.offset[c] - v[c] <= EXACT * s.scale;
+        const double minimum = ROUNDING * s.scale / s.inverse_mass[c];
+        wrong[c] = closed[c] ? reaction[c] <= -minimum : reaction[c] > minimum && s.offset[c] - v[c] <= EXACT * s.scale;
         count += wrong[c];
     }
     return count;
 }
 
 // Wrong contacts change sides; of those that share a disk only the first one where `sparing`.
-void change(const System& s, Flags& closed, const Flags& wrong, bool sparing) {
-    Flags taken(s.n, 0);
+void change(const System& s, Mask& closed, const Mask& wrong, bool sparing) {
+    Mask used(s.n, 0);
     for (int c = 0; c < s.k; ++c) {
         if (!wrong[c]) continue;
         const Index i = s.first[c], j = s.second[c];
-        if (sparing && (taken[i] || (j >= 0 && taken[j]))) continue;
-        taken[i] = 1;
-        if (j >= 0) taken[j] = 1;
+        if (sparing && (used[i] || (j >= 0 && used[j]))) continue;
+        used[i] = 1;
+        if (j >= 0) used[j] = 1;
         closed[c] = !closed[c];
     }
 }
 
 }  // namespace
 
-int close_contacts(Factor& factor, Chosen closed, In theta, Numbers& reaction, Numbers& u, Numbers& v, int most, double enough) {
+int close_contacts(Factor& factor, MaskView closed, In theta, Vector& reaction, Vector& u, Vector& v, int max_steps, double enough) {
     const System& s = factor.system();
-    Numbers push(s.k), rest(u.size()), moved(u.size());
+    Vector push(s.k), residual(u.size()), moved(u.size());
     double before = INFINITE;
     int steps = 0;
-    while (steps < most) {
+    while (steps < max_steps) {
         ++steps;
         for (int c = 0; c < s.k; ++c) {
             reaction[c] += theta[c] * (v[c] - s.offset[c]);
             push[c] = closed[c] ? reaction[c] : 0.0;
         }
         for (std::size_t i = 0; i < u.size(); ++i) moved[i] = s.free[i] - u[i];
-        inertia(s, moved, rest);
-        add_reactions(s, push, -1.0, rest);
-        factor.solve(rest);
-        for (std::size_t i = 0; i < u.size(); ++i) u[i] += rest[i];
-        approach(s, rest, push);
+        inertia(s, moved, residual);
+        add_reactions(s, push, -1.0, residual);
+        factor.solve(residual);
+        for (std::size_t i = 0; i < u.size(); ++i) u[i] += residual[i];
+        approach(s, residual, push);
         approach(s, u, v);
         double open = 0.0;
         for (int c = 0; c < s.k; ++c) {
@@ -76,11 +76,11 @@ int close_contacts(Factor& factor, Chosen closed, In theta, Numbers& reaction, N
 
 // What multipliers leave open where W is nearly singular, in a few steps for each of its small eigenvalues: T y = Cu − b,
 // T = C(Â + CᵀΘC)⁻¹Cᵀ, by conjugate gradients with Θ for T⁻¹; u moves by δ = −(Â + CᵀΘC)⁻¹Cᵀy, and λ by y + ΘCδ.
-static int close_by_gradients(Factor& factor, Chosen closed, In theta, Numbers& best_reaction, Numbers& best_u, Numbers& v) {
+static int close_by_gradients(Factor& factor, MaskView closed, In theta, Vector& best_reaction, Vector& best_u, Vector& v) {
     const System& s = factor.system();
     const std::size_t k = s.k, size = best_u.size();
-    Numbers gap(k), step(k, 0.0), moved(size), change(k), reaction = best_reaction, u = best_u;
-    double before = 0.0, least = INFINITE;
+    Vector gap(k), step(k, 0.0), moved(size), change(k), reaction = best_reaction, u = best_u;
+    double before = 0.0, minimum = INFINITE;
     const auto gaps = [&] {
         for (std::size_t c = 0; c < k; ++c) gap[c] = closed[c] ? v[c] - s.offset[c] : 0.0;
         return largest(gap);
@@ -103,10 +103,10 @@ static int close_by_gradients(Factor& factor, Chosen closed, In theta, Numbers& 
         for (std::size_t c = 0; c < k; ++c) reaction[c] += length * (step[c] + theta[c] * change[c]);
         approach(s, u, v);
         const double open = gaps();
-        if (open < least) best_reaction = reaction, best_u = u;
-        if (open < 0.5 * least) waited = 0;
-        least = std::min(least, open);
-        if (least <= CLOSED * s.scale) break;
+        if (open < minimum) best_reaction = reaction, best_u = u;
+        if (open < 0.5 * minimum) waited = 0;
+        minimum = std::min(minimum, open);
+        if (minimum <= CLOSED * s.scale) break;
     }
     approach(s, best_u, v);
     return steps;
@@ -114,26 +114,26 @@ static int close_by_gradients(Factor& factor, Chosen closed, In theta, Numbers& 
 
 // Multipliers, and gradients where these leave gaps of bodies or of contacts that may pull; the steps of both. A disk whose
 // gaps stay open is wedged: its percussions have no bound.
-static int close_well(Factor& factor, Chosen closed, In theta, Numbers& reaction, Numbers& u, Numbers& v, int most, double enough) {
+static int close_well(Factor& factor, MaskView closed, In theta, Vector& reaction, Vector& u, Vector& v, int max_steps, double enough) {
     const System& s = factor.system();
-    int steps = close_contacts(factor, closed, theta, reaction, u, v, most, enough);
+    int steps = close_contacts(factor, closed, theta, reaction, u, v, max_steps, enough);
     double open = 0.0;
     for (int c = 0; c < s.k; ++c)
         if (closed[c]) open = std::max(open, std::abs(v[c] - s.offset[c]));
-    if ((s.wide() || s.maintained) && open > std::max(enough, 100.0 * EXACT) * s.scale) steps += close_by_gradients(factor, closed, theta, reaction, u, v);
+    if ((s.compound() || s.maintained) && open > std::max(enough, 100.0 * EXACT) * s.scale) steps += close_by_gradients(factor, closed, theta, reaction, u, v);
     return steps;
 }
 
-Closed close_set(Factor& factor, Flags closed, bool thorough, double enough, int most) {
+Closed active_set_solve(Factor& factor, Mask closed, bool thorough, double enough, int max_rounds) {
     const System& s = factor.system();
-    Closed best{Numbers(s.k, 0.0), s.free, 0, INFINITE, false, {}};
-    Numbers theta = s.stiffness(), weight(s.k), reaction(s.k), v(s.k), u;
+    Closed best{Vector(s.k, 0.0), s.free, 0, INFINITE, false, {}};
+    Vector theta = s.stiffness(), weight(s.k), reaction(s.k), v(s.k), u;
     for (double& t : theta) t *= PENALTY;
-    Flags wrong(s.k);
+    Mask wrong(s.k);
     const int few = HANDFUL + int(SHARE * s.k);
     int before = s.k;
     bool sparing = false;
-    while (best.rounds < most) {
+    while (best.rounds < max_rounds) {
         ++best.rounds;
         for (int c = 0; c < s.k; ++c) weight[c] = closed[c] ? theta[c] : 0.0;
         if (!factor.factorise(weight)) break;
@@ -142,11 +142,11 @@ Closed close_set(Factor& factor, Flags closed, bool thorough, double enough, int
         approach(s, u, v);
         close_contacts(factor, closed, theta, reaction, u, v, 1, enough);
         int changed = find_wrong(s, closed, reaction, v, wrong);
-        if (thorough || changed <= few || best.rounds == most) {
+        if (thorough || changed <= few || best.rounds == max_rounds) {
             close_well(factor, closed, theta, reaction, u, v, STEPS, enough);
             changed = find_wrong(s, closed, reaction, v, wrong);
             double error = 0.0;
-            Numbers pressed(s.k);
+            Vector pressed(s.k);
             for (int c = 0; c < s.k; ++c) {
                 pressed[c] = closed[c] ? std::max(reaction[c], 0.0) : 0.0;
                 error = larger(error, std::abs(std::min(s.inverse_mass[c] * pressed[c], s.offset[c] - v[c])));
@@ -167,20 +167,20 @@ Closed close_set(Factor& factor, Flags closed, bool thorough, double enough, int
     return best;
 }
 
-Closed firm_up(Factor& factor, Numbers& reaction, double enough, double loose) {
+Closed augmented_lagrangian(Factor& factor, Vector& reaction, double enough, double loose) {
     const System& s = factor.system();
-    const Numbers stiff = s.stiffness();
-    Flags closed(s.k, 1);
+    const Vector stiff = s.stiffness();
+    Mask closed(s.k, 1);
     for (int c = 0; c < int(reaction.size()); ++c) closed[c] = reaction[c] > 0.0;
     reaction.resize(s.k);
-    Numbers held = reaction, theta(s.k), weight(s.k), v(s.k), u;
+    Vector multiplier = reaction, theta(s.k), weight(s.k), v(s.k), u;
     int rounds = 0;
     for (double penalty : FIRMER) {
         int changed = 1;
         for (int round = 0; changed && round < FIRM_ROUNDS; ++round, ++rounds) {
             for (int c = 0; c < s.k; ++c) theta[c] = penalty * stiff[c], weight[c] = closed[c] ? theta[c] : 0.0;
             if (!factor.factorise(weight)) break;
-            u = s.free, reaction = held;
+            u = s.free, reaction = multiplier;
             approach(s, u, v);
             close_contacts(factor, closed, theta, reaction, u, v, 1, enough);
             changed = 0;
@@ -189,30 +189,30 @@ Closed firm_up(Factor& factor, Numbers& reaction, double enough, double loose) {
                 closed[c] = reaction[c] > 0.0;
             }
         }
-        for (int c = 0; c < s.k; ++c) held[c] = std::max(reaction[c], 0.0);
-        const double error = loose > 0.0 ? accuracy(s, held, u) : INFINITE;
-        if (error <= loose) return {std::move(held), std::move(u), rounds, error, true, {}};
+        for (int c = 0; c < s.k; ++c) multiplier[c] = std::max(reaction[c], 0.0);
+        const double error = loose > 0.0 ? accuracy(s, multiplier, u) : INFINITE;
+        if (error <= loose) return {std::move(multiplier), std::move(u), rounds, error, true, {}};
     }
-    reaction = std::move(held);
-    Closed found = close_set(factor, std::move(closed), false, enough);
+    reaction = std::move(multiplier);
+    Closed found = active_set_solve(factor, std::move(closed), false, enough);
     found.rounds += rounds;
     return found;
 }
 
-Closed close_all(Factor& factor) {
+Closed solve_equalities(Factor& factor) {
     const System& s = factor.system();
-    Closed found{Numbers(s.k, 0.0), s.free, 0, INFINITE, true, {}};
-    Numbers v(s.k), theta = s.stiffness();
+    Closed found{Vector(s.k, 0.0), s.free, 0, INFINITE, true, {}};
+    Vector v(s.k), theta = s.stiffness();
     for (double& t : theta) t *= PENALTY;
     if (!factor.factorise(theta)) return found;
-    found.held = {theta, Flags(s.k, 1)};
+    found.cached = {theta, Mask(s.k, 1)};
     approach(s, found.velocity, v);
-    found.rounds = close_well(factor, found.held.closed, theta, found.reaction, found.velocity, v, ALL_STEPS, CLOSED);
+    found.rounds = close_well(factor, found.cached.closed, theta, found.reaction, found.velocity, v, ALL_STEPS, CLOSED);
     return found;
 }
 
-double press(const System& s, In reaction, In u, In compliance, Flags& closed) {
-    Numbers v(s.k);
+double press(const System& s, In reaction, In u, In compliance, Mask& closed) {
+    Vector v(s.k);
     approach(s, u, v);
     closed.resize(s.k);
     double error = 0.0;

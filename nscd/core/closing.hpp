@@ -11,44 +11,44 @@ inline constexpr double PENALTY = 1e7;
 inline constexpr double EXACT = 1e-14, CLOSED = 1e-15;
 
 // What the factor in storage is of: Â + CᵀΘC, and the contacts that it holds closed. Empty where that is not known.
-struct Held {
-    Numbers theta;
-    Flags closed;
+struct CachedFactor {
+    Vector theta;
+    Mask closed;
 };
 
 // Close contacts by the method of multipliers, λ ← λ + θ(Cu − b); the steps taken. λ is kept for the open contacts as
 // well (it presses nothing there). u is corrected by the momentum that is still out of balance, so that rounding does
 // not grow with θ. The factor is that of Â + CᵀΘC; v = C u; enough: to this share of ‖u⁻‖∞.
-int close_contacts(Factor& factor, Chosen closed, In theta, Numbers& reaction, Numbers& u, Numbers& v, int most, double enough);
+int close_contacts(Factor& factor, MaskView closed, In theta, Vector& reaction, Vector& u, Vector& v, int max_steps, double enough);
 
 struct Closed {
-    Numbers reaction, velocity;  // in elimination order
+    Vector reaction, velocity;  // in elimination order
     int rounds = 0;
     double error = INFINITE;     // max |min(wλ, b − Cu)| / ‖u⁻‖∞ with the pulls that had to be cut
     bool settled = false;        // whether no contact changed sides in the end
-    Held held;
+    CachedFactor cached;
 };
 
 // A round closes the set from rest: λ is then the least-norm reaction on it (the first step is the penalty model of
 // stiffness θ, the others its stiff limit), and Σ θ(Cu − b) on the open ones says whether they would be pressed in that
 // limit. Contacts that pull open, those that would be pressed close: the primal–dual active set method on the penalty
 // model, one factorisation a round. Once it settles, the reactions are those of least energy if the stiffness is the
-// same for all contacts. It ends unsettled after `most` rounds, or when more contacts change than before.
+// same for all contacts. It ends unsettled after `maximum` rounds, or when more contacts change than before.
 // thorough: go to the stiff limit in every round.
-Closed close_set(Factor& factor, Flags closed, bool thorough, double enough = CLOSED, int most = 12);
+Closed active_set_solve(Factor& factor, Mask closed, bool thorough, double enough = CLOSED, int max_rounds = 12);
 
 // Close the contacts that a method of multipliers finds, λ ← max(0, λ + θ(Cu − b)) with contacts that get firmer: each step is
 // a penalty model, solved by Newton's method on its closed contacts from those of the step before. Redundant contacts do not
 // slow it down as they do descents. It begins from `reaction` (k, or none), where its last λ comes; loose: the error, a share of
 // ‖u⁻‖∞, with which that is the answer.
-Closed firm_up(Factor& factor, Numbers& reaction, double enough, double loose);
+Closed augmented_lagrangian(Factor& factor, Vector& reaction, double enough, double loose);
 
 // All contacts: C u⁺ = b with any sign of λ (paper eqs. (2) and (8)). λ is of least norm where contacts are redundant,
 // weighted by the masses where these differ much.
-Closed close_all(Factor& factor);
+Closed solve_equalities(Factor& factor);
 
 // closed (k) ← the contacts that press more than they open, and than they yield by their compliance (k, or none); the
 // residual.
-double press(const System& s, In reaction, In u, In compliance, Flags& closed);
+double press(const System& s, In reaction, In u, In compliance, Mask& closed);
 
 }  // namespace nscd

@@ -12,8 +12,8 @@ namespace {
 // Which disks are in which square of a grid; the last row and column also have all that is farther.
 struct Cells {
     int nx = 1, ny = 1;
-    Places at;      // (n·2) cell of each disk
-    Places begins;  // (nx·ny + 1) the first place of each cell, where all its disks have one
+    Indices at;      // (n·2) cell of each disk
+    Indices begins;  // (nx·ny + 1) the first place of each cell, where all its disks have one
     std::size_t of(int i, int j) const { return std::size_t(i) * ny + j; }
 };
 
@@ -40,39 +40,39 @@ Cells cells_of(In position, double size) {
     return cells;
 }
 
-void push(Touching& found, std::size_t a, std::size_t b, double dx, double dy, double distance, double gap) {
+void push(ContactPairs& found, std::size_t a, std::size_t b, double dx, double dy, double distance, double gap) {
     found.first.push_back(std::int64_t(a)), found.second.push_back(std::int64_t(b));
     found.vector.push_back(dx), found.vector.push_back(dy);
     found.distance.push_back(distance), found.gap.push_back(gap);
 }
 
 // Pairs; false where more than MOST_PAIRS are within reach.
-bool find_pairs(Touching& found, In position, In radius, double most, std::span<const Index> body) {
-    const Nearby near = nearby(position, radius, most, body);
-    for (std::size_t a = 0; a + 1 < near.start.size(); ++a)
-        for (std::int64_t c = near.start[a]; c < near.start[a + 1]; ++c) {
-            const std::size_t b = std::size_t(near.other[c]);
+bool find_pairs(ContactPairs& found, In position, In radius, double max_gap, std::span<const Index> body) {
+    const Nearby candidates = nearby(position, radius, max_gap, body);
+    for (std::size_t a = 0; a + 1 < candidates.start.size(); ++a)
+        for (std::int64_t c = candidates.start[a]; c < candidates.start[a + 1]; ++c) {
+            const std::size_t b = std::size_t(candidates.other[c]);
             const double dx = position[2 * b] - position[2 * a], dy = position[2 * b + 1] - position[2 * a + 1];
             const double distance = length(dx, dy), gap = distance - radius[a] - radius[b];
-            if (gap <= most) push(found, a, b, dx, dy, distance, gap);
+            if (gap <= max_gap) push(found, a, b, dx, dy, distance, gap);
         }
-    return near.start.size() > radius.size();
+    return candidates.start.size() > radius.size();
 }
 
-void find_walls(Touching& found, In position, In radius, const Segments& walls, double most) {
+void find_walls(ContactPairs& found, In position, In radius, const Segments& walls, double max_gap) {
     for (std::size_t a = 0; a < radius.size(); ++a) {
         const double x = position[2 * a], y = position[2 * a + 1];
         // the box rounds too, by less than the tolerance, which is at least what rounding makes of a gap
-        const double reach = radius[a] + 2.0 * std::max(most, 0.0);
+        const double reach = radius[a] + 2.0 * std::max(max_gap, 0.0);
         for (int w = 0; w < walls.w; ++w) {
             const double x0 = walls.start[2 * w], y0 = walls.start[2 * w + 1];
             const double ax = walls.along[2 * w], ay = walls.along[2 * w + 1];
             if (x - reach > std::max(x0, x0 + ax) || x + reach < std::min(x0, x0 + ax)) continue;
             if (y - reach > std::max(y0, y0 + ay) || y + reach < std::min(y0, y0 + ay)) continue;
-            const double share = std::clamp(((x - x0) * ax + (y - y0) * ay) / (ax * ax + ay * ay), 0.0, 1.0);
-            const double dx = x0 + share * ax - x, dy = y0 + share * ay - y;
+            const double fraction = std::clamp(((x - x0) * ax + (y - y0) * ay) / (ax * ax + ay * ay), 0.0, 1.0);
+            const double dx = x0 + fraction * ax - x, dy = y0 + fraction * ay - y;
             const double distance = length(dx, dy), gap = distance - radius[a];
-            if (gap > most || is_of_another(walls, w, share_of(walls, w, x, y), x, y)) continue;
+            if (gap > max_gap || is_of_another(walls, w, share_of(walls, w, x, y), x, y)) continue;
             push(found, a, std::size_t(w), dx, dy, distance, gap);
         }
     }
@@ -83,20 +83,20 @@ constexpr std::int64_t NUMBERS = std::int64_t{1} << 31, WALL = std::int64_t{1} <
 
 }  // namespace
 
-Nearby nearby(In position, In radius, double most, std::span<const Index> body) {
-    struct Held { double x, y, reach; Index disk; };
+Nearby nearby(In position, In radius, double max_gap, std::span<const Index> body) {
+    struct Entry { double x, y, reach; Index disk; };
     const std::size_t n = radius.size();
-    Nearby near;
-    if (n == 0) return near.start.assign(1, 0), near;
-    const double more = std::max(most, 0.0), reach = (2.0 * *std::max_element(radius.begin(), radius.end()) + most) * MARGIN;
+    Nearby candidates;
+    if (n == 0) return candidates.start.assign(1, 0), candidates;
+    const double more = std::max(max_gap, 0.0), reach = (2.0 * *std::max_element(radius.begin(), radius.end()) + max_gap) * MARGIN;
     const Cells cells = cells_of(position, reach);
     // each comes into its cell after all before it, which so are sorted for those that they find and for those that find them
-    std::vector<Held> held(n);
-    Places filled = cells.begins, from(n + 1, 0);
+    std::vector<Entry> entries(n);
+    Indices filled = cells.begins, from(n + 1, 0);
     std::vector<Index, Aligned<Index>> early(8 * n);
     Starts count(n + 1, 0);
     for (std::size_t b = 0; b < n; ++b) {
-        const Held me{position[2 * b], position[2 * b + 1], (radius[b] + 0.5 * more) * MARGIN, Index(b)};
+        const Entry me{position[2 * b], position[2 * b + 1], (radius[b] + 0.5 * more) * MARGIN, Index(b)};
         const int i = cells.at[2 * b], j = cells.at[2 * b + 1], q0 = std::max(j - 1, 0), q1 = std::min(j + 2, cells.ny);
         const std::size_t first = std::size_t(from[b]);
         std::size_t size = first;
@@ -104,30 +104,30 @@ Nearby nearby(In position, In radius, double most, std::span<const Index> body) 
         for (int p = std::max(i - 1, 0), p1 = std::min(i + 2, cells.nx); p < p1; ++p)
             for (std::size_t cell = cells.of(p, q0), end = cells.of(p, q1); cell < end; ++cell)
                 for (Index k = cells.begins[cell]; k < filled[cell]; ++k) {
-                    const double dx = held[k].x - me.x, dy = held[k].y - me.y, square = dx * dx + dy * dy;
-                    const double apart = held[k].reach + me.reach;
-                    early[size] = held[k].disk;
-                    size += square <= apart * apart;  // without a branch, which nobody could foresee
+                    const double dx = entries[k].x - me.x, dy = entries[k].y - me.y, square = dx * dx + dy * dy;
+                    const double reach = entries[k].reach + me.reach;
+                    early[size] = entries[k].disk;
+                    size += square <= reach * reach;  // without a branch, which nobody could foresee
                 }
-        held[filled[cells.of(i, j)]++] = me;
+        entries[filled[cells.of(i, j)]++] = me;
         if (!body.empty()) size = std::size_t(std::remove_if(&early[first], &early[0] + size, [&](Index a) { return body[a] == body[b]; }) - &early[0]);
         for (std::size_t k = first; k < size; ++k) ++count[early[k] + 1];
-        if (size > MOST_PAIRS) return near;
+        if (size > MOST_PAIRS) return candidates;
         from[b + 1] = Index(size);
     }
     for (std::size_t a = 0; a < n; ++a) count[a + 1] += count[a];
-    near.start = count;
-    near.other.resize(std::size_t(from[n]));
+    candidates.start = count;
+    candidates.other.resize(std::size_t(from[n]));
     for (std::size_t b = 0; b < n; ++b)
-        for (Index k = from[b]; k < from[b + 1]; ++k) near.other[count[early[k]]++] = Index(b);
-    return near;
+        for (Index k = from[b]; k < from[b + 1]; ++k) candidates.other[count[early[k]]++] = Index(b);
+    return candidates;
 }
 
-Around around(In position, In radius, double most) {
+Around around(In position, In radius, double max_gap) {
     const std::size_t n = radius.size();
-    Around all{{0}, {}, Places(n)};
+    Around all{{0}, {}, Indices(n)};
     if (n == 0) return all;
-    const Cells cells = cells_of(position, (2.0 * *std::max_element(radius.begin(), radius.end()) + most) * MARGIN);
+    const Cells cells = cells_of(position, (2.0 * *std::max_element(radius.begin(), radius.end()) + max_gap) * MARGIN);
     const auto each = [&](std::size_t b, const auto& to) {
         const int i = cells.at[2 * b], j = cells.at[2 * b + 1], q0 = std::max(j - 1, 0), q1 = std::min(j + 2, cells.ny);
         for (int p = std::max(i - 1, 0), p1 = std::min(i + 2, cells.nx); p < p1; ++p)
@@ -145,79 +145,79 @@ Around around(In position, In radius, double most) {
     return all;
 }
 
-Neighbours named(const Touching& at) {
-    const std::size_t k = at.size();
-    Neighbours near{Places(k), Places(k), Places(k), Numbers(2 * k), at.gap};
+Neighbours with_normals(const ContactPairs& contacts) {
+    const std::size_t k = contacts.size();
+    Neighbours neighbours{Indices(k), Indices(k), Indices(k), Vector(2 * k), contacts.gap};
     for (std::size_t c = 0; c < k; ++c) {
-        const bool wall = std::int64_t(c) >= at.pairs;
-        near.first[c] = Index(at.first[c]);
-        near.second[c] = wall ? -1 : Index(at.second[c]);
-        near.wall[c] = wall ? Index(at.second[c]) : -1;
-        near.normal[2 * c] = at.vector[2 * c] / at.distance[c];
-        near.normal[2 * c + 1] = at.vector[2 * c + 1] / at.distance[c];
+        const bool wall = std::int64_t(c) >= contacts.pairs;
+        neighbours.first[c] = Index(contacts.first[c]);
+        neighbours.second[c] = wall ? -1 : Index(contacts.second[c]);
+        neighbours.wall[c] = wall ? Index(contacts.second[c]) : -1;
+        neighbours.normal[2 * c] = contacts.vector[2 * c] / contacts.distance[c];
+        neighbours.normal[2 * c + 1] = contacts.vector[2 * c + 1] / contacts.distance[c];
     }
-    return near;
+    return neighbours;
 }
 
-std::vector<std::int64_t> keys_of(const Touching& at, std::span<const std::int64_t> ids) {
-    std::vector<std::int64_t> keys(at.size());
+std::vector<std::int64_t> keys_of(const ContactPairs& contacts, std::span<const std::int64_t> ids) {
+    std::vector<std::int64_t> keys(contacts.size());
     const auto id = [&](std::int64_t i) { return ids.empty() ? i : ids[i]; };
     for (std::size_t c = 0; c < keys.size(); ++c)
-        keys[c] = NUMBERS * id(at.first[c]) + (std::int64_t(c) < at.pairs ? id(at.second[c]) : WALL + at.second[c]);
+        keys[c] = NUMBERS * id(contacts.first[c]) + (std::int64_t(c) < contacts.pairs ? id(contacts.second[c]) : WALL + contacts.second[c]);
     return keys;
 }
 
 Carried carried_over(std::span<const std::int64_t> keys, In values, std::span<const std::int64_t> wanted) {
-    Carried of{Numbers(wanted.size(), 0.0)};
+    Carried carried{Vector(wanted.size(), 0.0)};
     std::size_t at = 0;
     for (std::size_t c = 0; c < wanted.size(); ++c) {
         while (at < keys.size() && keys[at] < wanted[c]) ++at;
-        if (at < keys.size() && keys[at] == wanted[c]) of.values[c] = values[at], ++of.known;
+        if (at < keys.size() && keys[at] == wanted[c]) carried.values[c] = values[at], ++carried.matched;
     }
-    return of;
+    return carried;
 }
 
-static Touching touching_round(In position, In radius, Segments walls, double most, std::span<const Index> body);
+static ContactPairs find_periodic_contact_pairs(In position, In radius, Segments walls, double max_gap, std::span<const Index> body);
 
-Touching touching(In position, In radius, const Segments& walls, double most, std::span<const Index> body) {
-    if (walls.period > 0.0 && radius.size()) return touching_round(position, radius, walls, most, body);
-    Touching found;
+ContactPairs find_contact_pairs(In position, In radius, const Segments& walls, double max_gap, std::span<const Index> body) {
+    if (walls.period > 0.0 && radius.size()) return find_periodic_contact_pairs(position, radius, walls, max_gap, body);
+    ContactPairs found;
     const std::size_t room = 3 * radius.size() + 64;
     found.first.reserve(room), found.second.reserve(room), found.vector.reserve(2 * room);
     found.distance.reserve(room), found.gap.reserve(room);
-    if (radius.size() > 1 && !find_pairs(found, position, radius, most, body)) {
+    if (radius.size() > 1 && !find_pairs(found, position, radius, max_gap, body)) {
         found.pairs = -1;
         return found;
     }
     found.pairs = std::int64_t(found.size());
-    if (walls.w) find_walls(found, position, radius, walls, most);
+    if (walls.w) find_walls(found, position, radius, walls, max_gap);
     return found;
 }
 
-Touching touching_walls(In position, In radius, const Segments& walls, double most) {
-    Touching found;
-    find_walls(found, position, radius, walls, most);
+ContactPairs find_wall_contacts(In position, In radius, const Segments& walls, double max_gap) {
+    ContactPairs found;
+    find_walls(found, position, radius, walls, max_gap);
     return found;
 }
 
 // With a period: of disks at their places in it, and of pairs also with images of the first disks behind its end.
-static Touching touching_round(In position, In radius, Segments walls, double most, std::span<const Index> body) {
+static ContactPairs find_periodic_contact_pairs(In position, In radius, Segments walls, double max_gap, std::span<const Index> body) {
     const std::size_t n = radius.size();
     const double low = walls.low, period = std::exchange(walls.period, 0.0);
-    Numbers place(position.begin(), position.end()), size(radius.begin(), radius.end());
-    for (std::size_t i = 0; i < n; ++i) place[2 * i] -= period * std::floor((place[2 * i] - low) / period);
-    Touching at_walls;
-    if (walls.w) find_walls(at_walls, place, radius, walls, most);
-    const double reach = (2.0 * *std::max_element(radius.begin(), radius.end()) + most) * MARGIN;
-    Places image, whose(body.begin(), body.end());
+    Vector wrapped(position.begin(), position.end()), size(radius.begin(), radius.end());
+    for (std::size_t i = 0; i < n; ++i) wrapped[2 * i] -= period * std::floor((wrapped[2 * i] - low) / period);
+    ContactPairs at_walls;
+    if (walls.w) find_walls(at_walls, wrapped, radius, walls, max_gap);
+    const double reach = (2.0 * *std::max_element(radius.begin(), radius.end()) + max_gap) * MARGIN;
+    Indices image, whose(body.begin(), body.end());
     for (std::size_t i = 0; i < n; ++i)
-        if (place[2 * i] <= low + reach) {
+        if (wrapped[2 * i] <= low + reach) {
             image.push_back(Index(i)), size.push_back(radius[i]);
             if (!body.empty()) whose.push_back(body[i]);
-            place.push_back(place[2 * i] + period), place.push_back(place[2 * i + 1]);
+            wrapped.push_back(wrapped[2 * i] + period), wrapped.push_back(wrapped[2 * i + 1]);
         }
     walls.w = 0;
-    Touching found = touching(place, size, walls, most, whose);
+    ContactPairs found = find_contact_pairs(wrapped, size, walls, max_gap, whose);
     if (found.pairs < 0) return found;
     std::vector<std::tuple<std::int64_t, std::int64_t, std::size_t>> rows;
     for (std::size_t c = 0; c < found.size(); ++c) {
@@ -225,7 +225,7 @@ static Touching touching_round(In position, In radius, Segments walls, double mo
         if (a < std::int64_t(n) && a != b) rows.emplace_back(std::min(a, b), std::max(a, b), c);
     }
     std::sort(rows.begin(), rows.end());
-    Touching all;
+    ContactPairs all;
     for (const auto& [a, b, c] : rows) {
         const double sign = found.first[c] == a ? 1.0 : -1.0;
         push(all, a, b, sign * found.vector[2 * c], sign * found.vector[2 * c + 1], found.distance[c], found.gap[c]);

@@ -132,17 +132,17 @@ struct Kernel {
     }
 
     [[gnu::always_inline]] static bool eliminate(double* panel, double* update, Size pivots, Size rest) {
-        const Size height = height_of(pivots), wide = chunks(pivots), more = chunks(rest), stride = 8 * height;
+        const Size height = height_of(pivots), width = chunks(pivots), more = chunks(rest), stride = 8 * height;
         for (Size q = pivots; q < height; ++q) panel[(q >> 3) * stride + 8 * q + (q & 7)] = 1.0;
         for (Size first = 0; first < height; first += PANEL) {
             const Size last = std::min<Size>(first + PANEL, height), end = std::min(last, pivots);
             for (Size row = first; row < last; row += 4)
-                if (!eliminate_four(panel, height, first, row, wide + more)) return false;
+                if (!eliminate_four(panel, height, first, row, width + more)) return false;
             if (last < height)
-                for (Size j = last >> 3; j < wide + more; ++j)
-                    for (Size i = last >> 3; i < std::min(j + 1, wide); ++i)
+                for (Size j = last >> 3; j < width + more; ++j)
+                    for (Size i = last >> 3; i < std::min(j + 1, width); ++i)
                         subtract_eight(panel + j * stride + 64 * i, panel + i * stride, panel + j * stride, first, end);
-            const double* others = panel + wide * stride;
+            const double* others = panel + width * stride;
             for (Size j = 0; j < more; ++j)
                 for (Size i = 0; i <= j; ++i)
                     subtract_eight(update + 32 * j * (j + 1) + 64 * i, others + i * stride, others + j * stride, first, end);
@@ -164,8 +164,8 @@ struct Kernel {
     }
 
     [[gnu::always_inline]] static void forward(const double* P, double* x, Size height, Size pivots, Size others) {
-        const Size wide = chunks(pivots);
-        for (Size c = 0; c < wide; ++c) {
+        const Size width = chunks(pivots);
+        for (Size c = 0; c < width; ++c) {
             const double* chunk = P + 8 * c * height;
             if (c > 0) {
                 V z[WIDE];
@@ -181,7 +181,7 @@ struct Kernel {
                 x[q] = y;
             }
         }
-        for (Size c = wide; c < wide + others; ++c) {
+        for (Size c = width; c < width + others; ++c) {
             V z[WIDE] = {};
             subtract_rows(z, P + 8 * c * height, x, height);
 #pragma GCC unroll 8

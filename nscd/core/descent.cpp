@@ -23,15 +23,15 @@ constexpr int POWER_ITERATIONS = 10;
 // The problem in the variables λ√w. A wall is a disk that never moves: disk n + p for the contacts of part p.
 struct Scaled {
     std::vector<std::uint32_t> first, second;  // unsigned places make the gathers vector instructions
-    Numbers x, y;                              // (k) the normal over √w
-    Numbers inverse;                           // (n+p) 1/kg
-    Numbers pull, root;                        // (k) (Cû − b)/√w, √w
-    Numbers now, ahead;                        // (k) √w λ, and where momentum carries it
-    Numbers ux, uy;                            // (n+p) momentum, then velocity that contacts give
-    Flags closed;                              // (k) at the last look
+    Vector x, y;                              // (k) the normal over √w
+    Vector inverse;                           // (n+p) 1/kg
+    Vector pull, root;                        // (k) (Cû − b)/√w, √w
+    Vector now, ahead;                        // (k) √w λ, and where momentum carries it
+    Vector ux, uy;                            // (n+p) momentum, then velocity that contacts give
+    Mask closed;                              // (k) at the last look
 };
 
-struct Looked {
+struct Measured {
     double error = 0.0, changed = 0.0, pressed = 0.0;
 };
 
@@ -79,18 +79,18 @@ LEVELS void velocities(Scaled& s, const Parts& parts, int mine, int end) {
 }
 
 // The error of contacts begin … end, how many change sides, and how many press.
-LEVELS Looked look(Scaled& s, std::int64_t begin, std::int64_t end) {
-    Looked of{0.0, 0.0, 0.0};  // clang leaves out a constructor that only clones call
+LEVELS Measured measure_piece(Scaled& s, std::int64_t begin, std::int64_t end) {
+    Measured measured{0.0, 0.0, 0.0};  // clang leaves out a constructor that only clones call
     for (auto c = begin; c < end; ++c) {
         const auto i = s.first[c], j = s.second[c];
         const double gradient = s.x[c] * (s.ux[i] - s.ux[j]) + s.y[c] * (s.uy[i] - s.uy[j]) - s.pull[c];
-        of.error = std::max(of.error, std::abs(std::min(s.ahead[c], gradient)) * s.root[c]);
-        const bool touching = s.ahead[c] > gradient;
-        of.changed += touching != bool(s.closed[c]);
-        s.closed[c] = touching;
-        of.pressed += touching;
+        measured.error = std::max(measured.error, std::abs(std::min(s.ahead[c], gradient)) * s.root[c]);
+        const bool active = s.ahead[c] > gradient;
+        measured.changed += active != bool(s.closed[c]);
+        s.closed[c] = active;
+        measured.pressed += active;
     }
-    return of;
+    return measured;
 }
 
 // A step of contacts begin … end; how much it goes uphill.
@@ -118,7 +118,7 @@ LEVELS double move(Scaled& s, std::int64_t begin, std::int64_t end, double step,
 // The largest eigenvalue of the scaled Delassus operator, by power iteration, with a margin of 2 %.
 double norm(Scaled& s) {
     const auto k = std::int64_t(s.x.size());
-    Numbers v(k);
+    Vector v(k);
     for (std::int64_t c = 0; c < k; ++c) v[c] = 1.0 + 0.37 * double((c * 7919) % 101) / 101.0;
     const auto size = [&] {
         double square = 0.0;
@@ -139,97 +139,97 @@ double norm(Scaled& s) {
 }
 
 Scaled scaled_of(const System& s, const Parts& parts) {
-    Scaled of;
+    Scaled scaled;
     const int count = parts.count();
-    of.first.resize(s.k), of.second.resize(s.k), of.x.resize(s.k), of.y.resize(s.k), of.root.resize(s.k);
+    scaled.first.resize(s.k), scaled.second.resize(s.k), scaled.x.resize(s.k), scaled.y.resize(s.k), scaled.root.resize(s.k);
     for (int c = 0, p = 0; c < s.k; ++c) {
         while (p < count - 1 && c >= parts.contact[p + 1]) ++p;
-        of.root[c] = std::sqrt(s.inverse_mass[c]);
-        of.x[c] = s.nx[c] / of.root[c], of.y[c] = s.ny[c] / of.root[c];
-        of.first[c] = std::uint32_t(s.first[c]);
-        of.second[c] = std::uint32_t(s.second[c] >= 0 ? s.second[c] : s.n + p);
+        scaled.root[c] = std::sqrt(s.inverse_mass[c]);
+        scaled.x[c] = s.nx[c] / scaled.root[c], scaled.y[c] = s.ny[c] / scaled.root[c];
+        scaled.first[c] = std::uint32_t(s.first[c]);
+        scaled.second[c] = std::uint32_t(s.second[c] >= 0 ? s.second[c] : s.n + p);
     }
-    of.inverse.assign(s.n + count, 0.0), of.ux.assign(s.n + count, 0.0), of.uy.assign(s.n + count, 0.0);
+    scaled.inverse.assign(s.n + count, 0.0), scaled.ux.assign(s.n + count, 0.0), scaled.uy.assign(s.n + count, 0.0);
     for (int i = 0; i < s.n; ++i) {
-        of.inverse[i] = 1.0 / s.mass[s.d * i];
-        of.ux[i] = s.free[s.d * i], of.uy[i] = s.free[s.d * i + 1];
+        scaled.inverse[i] = 1.0 / s.mass[s.d * i];
+        scaled.ux[i] = s.free[s.d * i], scaled.uy[i] = s.free[s.d * i + 1];
     }
-    of.pull.resize(s.k);
-    approach_scaled(of, of.pull.data(), s.k);
-    for (int c = 0; c < s.k; ++c) of.pull[c] -= s.offset[c] / of.root[c];
-    of.closed.assign(s.k, 0);
-    return of;
+    scaled.pull.resize(s.k);
+    approach_scaled(scaled, scaled.pull.data(), s.k);
+    for (int c = 0; c < s.k; ++c) scaled.pull[c] -= s.offset[c] / scaled.root[c];
+    scaled.closed.assign(s.k, 0);
+    return scaled;
 }
 
 }  // namespace
 
 Descended descend(const System& s, const Parts& parts, Team& team, const Descent& limits) {
-    Scaled of = scaled_of(s, parts);
-    const double step = 1.0 / norm(of), tolerance = limits.tolerance * s.scale;
+    Scaled scaled = scaled_of(s, parts);
+    const double step = 1.0 / norm(scaled), tolerance = limits.tolerance * s.scale;
     const double redundant = 2.0 * s.n * limits.redundant;
-    of.now.resize(s.k);
-    for (int c = 0; c < s.k; ++c) of.now[c] = std::max(of.pull[c], 0.0) * step;
-    of.ahead = of.now;
+    scaled.now.resize(s.k);
+    for (int c = 0; c < s.k; ++c) scaled.now[c] = std::max(scaled.pull[c], 0.0) * step;
+    scaled.ahead = scaled.now;
 
     // Each thread sweeps over parts of its own; contacts between parts come after those within.
     const int count = parts.count(), check = s.k < FEW ? OFTEN : CHECK;
     const int kinds = parts.contact.back() < s.k ? 2 : 1;
     const auto between = s.k - parts.contact.back();
-    std::vector<std::array<Looked, 2>> looks(count);
+    std::vector<std::array<Measured, 2>> measured(count);
     std::vector<std::array<double, 2>> uphill(count);
-    int sweeps = limits.most;
-    team.together([&](int me) {
+    int sweeps = limits.max_sweeps;
+    team.run([&](int me) {
         const int mine = count * me / team.threads(), end = count * (me + 1) / team.threads();
         int met = 0;
         double since = 0.0;  // sweeps since the last restart
-        const auto for_pieces = [&](auto&& act) {
+        const auto for_pieces = [&](auto&& visit) {
             for (int p = mine; p < end; ++p) {
-                act(p, 0, parts.contact[p], parts.contact[p + 1]);
-                if (kinds == 2) act(p, 1, parts.contact.back() + between * p / count, parts.contact.back() + between * (p + 1) / count);
+                visit(p, 0, parts.contact[p], parts.contact[p + 1]);
+                if (kinds == 2) visit(p, 1, parts.contact.back() + between * p / count, parts.contact.back() + between * (p + 1) / count);
             }
         };
-        for (int sweep = 0; sweep < limits.most; ++sweep) {
-            velocities(of, parts, mine, end);
+        for (int sweep = 0; sweep < limits.max_sweeps; ++sweep) {
+            velocities(scaled, parts, mine, end);
             team.meet(++met);
             if (sweep % check == check - 1) {
-                for_pieces([&](int p, int kind, std::int64_t a, std::int64_t b) { looks[p][kind] = look(of, a, b); });
+                for_pieces([&](int p, int kind, std::int64_t a, std::int64_t b) { measured[p][kind] = measure_piece(scaled, a, b); });
                 team.meet(++met);
-                Looked whole;
-                for (const auto& both : looks)
-                    for (const Looked& one : both) {
-                        whole.error = std::max(whole.error, one.error);
-                        whole.changed += one.changed, whole.pressed += one.pressed;
+                Measured total;
+                for (const auto& both : measured)
+                    for (const Measured& one : both) {
+                        total.error = std::max(total.error, one.error);
+                        total.changed += one.changed, total.pressed += one.pressed;
                     }
-                const double least = sweep + 1 >= LATE ? redundant : REDUNDANT * redundant;
-                if (whole.error <= tolerance || whole.changed <= limits.steady || (sweep + 1 >= EARLY && whole.pressed > least)) {
+                const double minimum = sweep + 1 >= LATE ? redundant : REDUNDANT * redundant;
+                if (total.error <= tolerance || total.changed <= limits.unchanged_tolerance || (sweep + 1 >= EARLY && total.pressed > minimum)) {
                     if (me == 0) sweeps = sweep + 1;
                     return;
                 }
             }
             const double beta = since / (since + 2.0);
             since += 1.0;
-            for_pieces([&](int p, int kind, std::int64_t a, std::int64_t b) { uphill[p][kind] = move(of, a, b, step, beta); });
+            for_pieces([&](int p, int kind, std::int64_t a, std::int64_t b) { uphill[p][kind] = move(scaled, a, b, step, beta); });
             team.meet(++met);
             double sum = 0.0;
             for (const auto& both : uphill) sum += both[0] + both[1];
-            if (sum > 0.0 || sweep == limits.most - 1) {
+            if (sum > 0.0 || sweep == limits.max_sweeps - 1) {
                 since = 0.0;
-                for_pieces([&](int, int, std::int64_t a, std::int64_t b) { std::copy(of.now.begin() + a, of.now.begin() + b, of.ahead.begin() + a); });
+                for_pieces([&](int, int, std::int64_t a, std::int64_t b) { std::copy(scaled.now.begin() + a, scaled.now.begin() + b, scaled.ahead.begin() + a); });
                 team.meet(++met);
             }
         }
     });
-    Descended found{Numbers(s.k), s.free, sweeps};
+    Descended found{Vector(s.k), s.free, sweeps};
     for (int c = 0; c < s.k; ++c) {
-        of.ahead[c] = std::max(of.ahead[c], 0.0);
-        found.reaction[c] = of.ahead[c] / of.root[c];
+        scaled.ahead[c] = std::max(scaled.ahead[c], 0.0);
+        found.reaction[c] = scaled.ahead[c] / scaled.root[c];
     }
-    std::fill(of.ux.begin(), of.ux.end(), 0.0);
-    std::fill(of.uy.begin(), of.uy.end(), 0.0);
-    gather(of, of.ahead.data(), 0, s.k);
+    std::fill(scaled.ux.begin(), scaled.ux.end(), 0.0);
+    std::fill(scaled.uy.begin(), scaled.uy.end(), 0.0);
+    gather(scaled, scaled.ahead.data(), 0, s.k);
     for (int i = 0; i < s.n; ++i) {
-        found.velocity[s.d * i] -= of.ux[i] * of.inverse[i];
-        found.velocity[s.d * i + 1] -= of.uy[i] * of.inverse[i];
+        found.velocity[s.d * i] -= scaled.ux[i] * scaled.inverse[i];
+        found.velocity[s.d * i + 1] -= scaled.uy[i] * scaled.inverse[i];
     }
     return found;
 }

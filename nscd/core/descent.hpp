@@ -10,13 +10,13 @@ namespace nscd {
 
 struct Descent {
     double tolerance = 0.0;  // of the residual, a share of ‖u⁻‖∞
-    int most = 0;            // sweeps
-    int steady = -1;         // end once no more than so many contacts close or open between looks; negative: never
+    int max_sweeps = 0;            // sweeps
+    int unchanged_tolerance = -1;         // end once no more than so many contacts close or open between looks; negative: never
     double redundant = INFINITE;  // end early where more contacts press than this times the number of unknowns: they
                                   // then cannot all be told from the reactions, which are not unique
 };
 struct Descended {
-    Numbers reaction, velocity;  // λ ≥ 0 (k) N·s, (n·2) m/s
+    Vector reaction, velocity;  // λ ≥ 0 (k) N·s, (n·2) m/s
     int sweeps = 0;
 };
 Descended descend(const System& s, const Parts& parts, Team& team, const Descent& limits);

@@ -39,7 +39,7 @@ std::uint64_t mixed(std::uint64_t z) {
 struct Draws {
     std::uint64_t state;
     Draws(double seed, double of, double number) : state(mixed(mixed(mixed(bits(seed)) ^ bits(of)) ^ bits(number))) {}
-    static std::uint64_t bits(double whole) { return std::uint64_t(std::int64_t(whole)); }
+    static std::uint64_t bits(double integer) { return std::uint64_t(std::int64_t(integer)); }
     double uniform() { return double((state = mixed(state)) >> 11) * 0x1p-53; }
     double normal() {
         double one;
@@ -89,12 +89,12 @@ inline Aside aside(double ux, double uy, double ex, double ey, double size, bool
 // of who is before somebody in number. Behind the last is room for those that a vector also takes, whose answers are no matter.
 constexpr std::size_t LANES = 8, WORD = 64;
 struct Some {
-    Room x, y, left, radius;
-    Places number;
+    AlignedVector x, y, left, radius;
+    Indices number;
     std::vector<std::uint64_t> odd;  // a bit for each who has to be looked at one by one
     void make_room(std::size_t k) {
         if (number.size() >= k + WORD) return;
-        for (Room* one : {&x, &y, &left, &radius}) one->resize(k + WORD);
+        for (AlignedVector* one : {&x, &y, &left, &radius}) one->resize(k + WORD);
         number.resize(k + WORD), odd.resize(k / WORD + 1);
     }
 };
@@ -109,26 +109,26 @@ NSCD_WIDE std::uint64_t within(std::size_t k, const Some& some, std::size_t firs
     std::uint64_t bits = 0;
     k = (k + LANES - 1) / LANES * LANES;
     for (std::size_t c = 0; c < k; ++c) {
-        const double dx = x[c] - x0, dy = y[c] - y0, apart = (radius[c] + reach) * MARGIN;
-        const std::uint64_t bit = dx * dx + dy * dy <= apart * apart ? BIT[c] : 0;
+        const double dx = x[c] - x0, dy = y[c] - y0, distance = (radius[c] + reach) * MARGIN;
+        const std::uint64_t bit = dx * dx + dy * dy <= distance * distance ? BIT[c] : 0;
         bits += bit;
     }
     return bits;
 }
 // What somebody sees: gaps (m), infinite where there is no direction, by what others turn him, and gaps of who is on his way, else infinite.
-struct Seen { Room gap, turn_x, turn_y, free; };
+struct Seen { AlignedVector gap, turn_x, turn_y, free; };
 using Apart = const double* __restrict__;  // arrays of which none overlaps another, without which nothing is done at once
 using Filled = double* __restrict__;
 struct Mine { double left, radius, e[2]; };
 // Gaps, unless they are known, and turns. Of two radii that of the first in number is taken away first.
-NSCD_WIDE void repel(std::size_t k, Apart x, Apart y, Apart left, Apart radius, bool known, const Mine& me, Filled gap, Filled size, Filled to_x, Filled to_y) {
+NSCD_WIDE void repel(std::size_t k, Apart x, Apart y, Apart left, Apart radius, bool has_velocity, const Mine& me, Filled gap, Filled size, Filled to_x, Filled to_y) {
     const Mine mine = me;
     k = (k + LANES - 1) / LANES * LANES;
     for (std::size_t c = 0; c < k; ++c) {
         const bool before = radius[c] < 0.0;
         const double s = length(x[c], y[c]), one = before ? -radius[c] : mine.radius, two = before ? mine.radius : radius[c];
-        const double apart = s > 0.0 ? s - one - two : INFINITE;
-        gap[c] = known ? gap[c] : apart, to_x[c] = x[c] / s, to_y[c] = y[c] / s;
+        const double distance = s > 0.0 ? s - one - two : INFINITE;
+        gap[c] = has_velocity ? gap[c] : distance, to_x[c] = x[c] / s, to_y[c] = y[c] / s;
     }
     for (std::size_t c = 0; c < k; ++c) size[c] = FROM_PEOPLE * decayed(std::min(gap[c] * (1.0 / PEOPLE_DECAY), FADED));
     for (std::size_t c = 0; c < k; ++c) {
@@ -141,19 +141,19 @@ NSCD_WIDE void repel(std::size_t k, Apart x, Apart y, Apart left, Apart radius, 
     }
 }
 // Who is on the way along n; the least gap (m) of those who have less left.
-NSCD_WIDE double find_before(std::size_t k, Apart x, Apart y, Apart left, Apart radius, Apart gap, double most, const Mine& me, const double* n, Filled on_way) {
+NSCD_WIDE double find_before(std::size_t k, Apart x, Apart y, Apart left, Apart radius, Apart gap, double max_gap, const Mine& me, const double* n, Filled on_way) {
     const double nx = n[0], ny = n[1];
     const Mine mine = me;
-    double least[LANES];
-    std::fill_n(least, LANES, INFINITE);
+    double minimum[LANES];
+    std::fill_n(minimum, LANES, INFINITE);
     for (std::size_t c0 = 0; c0 < k; c0 += LANES)
         for (std::size_t c = c0; c < c0 + LANES; ++c) {
             const bool on = (x[c] * nx + y[c] * ny >= 0.0) & (std::abs(x[c] * ny - y[c] * nx) <= ABREAST * (mine.radius + std::abs(radius[c])));
-            on_way[c] = on & (gap[c] <= most) ? gap[c] : INFINITE;
+            on_way[c] = on & (gap[c] <= max_gap) ? gap[c] : INFINITE;
             const double free = left[c] < mine.left ? on_way[c] : INFINITE;
-            least[c - c0] = free < least[c - c0] ? free : least[c - c0];
+            minimum[c - c0] = free < minimum[c - c0] ? free : minimum[c - c0];
         }
-    return *std::min_element(least, least + LANES);
+    return *std::min_element(minimum, minimum + LANES);
 }
 
 // Add cos and sin of k·q − ωt, turned by the phases of both components, of so many places (m).
@@ -167,33 +167,33 @@ NSCD_WIDE void wave_at(std::size_t k, const double* x, const double* y, const Wa
 
 }  // namespace
 
-std::optional<Drive> Drive::of(In numbers) {
+std::optional<Drive> Drive::of(In values) {
     constexpr std::size_t HEAD = 7, LAW = sizeof(Distance) / sizeof(double);
-    if (numbers.size() < HEAD + LAW) return {};
-    const double doors = numbers[0], people = numbers[1], walls = numbers[2], k = numbers[3];
+    if (values.size() < HEAD + LAW) return {};
+    const double doors = values[0], people = values[1], walls = values[2], k = values[3];
     if (!(doors >= 0.0 && people >= 0.0 && walls >= 0.0 && k >= 0.0)) return {};
-    double whole = double(HEAD + LAW) + 4 * walls + 8 * doors + 4 * people, cells = 0.0;
+    double expected = double(HEAD + LAW) + 4 * walls + 8 * doors + 4 * people, cells = 0.0;
     if (k > 0.0) {
-        if (!(whole + 5 <= double(numbers.size()))) return {};
-        cells = doors * numbers[std::size_t(whole) + 3] * numbers[std::size_t(whole) + 4];
-        whole += 5 + cells + 2 * k + doors * k;
+        if (!(expected + 5 <= double(values.size()))) return {};
+        cells = doors * values[std::size_t(expected) + 3] * values[std::size_t(expected) + 4];
+        expected += 5 + cells + 2 * k + doors * k;
     }
-    if (whole != double(numbers.size())) return {};
+    if (expected != double(values.size())) return {};
     std::size_t at = HEAD + LAW;
-    const auto taken = [&](double count) {
-        const In some = numbers.subspan(std::exchange(at, at + std::size_t(count)), std::size_t(count));
-        return Numbers(some.begin(), some.end());
+    const auto read = [&](double count) {
+        const In some = values.subspan(std::exchange(at, at + std::size_t(count)), std::size_t(count));
+        return Vector(some.begin(), some.end());
     };
     Drive drive;
-    drive.walls = connected(taken(4 * walls), numbers[4], numbers[5]), drive.speed = numbers[6];
-    drive.exits = taken(8 * doors), drive.goes = taken(people), drive.stop = taken(people), drive.ids = taken(people), drive.share = taken(people);
-    if (k > 0.0) drive.grid = taken(5), drive.next = taken(cells), drive.corners = taken(2 * k), drive.onward = taken(doors * k);
+    drive.walls = connected(read(4 * walls), values[4], values[5]), drive.speed = values[6];
+    drive.exits = read(8 * doors), drive.goes = read(people), drive.stop = read(people), drive.ids = read(people), drive.fraction = read(people);
+    if (k > 0.0) drive.grid = read(5), drive.next = read(cells), drive.corners = read(2 * k), drive.onward = read(doors * k);
     for (const double door : drive.goes)
         if (!(door >= 0.0 && door < doors)) return {};
     for (const double corner : drive.next)
         if (!(corner < k)) return {};
     Distance law;
-    std::memcpy(static_cast<void*>(&law), &numbers[HEAD], sizeof law);
+    std::memcpy(static_cast<void*>(&law), &values[HEAD], sizeof law);
     drive.keep(law);
     return drive;
 }
@@ -229,18 +229,18 @@ Drive::Leg Drive::leg(const double* at, int door) const {
     return {{x, y}, {x, y}, {1.0, 0.0}, {1e30, 1e30}, true};
 }
 
-Numbers Drive::wished(In x, double time) const {
+Vector Drive::wished(In x, double time) const {
     const std::size_t n = x.size() / 2;
-    Numbers u(x.size(), 0.0);
+    Vector u(x.size(), 0.0);
     const double none[2] = {0.0, 0.0};
     for (std::size_t i = 0, end; i < n; i = end) {
         const auto same = [&](std::size_t j) { return grid.empty() && goes[j] == goes[i]; };
         for (end = i + 1; end < n && same(end);) ++end;
         const Leg to = leg(&x[2 * i], int(goes[i]));
-        const In place = x.subspan(2 * i, 2 * (end - i));
-        const Out mine(&u[2 * i], place.size());
-        if (grid.empty()) headed(place, to.start, to.end, to.outward, to.place, speed, mine);
-        else add_drive(mine, place, In(none, 2), speed, 1.0, to.start, to.end, to.place, to.outward);
+        const In position = x.subspan(2 * i, 2 * (end - i));
+        const Out mine(&u[2 * i], position.size());
+        if (grid.empty()) headed(position, to.start, to.end, to.outward, to.line_point, speed, mine);
+        else add_drive(mine, position, In(none, 2), speed, 1.0, to.start, to.end, to.line_point, to.outward);
     }
     for (std::size_t i = 0; i < n; ++i)
         if (time >= stop[i] - INSTANT) u[2 * i] = u[2 * i + 1] = 0.0;
@@ -264,13 +264,13 @@ double Drive::left(double x, double y, int door) const {
 // from beside it along its line.
 void Drive::heading(const double* at, int door, double left, double radius, bool round, double (&way)[2]) const {
     Leg to = leg(at, door);
-    const double ex = to.end[0] - to.start[0], ey = to.end[1] - to.start[1], wide = length(ex, ey);
-    if (to.corner || wide > FAR || !(left > 0.0)) {
-        headed(In(at, 2), to.start, to.end, to.outward, to.place, 1.0, Out(way, 2));
+    const double ex = to.end[0] - to.start[0], ey = to.end[1] - to.start[1], width = length(ex, ey);
+    if (to.corner || width > FAR || !(left > 0.0)) {
+        headed(In(at, 2), to.start, to.end, to.outward, to.line_point, 1.0, Out(way, 2));
         return;
     }
-    const double clear = wide > 0.0 ? std::min(0.5, radius / wide) : 0.0;
-    const double along = wide > 0.0 ? ((at[0] - to.start[0]) * ex + (at[1] - to.start[1]) * ey) / (wide * wide) : 0.0;
+    const double clear = width > 0.0 ? std::min(0.5, radius / width) : 0.0;
+    const double along = width > 0.0 ? ((at[0] - to.start[0]) * ex + (at[1] - to.start[1]) * ey) / (width * width) : 0.0;
     const double part = std::clamp(along, clear, 1.0 - clear);
     const double dx = to.start[0] + part * ex - at[0], dy = to.start[1] + part * ey - at[1];
     const double on = std::max(0.0, dx * to.outward[0] + dy * to.outward[1]);
@@ -279,30 +279,30 @@ void Drive::heading(const double* at, int door, double left, double radius, bool
 }
 
 // What somebody who keeps a distance sees of the others, and what comes of it.
-struct Drive::Look {
+struct Drive::View {
     // what pairs ask of somebody: m, unit vectors of the straight way and of the walk, what is left (m)
     struct Person { double x, y, e[2], walk[2], mine, radius; };
     const Drive& of;
     const In x, radius;
-    const double time, turning = FADED * PEOPLE_DECAY, most = std::max(turning, of.speed * of.law_.time_gap);
+    const double time, turning = FADED * PEOPLE_DECAY, max_gap = std::max(turning, of.speed * of.law_.time_gap);
     const std::size_t n = radius.size();
     const bool round = of.walls.period > 0.0, alike = !round && of.exits.size() == 8;
-    Around near;
-    Touching pairs;            // with a period, in place of it
+    Around neighbours;
+    ContactPairs pairs;            // with a period, in place of it
     Some others;               // whom one sees
-    Seen seen;
+    Seen visited;
     bool plain = false;        // whether all those go to one's door, and nobody has stopped or is near a wall
-    Touching at;           // walls
+    ContactPairs at;           // walls
     Starts of_walls = Starts(n + 1, 0);
     std::vector<Person, Aligned<Person>> people = std::vector<Person, Aligned<Person>>(n);
-    Numbers ahead = Numbers(n, INFINITE);
-    Numbers to_right = Numbers(n, 0.0);
-    Flags before = Flags(n, 0), walled = Flags(n, 0), usual = Flags(n, 0);
+    Vector ahead = Vector(n, INFINITE);
+    Vector to_right = Vector(n, 0.0);
+    Mask before = Mask(n, 0), walled = Mask(n, 0), usual = Mask(n, 0);
 
-    Look(const Drive& drive, In places, In radii, double now) : of(drive), x(places), radius(radii), time(now) {
-        if (round) pairs = touching(x, radius, of.walls, most);
-        else near = around(x, radius, most);
-        at = touching_walls(x, radius, of.walls, most);
+    View(const Drive& drive, In positions, In radii, double now) : of(drive), x(positions), radius(radii), time(now) {
+        if (round) pairs = find_contact_pairs(x, radius, of.walls, max_gap);
+        else neighbours = around(x, radius, max_gap);
+        at = find_wall_contacts(x, radius, of.walls, max_gap);
         for (const std::int64_t i : at.first) ++of_walls[i + 1], walled[i] = 1;
         for (std::size_t i = 0; i < n; ++i) of_walls[i + 1] += of_walls[i];
         find_ways();
@@ -360,8 +360,8 @@ struct Drive::Look {
         if (std::adjacent_find(of.goes.begin(), of.goes.end(), std::not_equal_to<>()) == of.goes.end()) return;
         Segments none;
         none.low = of.walls.low, none.period = of.walls.period;
-        const Places together(of.goes.begin(), of.goes.end());  // who have one goal do not meet
-        const Touching far = touching(x, radius, none, SEEN, together);
+        const Indices goal_of(of.goes.begin(), of.goes.end());  // who have one goal do not meet
+        const ContactPairs far = find_contact_pairs(x, radius, none, SEEN, goal_of);
         for (std::int64_t c = 0; c < far.pairs; ++c) {
             const std::size_t i = std::size_t(far.first[c]), j = std::size_t(far.second[c]);
             const Person &a = people[i], &b = people[j];
@@ -390,14 +390,14 @@ struct Drive::Look {
     }
     void make_room(std::size_t k) {
         others.make_room(k);
-        for (Room* one : {&seen.gap, &seen.turn_x, &seen.turn_y, &seen.free}) one->resize(others.x.size());
+        for (AlignedVector* one : {&visited.gap, &visited.turn_x, &visited.turn_y, &visited.free}) one->resize(others.x.size());
     }
     Mine see(std::size_t i, std::size_t k) {
         const Person& me = people[i];
         const Mine mine{me.mine, me.radius, {me.e[0], me.e[1]}};
         std::fill_n(&others.left[k], LANES, INFINITE);  // who is not there is before nobody
         const Some& o = others;
-        repel(k, &o.x[0], &o.y[0], &o.left[0], &o.radius[0], round, mine, &seen.gap[0], &seen.free[0], &seen.turn_x[0], &seen.turn_y[0]);
+        repel(k, &o.x[0], &o.y[0], &o.left[0], &o.radius[0], round, mine, &visited.gap[0], &visited.free[0], &visited.turn_x[0], &visited.turn_y[0]);
         return mine;
     }
     void look_around(std::size_t i, std::size_t k) {
@@ -405,7 +405,7 @@ struct Drive::Look {
         const Mine mine = see(i, k);
         if (plain) {
             double x = me.walk[0], y = me.walk[1];
-            for (std::size_t c = 0; c < k; ++c) x -= seen.turn_x[c], y -= seen.turn_y[c];
+            for (std::size_t c = 0; c < k; ++c) x -= visited.turn_x[c], y -= visited.turn_y[c];
             me.walk[0] = x, me.walk[1] = y;
         } else {
             turn_one_by_one(i, k);
@@ -424,27 +424,27 @@ struct Drive::Look {
     void look_ahead(std::size_t i, std::size_t k, const Mine& mine) {
         const Person& me = people[i];
         const Some& o = others;
-        const double least = find_before(k, &o.x[0], &o.y[0], &o.left[0], &o.radius[0], &seen.gap[0], most, mine, me.walk, &seen.free[0]);
-        if (plain) ahead[i] = least;
+        const double minimum = find_before(k, &o.x[0], &o.y[0], &o.left[0], &o.radius[0], &visited.gap[0], max_gap, mine, me.walk, &visited.free[0]);
+        if (plain) ahead[i] = minimum;
         for (std::size_t c = 0; c < k && !plain; ++c)
-            if (seen.free[c] < ahead[i]) look(i, std::size_t(others.number[c]), others.x[c], others.y[c], seen.free[c]);
+            if (visited.free[c] < ahead[i]) anticipate(i, std::size_t(others.number[c]), others.x[c], others.y[c], visited.free[c]);
     }
     void turn_one_by_one(std::size_t i, std::size_t k) {
         Person& me = people[i];
         for (std::size_t c = 0; c < k; ++c) {
             const auto j = std::size_t(others.number[c]);
             const double dx = others.x[c], dy = others.y[c];
-            if (!(seen.gap[c] < FADED * PEOPLE_DECAY) || !visible(i, j, dx, dy)) continue;
+            if (!(visited.gap[c] < FADED * PEOPLE_DECAY) || !visible(i, j, dx, dy)) continue;
             if (same(i, j)) {
-                me.walk[0] -= seen.turn_x[c], me.walk[1] -= seen.turn_y[c];
+                me.walk[0] -= visited.turn_x[c], me.walk[1] -= visited.turn_y[c];
             } else if (!meet(i, j, dx, dy)) {
-                const double s = length(dx, dy), size = FROM_PEOPLE * decayed(std::min(seen.gap[c] * (1.0 / PEOPLE_DECAY), FADED));
+                const double s = length(dx, dy), size = FROM_PEOPLE * decayed(std::min(visited.gap[c] * (1.0 / PEOPLE_DECAY), FADED));
                 turn(me, dx / s, dy / s, size, !nearer(i, j, dx, dy));
             }
         }
     }
     // how far i sees free way, whom j may be before
-    void look(std::size_t i, std::size_t j, double dx, double dy, double gap) {
+    void anticipate(std::size_t i, std::size_t j, double dx, double dy, double gap) {
         const Person &me = people[i], &other = people[j];
         // of two who meet, who has the longer way left waits, and the other shuffles on
         if (gap < SHUFFLE && meet(i, j, dx, dy) && (me.mine <= other.mine || endless(i) || endless(j))) gap = SHUFFLE;
@@ -462,7 +462,7 @@ struct Drive::Look {
                 const bool first = pairs.first[c] == std::int64_t(i);
                 const double sign = first ? 1.0 : -1.0;
                 const Index j = Index(first ? pairs.second[c] : pairs.first[c]);
-                seen.gap[k] = pairs.distance[c] > 0.0 ? pairs.gap[c] : INFINITE;
+                visited.gap[k] = pairs.distance[c] > 0.0 ? pairs.gap[c] : INFINITE;
                 others.x[k] = sign * pairs.vector[2 * c], others.y[k] = sign * pairs.vector[2 * c + 1];
                 others.left[k] = people[j].mine, others.radius[k] = people[j].radius, others.number[k++] = j;
             }
@@ -471,13 +471,13 @@ struct Drive::Look {
     }
     void look_by_squares() {
         Some some;
-        Places here;  // whose square it is
-        for (std::size_t square = 0; square + 1 < near.start.size(); ++square) {
-            const Index* const number = near.disk.data() + near.start[square];
-            const auto k = std::size_t(near.start[square + 1] - near.start[square]);
+        Indices here;  // whose square it is
+        for (std::size_t square = 0; square + 1 < neighbours.start.size(); ++square) {
+            const Index* const number = neighbours.disk.data() + neighbours.start[square];
+            const auto k = std::size_t(neighbours.start[square + 1] - neighbours.start[square]);
             if (here.size() < k) here.resize(k), some.make_room(k), make_room(k);
             std::size_t size = 0;
-            for (std::size_t c = 0; c < k; ++c) here[size] = Index(c), size += near.square[number[c]] == Index(square);
+            for (std::size_t c = 0; c < k; ++c) here[size] = Index(c), size += neighbours.square[number[c]] == Index(square);
             std::fill(some.odd.begin(), some.odd.end(), 0);
             for (std::size_t c = 0; c < k && size > 0; ++c) {
                 const auto j = std::size_t(number[c]);
@@ -489,8 +489,8 @@ struct Drive::Look {
                 const auto one = std::size_t(here[h]), i = std::size_t(number[one]);
                 look_around(i, pick(some, k, one, turning));
                 // who is farther turns nobody
-                if (most > turning && ahead[i] > turning) {
-                    const std::size_t more = pick(some, k, one, most);
+                if (max_gap > turning && ahead[i] > turning) {
+                    const std::size_t more = pick(some, k, one, max_gap);
                     look_ahead(i, more, see(i, more));
                 }
             }
@@ -529,7 +529,7 @@ struct Drive::Look {
     std::vector<Turn> turns() const {
         const Distance& law = of.law_;
         std::vector<std::uint64_t> state(n);
-        Numbers normal(n);
+        Vector normal(n);
         for (std::size_t i = 0; i < n; ++i) {
             const double phase = Draws(law.seed, of.ids[i], -1.0).uniform();
             state[i] = Draws(law.seed, of.ids[i], std::floor((time + INSTANT) / law.heading_hold + phase)).state;
@@ -540,7 +540,7 @@ struct Drive::Look {
         for (std::size_t i = 0; i < n; ++i) all[i] = turn_by(law.heading_sd * normal[i]);
         return all;
     }
-    void walk(Numbers& u) const {
+    void walk(Vector& u) const {
         const Distance& law = of.law_;
         const std::vector<Turn> by = law.heading_sd > 0.0 ? turns() : std::vector<Turn>();
         for (std::size_t i = 0; i < n; ++i) {
@@ -555,12 +555,12 @@ struct Drive::Look {
                 const double into = own[0] * nx + own[1] * ny - std::max(0.0, at.gap[c]) / law.time_gap;
                 if (s > 0.0 && into > 0.0) own[0] -= into * nx, own[1] -= into * ny;
             }
-            for (int a = 0; a < 2; ++a) own[a] = (1.0 - of.share[i]) * own[a] + of.share[i] * u[2 * i + a];
+            for (int a = 0; a < 2; ++a) own[a] = (1.0 - of.fraction[i]) * own[a] + of.fraction[i] * u[2 * i + a];
             u[2 * i] = own[0], u[2 * i + 1] = own[1];
             if (!by.empty()) u[2 * i] = by[i].cosine * own[0] - by[i].sine * own[1], u[2 * i + 1] = by[i].sine * own[0] + by[i].cosine * own[1];
         }
     }
-    void jostle(Numbers& u) const {
+    void jostle(Vector& u) const {
         const double size = of.law_.jostling * std::sqrt(2.0 / WAVES);
         constexpr std::size_t SOME = 256;
         double px[SOME], py[SOME], along[SOME], across[SOME];
@@ -574,13 +574,13 @@ struct Drive::Look {
     }
 };
 
-Numbers Drive::desired(In at, In radius, double time) const {
-    Numbers x(at.begin(), at.end());
+Vector Drive::desired(In at, In radius, double time) const {
+    Vector x(at.begin(), at.end());
     if (walls.period > 0.0)
         for (std::size_t i = 0; i < x.size(); i += 2) x[i] -= walls.period * std::floor((x[i] - walls.low) / walls.period);
-    Numbers u = wished(x, time);
+    Vector u = wished(x, time);
     if (!(law_.time_gap > 0.0)) return u;
-    Look all(*this, x, radius, time);
+    View all(*this, x, radius, time);
     all.look_ahead(), all.walk(u);
     if (!waves_.empty()) all.jostle(u);
     return u;

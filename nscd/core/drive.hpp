@@ -22,25 +22,25 @@ struct Distance {
 class Drive {
 public:
     double speed = 0.0;                  // m/s, U
-    Numbers exits;                       // (d·8) m: target start, end, outward, place on the line behind which all walk outward
-    Numbers goes, stop;                  // (n) row of exits; s, from when on somebody wants to go nowhere
-    Numbers grid, next, corners, onward; // of a way: origin, cell, rows, columns; (d·cells), (k·2) m; (d·k) m, left from corners
+    Vector exits;                       // (d·8) m: target start, end, outward, place on the line behind which all walk outward
+    Vector goes, stop;                  // (n) row of exits; s, from when on somebody wants to go nowhere
+    Vector grid, next, corners, onward; // of a way: origin, cell, rows, columns; (d·cells), (k·2) m; (d·k) m, left from corners
     Segments walls;
-    Numbers share, ids;                  // (n) of push, p; numbers that noise goes by
+    Vector fraction, ids;                  // (n) of push, p; numbers that noise goes by
 
     // Of numbers in a row: doors, people, walls, corners of a way (0: none), start and length of a period (m), speed; the law; ends of
     // walls; exits, goes, stop, ids, share; of a way: grid, next, corners, onward. None where they do not fit.
-    static std::optional<Drive> of(In numbers);
+    static std::optional<Drive> of(In values);
     // Take the law; its waves are drawn.
     void keep(const Distance& law);
     // Velocities (n·2) m/s of people at x (n·2) m who go straight on for ever: U e.
-    Numbers wished(In x, double time) const;
+    Vector wished(In x, double time) const;
     // Velocities (n·2) m/s that people of such radii (m) want at a time (s).
-    Numbers desired(In at, In radius, double time) const;
+    Vector desired(In at, In radius, double time) const;
 
 private:
-    struct Leg { double start[2], end[2], outward[2], place[2]; bool corner; };
-    struct Look;
+    struct Leg { double start[2], end[2], outward[2], line_point[2]; bool corner; };
+    struct View;
     struct Wave { double x, y, turning, cosine[2], sine[2]; };  // rad/m, rad/s; of the phases of both components
     int corner_of(const double* at, int door) const;
     Leg leg(const double* at, int door) const;

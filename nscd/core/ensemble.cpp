@@ -60,7 +60,7 @@ LEVELS void fly(double* __restrict x, double* __restrict v, const double* a, dou
 
 }  // namespace
 
-void gibbs_sweeps(const SparseRows& matrix, double slope, Out x, Out net, std::uint64_t seed, std::int64_t sweeps, std::int64_t thin, Numbers& draws) {
+void gibbs_sweeps(const SparseRows& matrix, double slope, Out x, Out net, std::uint64_t seed, std::int64_t sweeps, std::int64_t thin, Vector& draws) {
     Random random(seed);
     for (std::int64_t sweep = 1; sweep <= sweeps; ++sweep) {
         for (std::size_t c = 0; c < x.size(); ++c) {
@@ -84,10 +84,10 @@ void gibbs_sweeps(const SparseRows& matrix, double slope, Out x, Out net, std::u
     }
 }
 
-void flights(In projector, In gravity, double time, Out x, std::uint64_t seed, std::int64_t flights, std::int64_t thin, Numbers& draws) {
+void flights(In projector, In gravity, double time, Out x, std::uint64_t seed, std::int64_t flights, std::int64_t thin, Vector& draws) {
     Random random(seed);
     const std::size_t u = x.size();
-    Numbers v(u), when(u);
+    Vector v(u), when(u);
     for (std::int64_t flight = 1; flight <= flights; ++flight) {
         std::fill(v.begin(), v.end(), 0.0);
         for (std::size_t c = 0; c < u; ++c) add(v.data(), projector.data() + c * u, normal(random), u);

@@ -4,15 +4,15 @@
 
 namespace nscd {
 
-Factor::Factor(const System& given, Team& team, const Sizes& sizes) : team_(team) {
-    const Graph graph = graph_of(given.n, given.first, given.second);
-    const bool by_rows = given.n < sizes.many, shared = !by_rows && given.n >= sizes.shared;
-    ordering_ = by_rows ? minimum_degree(graph) : dissect(given.x, given.y, graph, sizes.leaf, team, sizes.shared);
-    contact_ = by_parts(ordering_.place, given.first, given.second, shared ? MOST_THREADS : 1, parts_);
-    system_ = chosen(given, contact_, ordering_.order, ordering_.place);
-    system_.scale = given.scale;
-    if (by_rows) rows_ = rows_of(graph, ordering_, system_.first, system_.second, given.d);
-    else fronts_.emplace(ordering_, graph, system_.first, system_.second, given.d, team, sizes.shared);
+Factor::Factor(const System& problem, Team& team, const Sizes& sizes) : team_(team) {
+    const Graph graph = graph_of(problem.n, problem.first, problem.second);
+    const bool by_rows = problem.n < sizes.multifrontal, shared = !by_rows && problem.n >= sizes.shared;
+    ordering_ = by_rows ? minimum_degree(graph) : dissect(problem.x, problem.y, graph, sizes.leaf, team, sizes.shared);
+    contact_ = by_parts(ordering_.index, problem.first, problem.second, shared ? MOST_THREADS : 1, parts_);
+    system_ = chosen(problem, contact_, ordering_.order, ordering_.index);
+    system_.scale = problem.scale;
+    if (by_rows) rows_ = rows_of(graph, ordering_, system_.first, system_.second, problem.d);
+    else fronts_.emplace(ordering_, graph, system_.first, system_.second, problem.d, team, sizes.shared);
 }
 
 bool Factor::factorise(In theta, bool bare) {
@@ -30,32 +30,32 @@ bool Factor::factorise(In theta, bool bare) {
 
 void Factor::solve(Out b) { rows_ ? nscd::solve(*rows_, b) : fronts_->solve(b); }
 
-Numbers Factor::contacts_ordered(In given) const {
-    Numbers ordered(given.size());
-    for (std::size_t c = 0; c < ordered.size(); ++c) ordered[c] = given[contact_[c]];
+Vector Factor::contacts_ordered(In values) const {
+    Vector ordered(values.size());
+    for (std::size_t c = 0; c < ordered.size(); ++c) ordered[c] = values[contact_[c]];
     return ordered;
 }
 
-Numbers Factor::contacts_given(In ordered) const {
-    Numbers given(ordered.size());
-    for (std::size_t c = 0; c < given.size(); ++c) given[contact_[c]] = ordered[c];
-    return given;
+Vector Factor::contacts_given(In ordered) const {
+    Vector values(ordered.size());
+    for (std::size_t c = 0; c < values.size(); ++c) values[contact_[c]] = ordered[c];
+    return values;
 }
 
-Numbers Factor::disks_ordered(In given) const {
-    Numbers ordered(given.size());
+Vector Factor::disks_ordered(In values) const {
+    Vector ordered(values.size());
     const int d = system_.d;
     for (int i = 0; i < system_.n; ++i)
-        for (int a = 0; a < d; ++a) ordered[d * i + a] = given[std::size_t(d) * ordering_.order[i] + a];
+        for (int a = 0; a < d; ++a) ordered[d * i + a] = values[std::size_t(d) * ordering_.order[i] + a];
     return ordered;
 }
 
-Numbers Factor::disks_given(In ordered) const {
-    Numbers given(ordered.size());
+Vector Factor::disks_given(In ordered) const {
+    Vector values(ordered.size());
     const int d = system_.d;
     for (int i = 0; i < system_.n; ++i)
-        for (int a = 0; a < d; ++a) given[std::size_t(d) * ordering_.order[i] + a] = ordered[d * i + a];
-    return given;
+        for (int a = 0; a < d; ++a) values[std::size_t(d) * ordering_.order[i] + a] = ordered[d * i + a];
+    return values;
 }
 
 }  // namespace nscd

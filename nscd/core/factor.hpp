@@ -10,7 +10,7 @@ namespace nscd {
 
 // What may be set otherwise in tests.
 struct Sizes {
-    int many = 1500;      // from this many disks on the multifrontal factorisation is the faster one (see benchmarks)
+    int multifrontal = 1500;      // from this many disks on the multifrontal factorisation is the faster one (see benchmarks)
     int shared = SHARED;  // from this many disks on threads work on parts of a crowd
     int leaf = 8;         // parts of up to so many disks are not cut further
 };
@@ -18,7 +18,7 @@ struct Sizes {
 class Factor {
 public:
     // Order the disks of a problem, and plan its factors.
-    Factor(const System& given, Team& team, const Sizes& sizes);
+    Factor(const System& problem, Team& team, const Sizes& sizes);
 
     const System& system() const { return system_; }  // the problem in elimination order
     const Parts& parts() const { return parts_; }
@@ -28,20 +28,20 @@ public:
     bool factorise(In theta, bool bare = false);  // Â + CᵀΘC, or M + CᵀΘC; false where rounding left it indefinite
     void solve(Out b);                            // b ← (L Lᵀ)⁻¹ b, (n·d)
 
-    Numbers contacts_ordered(In given) const;     // (k) from the given order
-    Numbers disks_ordered(In given) const;        // (n·d) from the given order
-    Numbers contacts_given(In ordered) const;     // and back
-    Numbers disks_given(In ordered) const;
+    Vector contacts_ordered(In values) const;     // (k) from the given order
+    Vector disks_ordered(In values) const;        // (n·d) from the given order
+    Vector contacts_given(In ordered) const;     // and back
+    Vector disks_given(In ordered) const;
 
 private:
     Team& team_;
     Ordering ordering_;
-    Places contact_;  // (k) the contact at each row, neighbours in memory as in the crowd
+    Indices contact_;  // (k) the contact at each row, neighbours in memory as in the crowd
     Parts parts_;
     System system_, bare_;
     std::optional<Rows> rows_;
     std::optional<Fronts> fronts_;
-    Numbers made_;  // (k) kg, Θ of the factor in storage; empty where there is none
+    Vector made_;  // (k) kg, Θ of the factor in storage; empty where there is none
     bool made_bare_ = false;
 };
 

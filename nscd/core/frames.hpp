@@ -14,22 +14,22 @@ struct Film {
     In radius, mass;                      // (n) m, kg, positive
     const Segments& walls;
 };
-struct FramesAsked {
+struct FramesOptions {
     double gap;        // m, up to which disks are in contact
     double deepest;    // share of the smaller radius; a frame with deeper overlaps is not answered
     double tolerance;
-    bool least;        // whether λ is to be the one of least energy
+    bool canonical;        // whether λ is to be the one of least energy
 };
 // The k contacts of f frames, one frame behind the other, and what they carry. A frame that is not answered has none here:
 // it is left to `find_contacts` and `solve`, which say why.
-struct FilmAnswer {
+struct FilmSolution {
     std::vector<std::int64_t> start;             // (f+1)
-    Flags answered;                              // (f)
+    Mask answered;                              // (f)
     std::vector<std::int64_t> first, second;     // (k) among the disks of all frames; number of a wall where is_wall
-    Flags is_wall;                               // (k)
-    Numbers normal, gap, reaction, impulse;      // (k·2), (k) m, (k) N·s, (k·2) N·s
-    Numbers residual, velocity_error;            // (f), (f) m/s
+    Mask is_wall;                               // (k)
+    Vector normal, gap, reaction, impulse;      // (k·2), (k) m, (k) N·s, (k·2) N·s
+    Vector residual, velocity_error;            // (f), (f) m/s
 };
-FilmAnswer solve_film(const Film& film, const FramesAsked& asked);
+FilmSolution solve_film(const Film& film, const FramesOptions& options);
 
 }  // namespace nscd

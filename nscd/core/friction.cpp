@@ -18,8 +18,8 @@ double infinite_if_none(double value) { return value < INFINITE ? value : INFINI
 
 // The largest imbalance of a disk over what it has and receives, m · scale + Σ|p|: `tell` is given disks and these.
 template <class Tell>
-void imbalance_of_disks(const Rubbing& p, In pn, In pt, In rest, Tell&& tell) {
-    Numbers size(p.n), lever(p.n, 0.0);
+void imbalance_of_disks(const FrictionProblem& p, In pn, In pt, In residual, Tell&& tell) {
+    Vector size(p.n), lever(p.n, 0.0);
     for (int i = 0; i < p.n; ++i) size[i] = p.mass[3 * i] * p.scale;
     for (int c = 0; c < p.k; ++c) {
         const int i = p.first[c], j = p.second[c];
@@ -27,17 +27,17 @@ void imbalance_of_disks(const Rubbing& p, In pn, In pt, In rest, Tell&& tell) {
         size[i] += push, lever[i] = std::max(lever[i], p.lever_first[c]);
         if (j >= 0) size[j] += push, lever[j] = std::max(lever[j], p.lever_second[c]);
     }
-    if (p.wide()) lever = p.reach;
+    if (p.compound()) lever = p.reach;
     for (int i = 0; i < p.n; ++i) {
-        double off = larger(std::abs(rest[3 * i]), std::abs(rest[3 * i + 1]));
-        if (lever[i] > 0.0) off = larger(off, std::abs(rest[3 * i + 2]) / lever[i]);
-        tell(i, off / size[i]);
+        double imbalance = larger(std::abs(residual[3 * i]), std::abs(residual[3 * i + 1]));
+        if (lever[i] > 0.0) imbalance = larger(imbalance, std::abs(residual[3 * i + 2]) / lever[i]);
+        tell(i, imbalance / size[i]);
     }
 }
 
 }  // namespace
 
-void Rubbing::prepare() {
+void FrictionProblem::prepare() {
     d = 3;
     free = left;
     if (along.empty()) along.assign(k, 0.0), across.assign(k, 0.0);
@@ -48,19 +48,19 @@ void Rubbing::prepare() {
         inverse_mass[c] = 1.0 / mass[i] + (j >= 0 ? 1.0 / mass[j] : 0.0);
         tangent_inverse[c] = inverse_mass[c] + lever_first[c] * lever_first[c] / mass[i + 2];
         if (j >= 0) tangent_inverse[c] += lever_second[c] * lever_second[c] / mass[j + 2];
-        if (wide()) inverse_mass[c] += turn_first[c] * turn_first[c] / mass[i + 2] + (j >= 0 ? turn_second[c] * turn_second[c] / mass[j + 2] : 0.0);
+        if (compound()) inverse_mass[c] += turn_first[c] * turn_first[c] / mass[i + 2] + (j >= 0 ? turn_second[c] * turn_second[c] / mass[j + 2] : 0.0);
         dissipates = dissipates || along[c] != 0.0 || across[c] != 0.0;
     }
     contact_velocities(*this, left, left_v, left_s);
     islands = components(n, first, second, island);
 }
 
-Rubbing rubbing_of(const System& flat, In radius, In spin, In inertia, Numbers friction) {
-    Rubbing p;
+FrictionProblem friction_problem_of(const System& flat, In radius, In spin, In inertia, Vector friction) {
+    FrictionProblem p;
     static_cast<System&>(p) = flat;
     p.friction = std::move(friction);
     p.scale = std::max(p.scale, SLOWEST);
-    if (p.wide()) {
+    if (p.compound()) {
         p.prepare();
         return p;
     }
@@ -79,55 +79,55 @@ Rubbing rubbing_of(const System& flat, In radius, In spin, In inertia, Numbers f
     return p;
 }
 
-Rubbing chosen(const Rubbing& whole, std::span<const Index> contact, std::span<const Index> disk) {
-    Places place(whole.n, -1);
-    for (std::size_t i = 0; i < disk.size(); ++i) place[disk[i]] = Index(i);
-    Rubbing p;
-    static_cast<System&>(p) = chosen(static_cast<const System&>(whole), contact, disk, place);
-    p.scale = whole.scale;
+FrictionProblem chosen(const FrictionProblem& full, std::span<const Index> contact, std::span<const Index> disk) {
+    Indices index(full.n, -1);
+    for (std::size_t i = 0; i < disk.size(); ++i) index[disk[i]] = Index(i);
+    FrictionProblem p;
+    static_cast<System&>(p) = chosen(static_cast<const System&>(full), contact, disk, index);
+    p.scale = full.scale;
     p.friction.resize(p.k);
-    for (int c = 0; c < p.k; ++c) p.friction[c] = whole.friction[contact[c]];
+    for (int c = 0; c < p.k; ++c) p.friction[c] = full.friction[contact[c]];
     p.prepare();
     return p;
 }
 
-void contact_velocities(const Rubbing& p, In u, Out v, Out s) {
+void contact_velocities(const FrictionProblem& p, In u, Out v, Out s) {
     const double* at = u.data();
-    const bool wide = p.wide();
+    const bool compound = p.compound();
     for (int c = 0; c < p.k; ++c) {
         const int i = 3 * p.first[c], j = 3 * p.second[c];
         double x = at[i], y = at[i + 1], turn = p.lever_first[c] * at[i + 2];
         if (j >= 0) x -= at[j], y -= at[j + 1], turn += p.lever_second[c] * at[j + 2];
         v[c] = p.nx[c] * x + p.ny[c] * y;
         s[c] = p.nx[c] * y - p.ny[c] * x + turn;
-        if (wide) v[c] += p.turn_first[c] * at[i + 2] + (j >= 0 ? p.turn_second[c] * at[j + 2] : 0.0);
+        if (compound) v[c] += p.turn_first[c] * at[i + 2] + (j >= 0 ? p.turn_second[c] * at[j + 2] : 0.0);
     }
 }
 
-void add_impulses(const Rubbing& p, In along, In across, double factor, Out b) {
-    const bool wide = p.wide();
+void add_impulses(const FrictionProblem& p, In along, In across, double factor, Out b) {
+    const bool compound = p.compound();
     for (int c = 0; c < p.k; ++c) {
         const int i = 3 * p.first[c], j = 3 * p.second[c];
         const double one = factor * along[c], two = factor * across[c];
         const double x = p.nx[c] * one - p.ny[c] * two, y = p.ny[c] * one + p.nx[c] * two;
         b[i] += x, b[i + 1] += y, b[i + 2] += p.lever_first[c] * two;
         if (j >= 0) b[j] -= x, b[j + 1] -= y, b[j + 2] += p.lever_second[c] * two;
-        if (!wide) continue;
+        if (!compound) continue;
         b[i + 2] += p.turn_first[c] * one;
         if (j >= 0) b[j + 2] += p.turn_second[c] * one;
     }
 }
 
-void balance(const Rubbing& p, In pn, In pt, Out u) {
+void equilibrium_velocity(const FrictionProblem& p, In pn, In pt, Out u) {
     std::fill(u.begin(), u.end(), 0.0);
     add_impulses(p, pn, pt, -1.0, u);
     for (std::size_t i = 0; i < u.size(); ++i) u[i] = p.left[i] + u[i] / p.mass[i];
 }
 
-void imbalance(const Rubbing& p, In u, In v, In s, In lam, In tau, Out out) {
+void imbalance(const FrictionProblem& p, In u, In v, In s, In lam, In tau, Out out) {
     for (std::size_t i = 0; i < out.size(); ++i) out[i] = p.mass[i] * (u[i] - p.left[i]);
     if (!p.dissipates) return add_impulses(p, lam, tau, 1.0, out);
-    Numbers pn(p.k), pt(p.k);
+    Vector pn(p.k), pt(p.k);
     for (int c = 0; c < p.k; ++c) {
         pn[c] = normal_push(p, c, v[c], lam[c]);
         pt[c] = p.across[c] * (s[c] + p.left_s[c]) + tau[c];
@@ -135,61 +135,61 @@ void imbalance(const Rubbing& p, In u, In v, In s, In lam, In tau, Out out) {
     add_impulses(p, pn, pt, 1.0, out);
 }
 
-Numbers measure(const Rubbing& p, const Rubbed& at) {
-    Numbers v(p.k), s(p.k), rest(p.mass.size()), pn(p.k), pt(p.k), error(p.islands, 0.0);
-    contact_velocities(p, at.u, v, s);
-    imbalance(p, at.u, v, s, at.lam, at.tau, rest);
+Vector measure(const FrictionProblem& p, const FrictionSolution& solution) {
+    Vector v(p.k), s(p.k), residual(p.mass.size()), pn(p.k), pt(p.k), error(p.islands, 0.0);
+    contact_velocities(p, solution.u, v, s);
+    imbalance(p, solution.u, v, s, solution.lam, solution.tau, residual);
     for (int c = 0; c < p.k; ++c) {
-        pn[c] = normal_push(p, c, v[c], at.lam[c]);
-        pt[c] = p.across[c] * (s[c] + p.left_s[c]) + at.tau[c];
-        const Off off = natural_map(p, c, pn[c], at.lam[c], at.tau[c], v[c], s[c]);
+        pn[c] = normal_push(p, c, v[c], solution.lam[c]);
+        pt[c] = p.across[c] * (s[c] + p.left_s[c]) + solution.tau[c];
+        const NaturalMapResidual residual = natural_map(p, c, pn[c], solution.lam[c], solution.tau[c], v[c], s[c]);
         double& worst = error[p.island[p.first[c]]];
-        worst = std::max(worst, infinite_if_none(larger(std::abs(off.normal), std::abs(off.tangential)) / p.scale));
+        worst = std::max(worst, infinite_if_none(larger(std::abs(residual.normal), std::abs(residual.tangential)) / p.scale));
     }
-    imbalance_of_disks(p, pn, pt, rest, [&](int i, double off) {
+    imbalance_of_disks(p, pn, pt, residual, [&](int i, double residual) {
         double& worst = error[p.island[i]];
-        worst = std::max(worst, infinite_if_none(off));
+        worst = std::max(worst, infinite_if_none(residual));
     });
     return error;
 }
 
-FrictionCertificate certified(const Rubbing& p, const Rubbed& at) {
-    FrictionCertificate of;
-    Numbers v(p.k), s(p.k), pn(p.k), pt(p.k), rest(p.mass.size());
-    contact_velocities(p, at.u, v, s);
-    of.impulse.resize(2 * std::size_t(p.k)), of.state.assign(p.k, std::int8_t(Contact::OPEN));
+FrictionCertificate certified(const FrictionProblem& p, const FrictionSolution& solution) {
+    FrictionCertificate certificate;
+    Vector v(p.k), s(p.k), pn(p.k), pt(p.k), residual(p.mass.size());
+    contact_velocities(p, solution.u, v, s);
+    certificate.impulse.resize(2 * std::size_t(p.k)), certificate.state.assign(p.k, std::int8_t(Contact::OPEN));
     double missing = 0.0;
     for (int c = 0; c < p.k; ++c) {
-        pn[c] = normal_push(p, c, v[c], at.lam[c]);
-        pt[c] = p.across[c] * (s[c] + p.left_s[c]) + at.tau[c];
-        const double most = p.friction[c] * std::max(pn[c], 0.0), w = p.inverse_mass[c], wt = p.tangent_inverse[c];
-        const Off off = natural_map(p, c, pn[c], at.lam[c], at.tau[c], v[c], s[c]);
-        of.signorini = larger(of.signorini, std::abs(off.normal));
-        of.natural_map = larger(of.natural_map, larger(std::abs(off.normal), std::abs(off.tangential)));
-        of.cone = larger(of.cone, wt * std::max(std::abs(at.tau[c]) - most, 0.0));
-        missing += std::abs(most * std::abs(s[c]) - at.tau[c] * s[c]);
-        of.work += pn[c] * (v[c] + p.left_v[c]) + pt[c] * (s[c] + p.left_s[c]);
-        of.impulse[2 * c] = pn[c] * p.nx[c] - pt[c] * p.ny[c];
-        of.impulse[2 * c + 1] = pn[c] * p.ny[c] + pt[c] * p.nx[c];
-        if (!(w * at.lam[c] > p.offset[c] - v[c] || p.along[c] * (v[c] + p.left_v[c]) > 0.0)) continue;
-        const bool slides = std::abs(s[c]) > SLIDING * p.scale || most == 0.0;
-        of.state[c] = std::int8_t(!slides ? Contact::STICK : s[c] >= 0.0 ? Contact::FORWARD : Contact::BACKWARD);
+        pn[c] = normal_push(p, c, v[c], solution.lam[c]);
+        pt[c] = p.across[c] * (s[c] + p.left_s[c]) + solution.tau[c];
+        const double limit = p.friction[c] * std::max(pn[c], 0.0), w = p.inverse_mass[c], wt = p.tangent_inverse[c];
+        const NaturalMapResidual residual = natural_map(p, c, pn[c], solution.lam[c], solution.tau[c], v[c], s[c]);
+        certificate.signorini = larger(certificate.signorini, std::abs(residual.normal));
+        certificate.natural_map = larger(certificate.natural_map, larger(std::abs(residual.normal), std::abs(residual.tangential)));
+        certificate.cone = larger(certificate.cone, wt * std::max(std::abs(solution.tau[c]) - limit, 0.0));
+        missing += std::abs(limit * std::abs(s[c]) - solution.tau[c] * s[c]);
+        certificate.work += pn[c] * (v[c] + p.left_v[c]) + pt[c] * (s[c] + p.left_s[c]);
+        certificate.impulse[2 * c] = pn[c] * p.nx[c] - pt[c] * p.ny[c];
+        certificate.impulse[2 * c + 1] = pn[c] * p.ny[c] + pt[c] * p.nx[c];
+        if (!(w * solution.lam[c] > p.offset[c] - v[c] || p.along[c] * (v[c] + p.left_v[c]) > 0.0)) continue;
+        const bool slides = std::abs(s[c]) > SLIDING * p.scale || limit == 0.0;
+        certificate.state[c] = std::int8_t(!slides ? Contact::STICK : s[c] >= 0.0 ? Contact::FORWARD : Contact::BACKWARD);
     }
-    for (std::size_t i = 0; i < rest.size(); ++i) {
-        const double before = p.left[i], after = at.u[i];
-        rest[i] = p.mass[i] * (after - before);
-        of.energy += 0.5 * p.mass[i] * before * before;
-        of.change += 0.5 * p.mass[i] * (after - before) * (after + before);
+    for (std::size_t i = 0; i < residual.size(); ++i) {
+        const double before = p.left[i], after = solution.u[i];
+        residual[i] = p.mass[i] * (after - before);
+        certificate.energy += 0.5 * p.mass[i] * before * before;
+        certificate.change += 0.5 * p.mass[i] * (after - before) * (after + before);
     }
-    add_impulses(p, pn, pt, 1.0, rest);
-    imbalance_of_disks(p, pn, pt, rest, [&](int, double off) { of.momentum_error = larger(of.momentum_error, off); });
-    of.signorini /= p.scale, of.natural_map /= p.scale, of.cone /= p.scale;
-    of.dissipation = missing / (of.energy != 0.0 ? of.energy : 1.0);
-    return of;
+    add_impulses(p, pn, pt, 1.0, residual);
+    imbalance_of_disks(p, pn, pt, residual, [&](int, double residual) { certificate.momentum_error = larger(certificate.momentum_error, residual); });
+    certificate.signorini /= p.scale, certificate.natural_map /= p.scale, certificate.cone /= p.scale;
+    certificate.dissipation = missing / (certificate.energy != 0.0 ? certificate.energy : 1.0);
+    return certificate;
 }
 
-bool act(Rubbing& p, const Numbers& along, In u) {
-    const Numbers before = std::exchange(p.along, acting(p, along, u));
+bool clamp_dashpots(FrictionProblem& p, const Vector& along, In u) {
+    const Vector before = std::exchange(p.along, pushing(p, along, u));
     return p.along != before;
 }
 

@@ -76,11 +76,11 @@ typedef double Four __attribute__((vector_size(32)));
         for (auto q = rows.row_start[k]; q < rows.row_start[k + 1]; ++q) {
             const Index i = rows.column[q];
             double *xi = x + std::size_t(B) * i, *yi = y + std::size_t(B) * i;
-            const Four given[3] = {load(xi), load(xi + 4), load(xi + 8)};
+            const Four above[3] = {load(xi), load(xi + 4), load(xi + 8)};
             const Four u[3] = {load(yi), load(yi + 4), load(yi + 8)};
             for (int a = 0; a < B; ++a) xi[a] = yi[a] = 0.0;
             Four l[3];
-            divide(given, pivot + 9 * i, order + 3 * i, l);
+            divide(above, pivot + 9 * i, order + 3 * i, l);
             const auto slot = rows.slot[q];
             for (auto p = rows.start[i]; p < slot; ++p) {
                 const std::size_t at = std::size_t(B) * row[p], from = std::size_t(B) * p;
@@ -175,23 +175,23 @@ void add_block(double* to, const Row& r, const Row& c, double alpha, double beta
     }
 }
 
-Ordering ordering_of(const Rubbing& whole, const Graph& graph) {
-    if (whole.n < MANY) return minimum_degree(graph);
+Ordering ordering_of(const FrictionProblem& full, const Graph& graph) {
+    if (full.n < MANY) return minimum_degree(graph);
     Team alone(1);
-    return dissect(whole.x, whole.y, graph, LEAF, alone, SHARED);
+    return dissect(full.x, full.y, graph, LEAF, alone, SHARED);
 }
 
 }  // namespace
 
-FrictionFactor::FrictionFactor(const Graph& graph, const Ordering& ordering, const Places& first, const Places& second)
+FrictionFactor::FrictionFactor(const Graph& graph, const Ordering& ordering, const Indices& first, const Indices& second)
     : rows_(rows_of(graph, ordering, first, second, 3)) {
-    const std::size_t n = ordering.order.size(), pairs = rows_.a_column.size(), blocks = rows_.row.size();
-    lower_.resize(B * pairs), upper_.resize(B * pairs), middle_.resize(B * n);
+    const std::size_t n = ordering.order.size(), blocks_of_pairs = rows_.a_column.size(), blocks = rows_.row.size();
+    lower_.resize(B * blocks_of_pairs), upper_.resize(B * blocks_of_pairs), middle_.resize(B * n);
     l_.resize(B * blocks), u_.resize(B * blocks), pivot_.resize(9 * n), order_.resize(3 * n);
     x_.resize(B * n), y_.resize(B * n), b_.resize(8 * n);
 }
 
-void FrictionFactor::assemble(const Rubbing& p, const Weights& weights) {
+void FrictionFactor::assemble(const FrictionProblem& p, const Weights& weights) {
     std::fill(lower_.begin(), lower_.end(), 0.0);
     std::fill(upper_.begin(), upper_.end(), 0.0);
     std::fill(middle_.begin(), middle_.end(), 0.0);
@@ -203,7 +203,7 @@ void FrictionFactor::assemble(const Rubbing& p, const Weights& weights) {
         const int i = p.first[c], j = p.second[c];
         const double x = p.nx[c], y = p.ny[c];
         Row one{x, y, -y, x, p.lever_first[c]}, two{-x, -y, y, -x, p.lever_second[c]};
-        if (p.wide()) one.nturn = p.turn_first[c], two.nturn = p.turn_second[c];
+        if (p.compound()) one.nturn = p.turn_first[c], two.nturn = p.turn_second[c];
         add_block(middle_.data() + B * i, one, one, alpha, beta, gamma, delta);
         if (j < 0) continue;
         add_block(middle_.data() + B * j, two, two, alpha, beta, gamma, delta);
@@ -214,7 +214,7 @@ void FrictionFactor::assemble(const Rubbing& p, const Weights& weights) {
     }
 }
 
-bool FrictionFactor::factorise(const Rubbing& p, const Weights& weights) {
+bool FrictionFactor::factorise(const FrictionProblem& p, const Weights& weights) {
     assemble(p, weights);
     std::fill(x_.begin(), x_.end(), 0.0);
     std::fill(y_.begin(), y_.end(), 0.0);
@@ -244,12 +244,12 @@ void FrictionFactor::solve(Out one, Out two) {
         for (int a = 0; a < 3; ++a) one[3 * i + a] = b_[8 * i + a], two[3 * i + a] = b_[8 * i + 4 + a];
 }
 
-Part::Part(const Rubbing& whole, std::span<const Index> disks, std::span<const Index> contacts) {
-    const Rubbing some = chosen(whole, contacts, disks);
+Subproblem::Subproblem(const FrictionProblem& full, std::span<const Index> disks, std::span<const Index> contacts) {
+    const FrictionProblem some = chosen(full, contacts, disks);
     const Graph graph = graph_of(some.n, some.first, some.second);
     const Ordering ordering = ordering_of(some, graph);
     Parts one;
-    const Places row = by_parts(ordering.place, some.first, some.second, 1, one);
+    const Indices row = by_parts(ordering.index, some.first, some.second, 1, one);
     problem = chosen(some, row, ordering.order);
     factor = FrictionFactor(graph, ordering, problem.first, problem.second);
     disk.resize(disks.size()), contact.resize(contacts.size());

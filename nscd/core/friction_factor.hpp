@@ -12,37 +12,37 @@ namespace nscd {
 
 // α n nᵀ + β t tᵀ + γ t nᵀ + δ n tᵀ of each contact, (k) kg; n and t: rows of C and T.
 struct Weights {
-    Numbers along, across, turned, mixed;
+    Vector along, across, turned, mixed;
     explicit Weights(int k) : along(k, 0.0), across(k, 0.0), turned(k, 0.0), mixed(k, 0.0) {}
 };
 
 class FrictionFactor {
 public:
     FrictionFactor() = default;
-    FrictionFactor(const Graph& graph, const Ordering& ordering, const Places& first, const Places& second);
+    FrictionFactor(const Graph& graph, const Ordering& ordering, const Indices& first, const Indices& second);
 
-    bool factorise(const Rubbing& p, const Weights& weights);  // M + Σ …; false where rounding left it singular
+    bool factorise(const FrictionProblem& p, const Weights& weights);  // M + Σ …; false where rounding left it singular
     void solve(Out b);                                         // b ← A⁻¹ b, (n·3)
     void solve(Out one, Out two);                              // both: what is read of the factor is read once
 
 private:
-    void assemble(const Rubbing& p, const Weights& weights);
+    void assemble(const FrictionProblem& p, const Weights& weights);
     Rows rows_;                                // the structure
-    Room lower_, upper_, middle_;              // A: blocks below, above and on the diagonal, by columns
-    Room l_, u_, pivot_, x_, y_, b_;           // L and U by columns of L; LU of the diagonal blocks; a row and a column at work
+    AlignedVector lower_, upper_, middle_;              // A: blocks below, above and on the diagonal, by columns
+    AlignedVector l_, u_, pivot_, x_, y_, b_;           // L and U by columns of L; LU of the diagonal blocks; a row and a column at work
     std::vector<std::uint8_t> order_;          // (n·3) rows of the diagonal blocks in the order of their pivots
 };
 
 // Some disks and contacts of a problem, by their numbers there.
 struct Selection {
-    Places disk, contact;
+    Indices disk, contact;
 };
 
 // The same in elimination order, as a problem, and storage for its factors.
-struct Part : Selection {
-    Rubbing problem;
+struct Subproblem : Selection {
+    FrictionProblem problem;
     FrictionFactor factor;
-    Part(const Rubbing& whole, std::span<const Index> disks, std::span<const Index> contacts);
+    Subproblem(const FrictionProblem& full, std::span<const Index> disks, std::span<const Index> contacts);
 };
 
 }  // namespace nscd

@@ -1,6 +1,6 @@
 // The door to Python of contacts with friction.
 #include "binding.hpp"
-#include "friction_answer.hpp"
+#include "friction_solver.hpp"
 
 namespace nscd {
 
@@ -13,80 +13,80 @@ struct FrictionIterate {
     double error;
     int cost;
 };
-FrictionIterate give_iterate(Rubbed&& at, double error, int cost) {
+FrictionIterate give_iterate(FrictionSolution&& at, double error, int cost) {
     return {give(std::move(at.lam)), give(std::move(at.tau)), give<2>(std::move(at.u), 3), error, cost};
 }
 struct TwoSolutions {
     Made<double, 2> x, y, alone;
 };
 
-double worst_of(const Numbers& errors) { return errors.empty() ? 0.0 : *std::max_element(errors.begin(), errors.end()); }
+double worst_of(const Vector& errors) { return errors.empty() ? 0.0 : *std::max_element(errors.begin(), errors.end()); }
 
 // `nscd.friction.FrictionProblem`: parts of the solver, for tests and measurements.
 class Problem {
 public:
-    Problem(const Pairs& pairs, const Matrix& left, const Vector& spin, const Vector& friction, const Vector& along, const Vector& across) {
+    Problem(const Pairs& pairs, const MatrixArg& left, const VectorArg& spin, const VectorArg& friction, const VectorArg& along, const VectorArg& across) {
         System s = system_of_pairs(pairs, span(left), {});
-        const auto numbers = [](const auto& of) { return Numbers(of.data(), of.data() + of.size()); };
+        const auto vector = [](const auto& of) { return Vector(of.data(), of.data() + of.size()); };
         const std::size_t n = s.n, k = s.k;
         need(spin.size() == n && friction.size() == k && along.size() == k && across.size() == k, "friction: shapes differ");
-        s.along = numbers(along), s.across = numbers(across);
-        Numbers inertia(n);
+        s.along = vector(along), s.across = vector(across);
+        Vector inertia(n);
         for (std::size_t i = 0; i < n; ++i) inertia[i] = 0.5 * s.mass[2 * i] * std::get<4>(pairs)(i) * std::get<4>(pairs)(i);
-        p_ = rubbing_of(s, span(std::get<4>(pairs)), span(spin), inertia, numbers(friction));
+        p_ = friction_problem_of(s, span(std::get<4>(pairs)), span(spin), inertia, vector(friction));
     }
 
     // Plain sweeps from percussions.
-    FrictionIterate sweep(const Vector& along, const Vector& across, int pairs, double tolerance) const {
+    FrictionIterate sweep(const VectorArg& along, const VectorArg& across, int count, double tolerance) const {
         need(int(along.size()) == p_.k && int(across.size()) == p_.k, "sweep: (k,) is needed");
-        Rubbed at{Numbers(along.data(), along.data() + p_.k), Numbers(across.data(), across.data() + p_.k), p_.left};
+        FrictionSolution iterate{Vector(along.data(), along.data() + p_.k), Vector(across.data(), across.data() + p_.k), p_.left};
         int made = 0;
-        const double error = Sweeps(p_).plain(at.lam, at.tau, at.u, pairs, tolerance, made);
-        return give_iterate(std::move(at), error, made);
+        const double error = Sweeps(p_).plain(iterate.lam, iterate.tau, iterate.u, count, tolerance, made);
+        return give_iterate(std::move(iterate), error, made);
     }
 
     // One method alone.
-    FrictionIterate by(FrictionMethod method, double tolerance, int effort) const {
-        FrictionAnswer found = solve_friction_by(p_, method, tolerance, effort);
-        const double error = worst_of(measure(p_, found.at));
-        return give_iterate(std::move(found.at), error, found.pivots);
+    FrictionIterate by(FrictionMethod method, double tolerance, int pivot_budget) const {
+        FrictionResult found = solve_friction_by(p_, method, tolerance, pivot_budget);
+        const double error = worst_of(measure(p_, found.solution));
+        return give_iterate(std::move(found.solution), error, found.pivots);
     }
 
     // x, y of A x = b and A y = c, (n, 3), for weights (4, k) of the contacts; x again, alone.
-    TwoSolutions solve_matrix(const Matrix& weights, const Matrix& b, const Matrix& c) const {
+    TwoSolutions solve_matrix(const MatrixArg& weights, const MatrixArg& b, const MatrixArg& c) const {
         need(weights.shape(0) == 4 && int(weights.shape(1)) == p_.k && b.size() == p_.mass.size() && c.size() == b.size(), "matrix: shapes differ");
-        Places disks(p_.n), contacts(p_.k);
+        Indices disks(p_.n), contacts(p_.k);
         for (int i = 0; i < p_.n; ++i) disks[i] = i;
         for (int e = 0; e < p_.k; ++e) contacts[e] = e;
-        Part part(p_, disks, contacts);
-        Weights given(p_.k);
-        Numbers* parts[] = {&given.along, &given.across, &given.turned, &given.mixed};
+        Subproblem subproblem(p_, disks, contacts);
+        Weights weights_of(p_.k);
+        Vector* parts[] = {&weights_of.along, &weights_of.across, &weights_of.turned, &weights_of.mixed};
         for (int a = 0; a < 4; ++a)
-            for (int e = 0; e < p_.k; ++e) (*parts[a])[e] = weights(a, part.contact[e]);
-        need(part.factor.factorise(part.problem, given), "matrix: it is singular");
-        const auto picked = [&](const Matrix& from) {
-            Numbers some(from.size());
-            for (std::size_t i = 0; i < some.size(); ++i) some[i] = from(part.disk[i / 3], i % 3);
+            for (int e = 0; e < p_.k; ++e) (*parts[a])[e] = weights(a, subproblem.contact[e]);
+        need(subproblem.factor.factorise(subproblem.problem, weights_of), "matrix: it is singular");
+        const auto picked = [&](const MatrixArg& from) {
+            Vector some(from.size());
+            for (std::size_t i = 0; i < some.size(); ++i) some[i] = from(subproblem.disk[i / 3], i % 3);
             return some;
         };
-        Numbers one = picked(b), two = picked(c), alone = one;
-        part.factor.solve(one, two);
-        part.factor.solve(alone);
-        const auto put = [&](const Numbers& some) {
-            Numbers all(some.size());
-            for (std::size_t i = 0; i < some.size(); ++i) all[3 * part.disk[i / 3] + i % 3] = some[i];
+        Vector one = picked(b), two = picked(c), alone = one;
+        subproblem.factor.solve(one, two);
+        subproblem.factor.solve(alone);
+        const auto append = [&](const Vector& some) {
+            Vector all(some.size());
+            for (std::size_t i = 0; i < some.size(); ++i) all[3 * subproblem.disk[i / 3] + i % 3] = some[i];
             return give<2>(std::move(all), 3);
         };
-        return {put(one), put(two), put(alone)};
+        return {append(one), append(two), append(alone)};
     }
 
 private:
-    Rubbing p_;
+    FrictionProblem p_;
 };
 
 using Changed = nb::ndarray<double, nb::numpy, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
-void planar(const Given<Index, 1>& start, const Given<Index, 1>& column, const Vector& value, const Vector& free, const Vector& friction,
+void planar(const ArrayArg<Index, 1>& start, const ArrayArg<Index, 1>& column, const VectorArg& value, const VectorArg& free, const VectorArg& friction,
             Changed reaction, int sweeps) {
     const std::size_t k = friction.size();
     need(start.size() == 2 * k + 1 && column.size() == value.size() && free.size() == 2 * k && reaction.size() == 2 * k, "planar: shapes differ");
@@ -102,10 +102,10 @@ void bind_friction(nb::module_& m) {
         .field("velocity", &Iterate::velocity).field("error", &Iterate::error).field("cost", &Iterate::cost);
     Result<TwoSolutions>(m, "TwoSolutions").field("x", &TwoSolutions::x).field("y", &TwoSolutions::y).field("alone", &TwoSolutions::alone);
     nb::class_<Problem>(m, "FrictionProblem")
-        .def(nb::init<const Pairs&, const Matrix&, const Vector&, const Vector&, const Vector&, const Vector&>(), "pairs"_a, "left"_n, "spin"_n,
+        .def(nb::init<const Pairs&, const MatrixArg&, const VectorArg&, const VectorArg&, const VectorArg&, const VectorArg&>(), "pairs"_a, "left"_n, "spin"_n,
              "friction"_n, "along"_n, "across"_n)
         .def("sweep", &Problem::sweep, "along"_n, "across"_n, "pairs"_a, "tolerance"_a)
-        .def("by", &Problem::by, "method"_a, "tolerance"_a, "effort"_a)
+        .def("by", &Problem::by, "method"_a, "tolerance"_a, "pivot_budget"_a)
         .def("solve_matrix", &Problem::solve_matrix, "weights"_n, "b"_n, "c"_n);
     m.def("planar_sweeps", &planar, "start"_n, "column"_n, "value"_n, "free"_n, "friction"_n, "reaction"_n, "sweeps"_a);
 }

@@ -8,7 +8,7 @@ namespace nscd {
 
 namespace {
 
-// "A to B": see friction_answer.cpp.
+// "A to B": see friction_solver.cpp.
 constexpr int CHANGES = 24;              // contacts that may change before a new factorisation: its cost against that of columns
 constexpr double FARTHEST = 20.0;        // farther than this from the start a path is given up: a bound of the time
 // Of the proximal point method: compliance at first and its bounds, short safe steps against few.
@@ -22,10 +22,10 @@ constexpr double BRINK = 1e-9;           // noise on contacts on the brink of an
 enum { V, S, LAM, TAU };
 
 // A word of one contact's state; states of all are their exclusive or.
-std::uint64_t word_of(const States& of, int c) { return Random(8u * c + 4u * of.closed[c] + of.hold[c]).word(); }
+std::uint64_t word_of(const States& of, int c) { return Random(8u * c + 4u * of.closed[c] + of.tangential_state[c]).word(); }
 
 // to += Σ by_q · columns_q.
-LEVELS void add_columns(double* __restrict to, const std::vector<Numbers>& columns, const Numbers& by, std::size_t size) {
+LEVELS void add_columns(double* __restrict to, const std::vector<Vector>& columns, const Vector& by, std::size_t size) {
     std::size_t q = 0;
     for (; q + 4 <= by.size(); q += 4) {
         const double *a = columns[q].data(), *b = columns[q + 1].data(), *c = columns[q + 2].data(), *d = columns[q + 3].data();
@@ -42,42 +42,42 @@ LEVELS void add(double* __restrict to, const double* from, double by, std::size_
 
 // What a path knows of its contacts, for `steps_to_events`.
 struct Course {
-    const double *start, *push, *held, *v, *dv, *lam, *dlam;                 // along the normal
-    const double *start_s, *push_s, *held_tau, *s, *ds, *tau, *dtau;         // across it
+    const double *start, *push, *reference, *v, *dv, *lam, *dlam;                 // along the normal
+    const double *start_s, *push_s, *reference_tau, *s, *ds, *tau, *dtau;         // across it
     const double *friction, *inverse_mass, *tangent_inverse;
-    const std::uint8_t* hold;
-    double t, way, compliance;
+    const std::uint8_t* tangential_state;
+    double t, direction, compliance;
 };
 
 // How far t may go until the first and the second margin of each contact without dissipation is used up (see `margins`).
 LEVELS void steps_to_events(const Course& of, double* __restrict first, double* __restrict second, int k) {
-    const auto [start, push, held, v, dv, lam, dlam, start_s, push_s, held_tau, s, ds, tau, dtau, friction, inverse, tangent, hold, t, way, soft] = of;
+    const auto [start, push, reference, v, dv, lam, dlam, start_s, push_s, reference_tau, s, ds, tau, dtau, friction, inverse, tangent, tangential_state, t, direction, soft] = of;
     const auto until = [](double left, double fast) { return (fast > 0.0 ? left > 0.0 ? left : 0.0 : INFINITE) / (fast > 0.0 ? fast : 1.0); };
     for (int c = 0; c < k; ++c) {
-        const bool is_free = hold[c] == FREE, stuck = hold[c] == STICK;
-        const double mu = friction[c], side = hold[c] == FORWARD ? 1.0 : -1.0;
-        const double press = held[c] + lam[c], own = held_tau[c] + tau[c];
+        const bool is_free = tangential_state[c] == FREE, stuck = tangential_state[c] == STICK;
+        const double mu = friction[c], side = tangential_state[c] == FORWARD ? 1.0 : -1.0;
+        const double press = reference[c] + lam[c], own = reference_tau[c] + tau[c];
         const double slip = side * (start_s[c] + s[c] + t * push_s[c] - soft * tangent[c] * tau[c]);
         const double faster = side * (ds[c] + push_s[c] - soft * tangent[c] * dtau[c]);
-        const double gap = -start[c] - v[c] - t * push[c] - soft * inverse[c] * held[c];
-        first[c] = until(is_free ? gap : stuck ? mu * press - own : press, -way * (is_free ? -dv[c] - push[c] : stuck ? mu * dlam[c] - dtau[c] : dlam[c]));
-        second[c] = until(stuck ? mu * press + own : slip, is_free || mu == 0.0 ? 0.0 : -way * (stuck ? mu * dlam[c] + dtau[c] : faster));
+        const double gap = -start[c] - v[c] - t * push[c] - soft * inverse[c] * reference[c];
+        first[c] = until(is_free ? gap : stuck ? mu * press - own : press, -direction * (is_free ? -dv[c] - push[c] : stuck ? mu * dlam[c] - dtau[c] : dlam[c]));
+        second[c] = until(stuck ? mu * press + own : slip, is_free || mu == 0.0 ? 0.0 : -direction * (stuck ? mu * dlam[c] + dtau[c] : faster));
     }
 }
 
 // What `Path::set_forces` makes λ and τ from.
 struct Forces {
-    const double *v, *s, *push, *push_s, *start, *start_s, *held, *held_tau, *firm, *firm_s, *held_push, *friction, *kept;
-    const std::uint8_t *closed, *hold;
+    const double *v, *s, *push, *push_s, *start, *start_s, *reference, *reference_tau, *firm, *firm_s, *reference_push, *friction, *stored;
+    const std::uint8_t *closed, *tangential_state;
     double t, offset;
 };
 LEVELS void forces_of(const Forces& of, double* __restrict lam, double* __restrict tau, int k) {
-    const auto [v, s, push, push_s, start, start_s, held, held_tau, firm, firm_s, held_push, friction, kept, closed, hold, t, offset] = of;
+    const auto [v, s, push, push_s, start, start_s, reference, reference_tau, firm, firm_s, reference_push, friction, stored, closed, tangential_state, t, offset] = of;
     for (int c = 0; c < k; ++c) {
         const double along = (v[c] + t * push[c] + offset * start[c]) * firm[c], across = (s[c] + t * push_s[c] + offset * start_s[c]) * firm_s[c];
-        const double by = hold[c] == FORWARD ? friction[c] : hold[c] == BACKWARD ? -friction[c] : 0.0;
-        const double one = closed[c] ? along : -offset * held[c], slid = by * (offset * held_push[c] + kept[c] * v[c] + one) - offset * held_tau[c];
-        lam[c] = one, tau[c] = hold[c] == STICK ? across : slid;
+        const double by = tangential_state[c] == FORWARD ? friction[c] : tangential_state[c] == BACKWARD ? -friction[c] : 0.0;
+        const double one = closed[c] ? along : -offset * reference[c], slid = by * (offset * reference_push[c] + stored[c] * v[c] + one) - offset * reference_tau[c];
+        lam[c] = one, tau[c] = tangential_state[c] == STICK ? across : slid;
     }
 }
 
@@ -90,53 +90,53 @@ std::uint64_t Random::word() {
     return z ^ (z >> 31);
 }
 
-Path::Path(const Rubbing& p, FrictionFactor& factor)
-    : p_(p), factor_(factor), now_(p.k), base_(p.k), origin_(p.mass.size()), held_push_(p.k), u_(p.mass.size()), rate_(p.mass.size()),
-      base_rate_(p.mass.size()), slot_(p.k, -1), weights_(p.k), columns_(2 * CHANGES, Numbers(p.mass.size())),
-      gram_(4 * CHANGES * CHANGES), known_(2 * CHANGES), rest_(p.mass.size()), along_(p.k), across_(p.k) {
-    for (auto* parts : {&start_, &held_, &push_, &firm_})
-        for (Numbers& part : *parts) part.assign(p.k, 0.0);
+Path::Path(const FrictionProblem& p, FrictionFactor& factor)
+    : p_(p), factor_(factor), now_(p.k), base_(p.k), origin_(p.mass.size()), reference_push_(p.k), u_(p.mass.size()), rate_(p.mass.size()),
+      base_rate_(p.mass.size()), slot_(p.k, -1), weights_(p.k), columns_(2 * CHANGES, Vector(p.mass.size())),
+      gram_(4 * CHANGES * CHANGES), base_rate_at_(2 * CHANGES), residual_(p.mass.size()), along_(p.k), across_(p.k) {
+    for (auto* parts : {&start_, &reference_, &push_, &firm_})
+        for (Vector& part : *parts) part.assign(p.k, 0.0);
     for (auto* parts : {&x_, &dx_})
-        for (Numbers& part : *parts) part.assign(p.k, 0.0);
+        for (Vector& part : *parts) part.assign(p.k, 0.0);
 }
 
-void Path::clean(const Rubbing& p, Rubbed& at) {
-    Numbers v(p.k), s(p.k);
-    contact_velocities(p, at.u, v, s);
+void Path::clean(const FrictionProblem& p, FrictionSolution& iterate) {
+    Vector v(p.k), s(p.k);
+    contact_velocities(p, iterate.u, v, s);
     for (int c = 0; c < p.k; ++c) {
-        double &lam = at.lam[c], &tau = at.tau[c];
+        double &lam = iterate.lam[c], &tau = iterate.tau[c];
         if (p.inverse_mass[c] * lam <= p.offset[c] - v[c] || lam <= 0.0) lam = 0.0;
-        const double most = p.friction[c] * std::max(normal_push(p, c, v[c], lam), 0.0);
-        if (most == 0.0) tau = 0.0;
-        else if (std::abs(s[c]) >= p.tangent_inverse[c] * (most - std::abs(tau))) tau = s[c] >= 0.0 ? most : -most;
+        const double limit = p.friction[c] * std::max(normal_push(p, c, v[c], lam), 0.0);
+        if (limit == 0.0) tau = 0.0;
+        else if (std::abs(s[c]) >= p.tangent_inverse[c] * (limit - std::abs(tau))) tau = s[c] >= 0.0 ? limit : -limit;
     }
 }
 
-void Path::begin(const Rubbed& at, double noise, std::uint64_t seed) {
+void Path::begin(const FrictionSolution& start, double noise, std::uint64_t seed) {
     Random random(seed);
-    Rubbed from = at;
-    Numbers &v = start_[0], &s = start_[1];
+    FrictionSolution from = start;
+    Vector &v = start_[0], &s = start_[1];
     contact_velocities(p_, from.u, v, s);
     for (int c = 0; c < p_.k; ++c) {
-        const double push = normal_push(p_, c, v[c], from.lam[c]), most = p_.friction[c] * push;
+        const double push = normal_push(p_, c, v[c], from.lam[c]), limit = p_.friction[c] * push;
         now_.closed[c] = from.lam[c] > 0.0;
-        now_.hold[c] = !(push > 0.0) ? FREE : std::abs(from.tau[c]) < (1.0 - 1e-12) * most ? STICK : from.tau[c] > 0.0 || most == 0.0 ? FORWARD : BACKWARD;
+        now_.tangential_state[c] = !(push > 0.0) ? FREE : std::abs(from.tau[c]) < (1.0 - 1e-12) * limit ? STICK : from.tau[c] > 0.0 || limit == 0.0 ? FORWARD : BACKWARD;
     }
     // the velocities that go with λ and τ; what friction there is follows p_n, which follows the velocities where it dissipates
-    if (p_.dissipates) settle(p_, factor_, now_, 0.0, 3, from);
-    else balance(p_, from.lam, from.tau, from.u);
+    if (p_.dissipates) solve_fixed_state(p_, factor_, now_, 0.0, 3, from);
+    else equilibrium_velocity(p_, from.lam, from.tau, from.u);
     origin_ = std::move(from.u);
-    held_ = {std::move(from.lam), std::move(from.tau)};
+    reference_ = {std::move(from.lam), std::move(from.tau)};
     std::fill(u_.begin(), u_.end(), 0.0);
     contact_velocities(p_, origin_, v, s);
     for (int c = 0; c < p_.k; ++c) {
-        held_push_[c] = normal_push(p_, c, v[c], held_[0][c]);
+        reference_push_[c] = normal_push(p_, c, v[c], reference_[0][c]);
         v[c] -= p_.offset[c];
         const double gap = -v[c], away = noise * random.number();
-        const std::uint8_t hold = now_.hold[c];
+        const std::uint8_t tangential_state = now_.tangential_state[c];
         push_[0][c] = now_.closed[c] ? gap : std::min(0.0, gap - away);
-        push_[1][c] = p_.friction[c] == 0.0 || hold == FREE ? 0.0
-                      : hold == STICK ? -s[c] : hold == FORWARD ? std::max(0.0, away - s[c]) : std::min(0.0, -away - s[c]);
+        push_[1][c] = p_.friction[c] == 0.0 || tangential_state == FREE ? 0.0
+                      : tangential_state == STICK ? -s[c] : tangential_state == FORWARD ? std::max(0.0, away - s[c]) : std::min(0.0, -away - s[c]);
     }
 }
 
@@ -144,37 +144,37 @@ Path::Margins Path::margins(int c, double t) const {
     Margins m;
     const double mu = p_.friction[c], kn = p_.along[c];
     const bool closed = now_.closed[c];
-    const std::uint8_t hold = now_.hold[c];
+    const std::uint8_t tangential_state = now_.tangential_state[c];
     if (!closed) {
         const double w = compliance * p_.inverse_mass[c];
-        m[0] = {-start_[0][c] - x_[V][c] - t * push_[0][c] - w * held_[0][c], -dx_[V][c] - push_[0][c]};
+        m[0] = {-start_[0][c] - x_[V][c] - t * push_[0][c] - w * reference_[0][c], -dx_[V][c] - push_[0][c]};
         if (kn == 0.0) return m;
-    } else if (hold != STICK || kn != 0.0) {
-        m[0] = {held_[0][c] + x_[LAM][c], dx_[LAM][c]};
+    } else if (tangential_state != STICK || kn != 0.0) {
+        m[0] = {reference_[0][c] + x_[LAM][c], dx_[LAM][c]};
     }
-    const double push = held_push_[c] + kn * x_[V][c] + x_[LAM][c], by = kn * dx_[V][c] + dx_[LAM][c];
-    if (hold == FREE) {
+    const double push = reference_push_[c] + kn * x_[V][c] + x_[LAM][c], by = kn * dx_[V][c] + dx_[LAM][c];
+    if (tangential_state == FREE) {
         m[1] = {-push, -by};
-    } else if (hold == STICK) {
-        const double tau = held_[1][c] + x_[TAU][c];
+    } else if (tangential_state == STICK) {
+        const double tau = reference_[1][c] + x_[TAU][c];
         m[1] = {mu * push - tau, mu * by - dx_[TAU][c]}, m[2] = {mu * push + tau, mu * by + dx_[TAU][c]};
     } else if (mu != 0.0) {
-        const double way = hold == FORWARD ? 1.0 : -1.0, wt = compliance * p_.tangent_inverse[c];
-        m[1] = {way * (start_[1][c] + x_[S][c] + t * push_[1][c] - wt * x_[TAU][c]), way * (dx_[S][c] + push_[1][c] - wt * dx_[TAU][c])};
+        const double direction = tangential_state == FORWARD ? 1.0 : -1.0, wt = compliance * p_.tangent_inverse[c];
+        m[1] = {direction * (start_[1][c] + x_[S][c] + t * push_[1][c] - wt * x_[TAU][c]), direction * (dx_[S][c] + push_[1][c] - wt * dx_[TAU][c])};
         if (kn != 0.0) m[2] = {push, by};
     }
     return m;
 }
 
-Path::Event Path::next_event(double t, double way) {
+Path::Event Path::next_event(double t, double direction) {
     Event next;
     if (!p_.dissipates) {
-        const Course of{start_[0].data(), push_[0].data(), held_[0].data(), x_[V].data(), dx_[V].data(), x_[LAM].data(), dx_[LAM].data(),
-                        start_[1].data(), push_[1].data(), held_[1].data(), x_[S].data(), dx_[S].data(), x_[TAU].data(), dx_[TAU].data(),
-                        p_.friction.data(), p_.inverse_mass.data(), p_.tangent_inverse.data(), now_.hold.data(), t, way, compliance};
+        const Course of{start_[0].data(), push_[0].data(), reference_[0].data(), x_[V].data(), dx_[V].data(), x_[LAM].data(), dx_[LAM].data(),
+                        start_[1].data(), push_[1].data(), reference_[1].data(), x_[S].data(), dx_[S].data(), x_[TAU].data(), dx_[TAU].data(),
+                        p_.friction.data(), p_.inverse_mass.data(), p_.tangent_inverse.data(), now_.tangential_state.data(), t, direction, compliance};
         steps_to_events(of, along_.data(), across_.data(), p_.k);
         for (int c = 0; c < p_.k; ++c) {
-            const bool stuck = now_.hold[c] == STICK;
+            const bool stuck = now_.tangential_state[c] == STICK;
             if (along_[c] < next.step) next = {along_[c], c, stuck ? 1 : 0};
             if (across_[c] < next.step) next = {across_[c], c, stuck ? 2 : 1};
         }
@@ -183,7 +183,7 @@ Path::Event Path::next_event(double t, double way) {
     for (int c = 0; c < p_.k; ++c) {
         const Margins m = margins(c, t);
         for (int which = 0; which < 3; ++which) {
-            const double fast = -way * m[which].rate, left = std::max(m[which].left, 0.0);  // how fast it is used up
+            const double fast = -direction * m[which].rate, left = std::max(m[which].left, 0.0);  // how fast it is used up
             if (fast > 0.0 && left < next.step * fast) next = {left / fast, c, which};
         }
     }
@@ -198,29 +198,29 @@ int Path::change(const Event& event, double t) {
         now_.closed[c] = !now_.closed[c];
         return 0;
     }
-    const int grows = change_hold(c, event.which, t);
-    if (!dissipates) now_.closed[c] = now_.hold[c] != FREE;
+    const int grows = change_tangential_state(c, event.which, t);
+    if (!dissipates) now_.closed[c] = now_.tangential_state[c] != FREE;
     return grows;
 }
 
-int Path::change_hold(int c, int which, double t) {
-    std::uint8_t& hold = now_.hold[c];
+int Path::change_tangential_state(int c, int which, double t) {
+    std::uint8_t& tangential_state = now_.tangential_state[c];
     const bool dissipates = p_.along[c] != 0.0;
-    if (hold == FREE) {
-        const double slid = start_[1][c] + x_[S][c] + t * push_[1][c] + compliance * p_.tangent_inverse[c] * held_[1][c];
-        hold = slid >= 0.0 || p_.friction[c] == 0.0 ? FORWARD : BACKWARD;
+    if (tangential_state == FREE) {
+        const double slid = start_[1][c] + x_[S][c] + t * push_[1][c] + compliance * p_.tangent_inverse[c] * reference_[1][c];
+        tangential_state = slid >= 0.0 || p_.friction[c] == 0.0 ? FORWARD : BACKWARD;
         return dissipates ? 2 : 0;
     }
-    if (hold == STICK) {
-        hold = which == 1 ? FORWARD : BACKWARD;
+    if (tangential_state == STICK) {
+        tangential_state = which == 1 ? FORWARD : BACKWARD;
         return 1;
     }
     if (which != 1) {  // nothing presses any more
-        hold = FREE;
+        tangential_state = FREE;
         return dissipates ? 1 : 0;
     }
-    const bool forward = hold == FORWARD;
-    hold = STICK;
+    const bool forward = tangential_state == FORWARD;
+    tangential_state = STICK;
     return forward ? 1 : 2;
 }
 
@@ -228,9 +228,9 @@ int Path::change_hold(int c, int which, double t) {
 //
 // Where stuck, C u + ta − b = εw(λ − λ°) and T u + td = εw_t(τ − τ°); where sliding, what is beyond the latter is the slip
 // σ, and τ = ±μλ.
-void Path::set_forces(std::array<Numbers, 4>& x, double t, double offset) const {
-    const Forces of{x[V].data(), x[S].data(), push_[0].data(), push_[1].data(), start_[0].data(), start_[1].data(), held_[0].data(), held_[1].data(),
-                    firm_[0].data(), firm_[1].data(), held_push_.data(), p_.friction.data(), p_.along.data(), now_.closed.data(), now_.hold.data(), t, offset};
+void Path::set_forces(std::array<Vector, 4>& x, double t, double offset) const {
+    const Forces of{x[V].data(), x[S].data(), push_[0].data(), push_[1].data(), start_[0].data(), start_[1].data(), reference_[0].data(), reference_[1].data(),
+                    firm_[0].data(), firm_[1].data(), reference_push_.data(), p_.friction.data(), p_.along.data(), now_.closed.data(), now_.tangential_state.data(), t, offset};
     forces_of(of, x[LAM].data(), x[TAU].data(), p_.k);
 }
 
@@ -240,11 +240,11 @@ namespace {
 struct Weight {
     double along, across, turned, firm;
 };
-Weight weight_of(const Rubbing& p, double compliance, int c, const States& states) {
-    const std::uint8_t hold = states.hold[c];
+Weight weight_of(const FrictionProblem& p, double compliance, int c, const States& states) {
+    const std::uint8_t tangential_state = states.tangential_state[c];
     const double firm = states.closed[c] ? 1.0 / (compliance * p.inverse_mass[c]) : 0.0, alpha = p.along[c] + firm;
-    const double beta = p.across[c] + (hold == STICK ? 1.0 / (compliance * p.tangent_inverse[c]) : 0.0);
-    const double by = slope(hold, p.friction[c]);
+    const double beta = p.across[c] + (tangential_state == STICK ? 1.0 / (compliance * p.tangent_inverse[c]) : 0.0);
+    const double by = slope(tangential_state, p.friction[c]);
     return {alpha, beta, by * alpha, by * firm};
 }
 
@@ -252,12 +252,12 @@ Weight weight_of(const Rubbing& p, double compliance, int c, const States& state
 struct At {
     double v, s;
 };
-At at_contact(const Rubbing& p, int c, const Numbers& u) {
+At at_contact(const FrictionProblem& p, int c, const Vector& u) {
     const int i = 3 * p.first[c], j = 3 * p.second[c];
     double x = u[i], y = u[i + 1], turn = p.lever_first[c] * u[i + 2];
     if (j >= 0) x -= u[j], y -= u[j + 1], turn += p.lever_second[c] * u[j + 2];
     At at{p.nx[c] * x + p.ny[c] * y, p.nx[c] * y - p.ny[c] * x + turn};
-    if (p.wide()) at.v += p.turn_first[c] * u[i + 2] + (j >= 0 ? p.turn_second[c] * u[j + 2] : 0.0);
+    if (p.compound()) at.v += p.turn_first[c] * u[i + 2] + (j >= 0 ? p.turn_second[c] * u[j + 2] : 0.0);
     return at;
 }
 
@@ -282,15 +282,15 @@ bool Path::restart(double t) {
     for (int repeat = 0; repeat < 3; ++repeat) {
         contact_velocities(p_, u_, x_[V], x_[S]);
         set_forces(x_, t, 1.0);
-        for (std::size_t i = 0; i < u_.size(); ++i) rest_[i] = -p_.mass[i] * u_[i];
+        for (std::size_t i = 0; i < u_.size(); ++i) residual_[i] = -p_.mass[i] * u_[i];
         for (int c = 0; c < p_.k; ++c) {
             along_[c] = x_[LAM][c] + p_.along[c] * x_[V][c];
             across_[c] = x_[TAU][c] + p_.across[c] * x_[S][c];
         }
-        add_impulses(p_, along_, across_, -1.0, rest_);
-        if (repeat == 0) factor_.solve(rest_, base_rate_);
-        else factor_.solve(rest_);
-        for (std::size_t i = 0; i < u_.size(); ++i) u_[i] += rest_[i];
+        add_impulses(p_, along_, across_, -1.0, residual_);
+        if (repeat == 0) factor_.solve(residual_, base_rate_);
+        else factor_.solve(residual_);
+        for (std::size_t i = 0; i < u_.size(); ++i) u_[i] += residual_[i];
     }
     contact_velocities(p_, u_, x_[V], x_[S]);
     set_forces(x_, t, 1.0);
@@ -303,16 +303,16 @@ void Path::take(int c) {
     changed_.push_back(c), slot_[c] = q;
     const int i = 3 * p_.first[c], j = 3 * p_.second[c];
     for (int b = 0; b < 2; ++b) {
-        Numbers& column = columns_[2 * q + b];
+        Vector& column = columns_[2 * q + b];
         std::fill(column.begin(), column.end(), 0.0);
         const double x = b == 0 ? p_.nx[c] : -p_.ny[c], y = b == 0 ? p_.ny[c] : p_.nx[c];
         column[i] = x, column[i + 1] = y;
         if (b == 1) column[i + 2] = p_.lever_first[c];
-        else if (p_.wide()) column[i + 2] = p_.turn_first[c];
+        else if (p_.compound()) column[i + 2] = p_.turn_first[c];
         if (j < 0) continue;
         column[j] = -x, column[j + 1] = -y;
         if (b == 1) column[j + 2] = p_.lever_second[c];
-        else if (p_.wide()) column[j + 2] = p_.turn_second[c];
+        else if (p_.compound()) column[j + 2] = p_.turn_second[c];
     }
     factor_.solve(columns_[2 * q], columns_[2 * q + 1]);
     for (int o = 0; o <= q; ++o)
@@ -323,7 +323,7 @@ void Path::take(int c) {
             gram_[2 * q * size + 2 * o + b] = at.v, gram_[(2 * q + 1) * size + 2 * o + b] = at.s;
         }
     const At at = at_contact(p_, c, base_rate_);
-    known_[2 * q] = at.v, known_[2 * q + 1] = at.s;
+    base_rate_at_[2 * q] = at.v, base_rate_at_[2 * q + 1] = at.s;
 }
 
 // Derivatives by t with the states now: the factorised matrix and the rank-two changes of the contacts that have changed
@@ -332,14 +332,14 @@ void Path::find_rate() {
     const int size = 2 * int(changed_.size());
     rate_ = base_rate_;
     if (size > 0) {
-        matrix_.assign(std::size_t(size) * size, 0.0), share_.resize(size);
+        matrix_.assign(std::size_t(size) * size, 0.0), solution_.resize(size);
         for (int q = 0; q < size / 2; ++q) {
             const int c = changed_[q];
             const Weight now = weight_of(p_, compliance, c, now_), then = weight_of(p_, compliance, c, base_);
-            const double a = push_[0][c] + known_[2 * q], d = push_[1][c] + known_[2 * q + 1];
+            const double a = push_[0][c] + base_rate_at_[2 * q], d = push_[1][c] + base_rate_at_[2 * q + 1];
             const double alpha = now.along - then.along, beta = now.across - then.across, gamma = now.turned - then.turned;
-            share_[2 * q] = -alpha * a;
-            share_[2 * q + 1] = -(now.firm - then.firm) * push_[0][c] - gamma * known_[2 * q] - beta * d;
+            solution_[2 * q] = -alpha * a;
+            solution_[2 * q + 1] = -(now.firm - then.firm) * push_[0][c] - gamma * base_rate_at_[2 * q] - beta * d;
             for (int o = 0; o < size; ++o) {
                 const double along = gram_[2 * q * 2 * CHANGES + o], across = gram_[(2 * q + 1) * 2 * CHANGES + o];
                 matrix_[2 * q * size + o] = alpha * along;
@@ -347,8 +347,8 @@ void Path::find_rate() {
             }
         }
         for (int q = 0; q < size; ++q) matrix_[q * size + q] += 1.0;
-        solve_dense(matrix_, share_);
-        add_columns(rate_.data(), columns_, share_, rate_.size());
+        solve_dense(matrix_, solution_);
+        add_columns(rate_.data(), columns_, solution_, rate_.size());
     }
     contact_velocities(p_, rate_, dx_[V], dx_[S]);
     set_forces(dx_, 1.0, 0.0);
@@ -359,34 +359,34 @@ void Path::move(double step) {
     for (int part = 0; part < 4; ++part) add(x_[part].data(), dx_[part].data(), step, p_.k);
 }
 
-Path::End Path::follow(double way, int most) {
+Path::End Path::follow(double direction, int max_pivots) {
     double t = 1.0;
     std::uint64_t key = 0;
     int last = -1, grows = 0;
-    seen_.clear();
+    visited_.clear();
     if (!restart(t)) return End::BROKEN;
-    for (int pivot = 0; pivot < most; ++pivot, ++pivots) {
+    for (int pivot = 0; pivot < max_pivots; ++pivot, ++pivots) {
         find_rate();
         if (last >= 0) {
             const Margins m = margins(last, t);
             const double rate = m[grows].rate;
-            way = rate > 0.0 ? 1.0 : -1.0;
+            direction = rate > 0.0 ? 1.0 : -1.0;
             if (!(std::abs(rate) < INFINITE)) return End::BROKEN;
         }
-        const Event event = next_event(t, way);
-        if (way < 0.0 && event.step >= t) {
+        const Event event = next_event(t, direction);
+        if (direction < 0.0 && event.step >= t) {
             move(-t);
             return restart(0.0) ? End::ARRIVED : End::BROKEN;
         }
-        if (event.contact < 0 || t + way * event.step > FARTHEST) return End::AWAY;
-        move(way * event.step);
-        t += way * event.step;
+        if (event.contact < 0 || t + direction * event.step > FARTHEST) return End::AWAY;
+        move(direction * event.step);
+        t += direction * event.step;
         last = event.contact;
         key ^= word_of(now_, last);
         grows = change(event, t);
         key ^= word_of(now_, last);
-        if (std::find(seen_.begin(), seen_.end(), key) != seen_.end()) return End::LOOP;
-        seen_.push_back(key);
+        if (std::find(visited_.begin(), visited_.end(), key) != visited_.end()) return End::LOOP;
+        visited_.push_back(key);
         if (slot_[last] < 0 && changed_.size() >= CHANGES) {
             if (!restart(t)) return End::BROKEN;
         } else if (slot_[last] < 0) {
@@ -396,25 +396,25 @@ Path::End Path::follow(double way, int most) {
     return End::LONG;
 }
 
-Rubbed Path::answer() const {
-    Rubbed at{x_[LAM], x_[TAU], u_};
-    for (int c = 0; c < p_.k; ++c) at.lam[c] += held_[0][c], at.tau[c] += held_[1][c];
+FrictionSolution Path::solution() const {
+    FrictionSolution at{x_[LAM], x_[TAU], u_};
+    for (int c = 0; c < p_.k; ++c) at.lam[c] += reference_[0][c], at.tau[c] += reference_[1][c];
     for (std::size_t i = 0; i < at.u.size(); ++i) at.u[i] += origin_[i];
     return at;
 }
 
-void into_cones(const Rubbing& p, Rubbed& at) {
-    Numbers v(p.k), s(p.k);
-    if (p.dissipates) contact_velocities(p, at.u, v, s);
+void into_cones(const FrictionProblem& p, FrictionSolution& iterate) {
+    Vector v(p.k), s(p.k);
+    if (p.dissipates) contact_velocities(p, iterate.u, v, s);
     for (int c = 0; c < p.k; ++c) {
-        at.lam[c] = std::max(at.lam[c], 0.0);
-        const double most = p.friction[c] * std::max(normal_push(p, c, v[c], at.lam[c]), 0.0);
-        at.tau[c] = std::min(std::max(at.tau[c], -most), most);
+        iterate.lam[c] = std::max(iterate.lam[c], 0.0);
+        const double limit = p.friction[c] * std::max(normal_push(p, c, v[c], iterate.lam[c]), 0.0);
+        iterate.tau[c] = std::min(std::max(iterate.tau[c], -limit), limit);
     }
-    if (!p.dissipates) balance(p, at.lam, at.tau, at.u);
+    if (!p.dissipates) equilibrium_velocity(p, iterate.lam, iterate.tau, iterate.u);
 }
 
-ProximalPoints::ProximalPoints(const Rubbing& p, Path& path, Rubbed at) : p_(p), path_(path), at_(std::move(at)), compliance_(FIRST), most_(PIVOTS) {
+ProximalPoints::ProximalPoints(const FrictionProblem& p, Path& path, FrictionSolution at) : p_(p), path_(path), at_(std::move(at)), compliance_(FIRST), max_pivots_(PIVOTS) {
     Path::clean(p, at_);
 }
 
@@ -422,15 +422,15 @@ bool ProximalPoints::step() {
     path_.compliance = compliance_;
     path_.begin(at_, BRINK * p_.scale, tries_);
     const int before = path_.pivots;
-    const Path::End end = path_.follow(-1.0, most_);
+    const Path::End end = path_.follow(-1.0, max_pivots_);
     pivots = path_.pivots - before, cost = STEP + pivots;
     if (end != Path::End::ARRIVED) {
         ++tries_;
-        if (compliance_ >= POINT_SOFTEST) most_ *= 2;
+        if (compliance_ >= POINT_SOFTEST) max_pivots_ *= 2;
         compliance_ = std::min(SOFTER * compliance_, POINT_SOFTEST);
         return false;
     }
-    at_ = path_.answer();
+    at_ = path_.solution();
     if (pivots <= FEW) compliance_ = std::max(FIRMER * compliance_, POINT_FIRMEST);
     into_cones(p_, at_);
     return true;

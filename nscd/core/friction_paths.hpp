@@ -31,20 +31,20 @@ class Path {
 public:
     enum class End { ARRIVED, LOOP, AWAY, LONG, BROKEN };
 
-    Path(const Rubbing& p, FrictionFactor& factor);
+    Path(const FrictionProblem& p, FrictionFactor& factor);
 
     double compliance = PATH_SOFT;
     int pivots = 0;                       // made in all paths
 
     // Put λ and τ of a nearly converged answer on the corners of their law: 0 where the contact opens by more than it
     // presses, ±μλ where it slides by more than it may still hold.
-    static void clean(const Rubbing& p, Rubbed& at);
+    static void clean(const FrictionProblem& p, FrictionSolution& iterate);
     // Begin at t = 1 with percussions within their cones; contacts on the brink get up to `noise` m/s away from it.
-    void begin(const Rubbed& at, double noise, std::uint64_t seed);
-    // Follow the path from t = 1, at first in the direction `way` of t, to t = 0 with at most `most` pivots.
-    End follow(double way, int most);
+    void begin(const FrictionSolution& start, double noise, std::uint64_t seed);
+    // Follow the path from t = 1, at first in the direction `direction` of t, to t = 0 with at most `max_pivots` pivots.
+    End follow(double direction, int max_pivots);
     const States& states() const { return now_; }  // at the end
-    Rubbed answer() const;                        // where it arrived
+    FrictionSolution solution() const;                        // where it arrived
 
 private:
     // What must stay ≥ 0, and its derivative by t: of a closed contact λ, of an open one its gap; where it sticks what is left
@@ -58,36 +58,36 @@ private:
         double step = INFINITE;
         int contact = -1, which = 0;
     };
-    Event next_event(double t, double way);
+    Event next_event(double t, double direction);
     int change(const Event& event, double t);
-    int change_hold(int c, int which, double t);
-    void set_forces(std::array<Numbers, 4>& x, double t, double offset) const;
+    int change_tangential_state(int c, int which, double t);
+    void set_forces(std::array<Vector, 4>& x, double t, double offset) const;
     bool restart(double t);
     void take(int c);
     void find_rate();
     void move(double step);
 
-    const Rubbing& p_;
+    const FrictionProblem& p_;
     FrictionFactor& factor_;
     States now_, base_;                      // states now, and when the matrix was factorised
-    Numbers origin_;                         // (n·3) velocities where the path begins
-    std::array<Numbers, 2> start_, held_, push_;  // (k) C u − b and T u, λ and τ there; a and d
-    std::array<Numbers, 2> firm_;            // (k) 1/(εw) and 1/(εw_t)
-    Numbers held_push_;                      // (k) N·s, p_n where the path begins
-    Numbers u_, rate_, base_rate_;           // (n·3) by how much velocities have changed since, so that what firm contacts make of
+    Vector origin_;                         // (n·3) velocities where the path begins
+    std::array<Vector, 2> start_, reference_, push_;  // (k) C u − b and T u, λ and τ there; a and d
+    std::array<Vector, 2> firm_;            // (k) 1/(εw) and 1/(εw_t)
+    Vector reference_push_;                      // (k) N·s, p_n where the path begins
+    Vector u_, rate_, base_rate_;           // (n·3) by how much velocities have changed since, so that what firm contacts make of
                                              // a change is not lost in the digits of the whole; derivatives by t, with the
                                              // states now and with those of the factor
-    std::array<Numbers, 4> x_, dx_;          // (k) the same of C u, T u, λ and τ
-    Places changed_, slot_;                  // contacts whose state is not that of `base`, and where they are among them
+    std::array<Vector, 4> x_, dx_;          // (k) the same of C u, T u, λ and τ
+    Indices changed_, slot_;                  // contacts whose state is not that of `base`, and where they are among them
     Weights weights_;
-    std::vector<Numbers> columns_;           // what unit percussions along n and t of each do with the factor's matrix
-    Numbers gram_, known_;                   // at each other; `base_rate` at each
-    Numbers rest_, matrix_, share_, along_, across_;
-    std::vector<std::uint64_t> seen_;
+    std::vector<Vector> columns_;           // what unit percussions along n and t of each do with the factor's matrix
+    Vector gram_, base_rate_at_;                   // at each other; `base_rate` at each
+    Vector residual_, matrix_, solution_, along_, across_;
+    std::vector<std::uint64_t> visited_;
 };
 
 // Put λ and τ back into their cones; velocities that balance them, where nothing dissipates.
-void into_cones(const Rubbing& p, Rubbed& at);
+void into_cones(const FrictionProblem& p, FrictionSolution& iterate);
 
 // The proximal point method, each step of which is made exactly, by a path of pivots.
 //
@@ -98,18 +98,18 @@ void into_cones(const Rubbing& p, Rubbed& at);
 // change of a state. Rockafellar, SIAM J. Control Optim. 14 (1976) 877.
 class ProximalPoints {
 public:
-    ProximalPoints(const Rubbing& p, Path& path, Rubbed at);
+    ProximalPoints(const FrictionProblem& p, Path& path, FrictionSolution at);
     // Make one step: whether it was made. λ and τ after it; what it cost, in pivots.
     bool step();
-    const Rubbed& at() const { return at_; }
+    const FrictionSolution& at() const { return at_; }
     int pivots = 0, cost = 0;             // of the last step
 
 private:
-    const Rubbing& p_;
+    const FrictionProblem& p_;
     Path& path_;
-    Rubbed at_;
+    FrictionSolution at_;
     double compliance_;
-    int most_, tries_ = 0;
+    int max_pivots_, tries_ = 0;
 };
 
 }  // namespace nscd

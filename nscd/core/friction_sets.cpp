@@ -16,110 +16,110 @@ constexpr double EDGE_RIGID = 1e-14, LEAST_EDGE = 1e-300;
 // Equalities are met to this share of the scale, or until a step no longer halves what is missed.
 constexpr double MET = 1e-15, SLOWER = 0.5;
 
-void set_sliding(const Rubbing& p, const States& states, In v, Rubbed& at) {
+void set_sliding(const FrictionProblem& p, const States& states, In v, FrictionSolution& iterate) {
     for (int c = 0; c < p.k; ++c)
-        if (states.hold[c] != STICK) at.tau[c] = slope(states.hold[c], p.friction[c]) * normal_push(p, c, v[c], at.lam[c]);
+        if (states.tangential_state[c] != STICK) iterate.tau[c] = slope(states.tangential_state[c], p.friction[c]) * normal_push(p, c, v[c], iterate.lam[c]);
 }
 
 }  // namespace
 
-States::States(Flags given) : closed(given.size()), hold(std::move(given)) {
-    for (std::size_t c = 0; c < hold.size(); ++c) closed[c] = hold[c] != FREE;
+States::States(Mask tangential_states) : closed(tangential_states.size()), tangential_state(std::move(tangential_states)) {
+    for (std::size_t c = 0; c < tangential_state.size(); ++c) closed[c] = tangential_state[c] != FREE;
 }
 
 std::uint64_t States::key() const {
     std::uint64_t key = 1469598103934665603u;
-    for (std::size_t c = 0; c < hold.size(); ++c) {
-        key ^= 4u * closed[c] + hold[c] + 1u;
+    for (std::size_t c = 0; c < tangential_state.size(); ++c) {
+        key ^= 4u * closed[c] + tangential_state[c] + 1u;
         key *= 1099511628211u;
         key ^= key >> 29;
     }
     return key;
 }
 
-void find_states(const Rubbing& p, In v, In s, In lam, In tau, States& states) {
+void find_states(const FrictionProblem& p, In v, In s, In lam, In tau, States& states) {
     for (int c = 0; c < p.k; ++c) {
         const double pressed = lam[c] + (v[c] - p.offset[c]) / p.inverse_mass[c];
         const double along = p.along[c] * (v[c] + p.left_v[c]) + std::max(pressed, 0.0);
-        const double most = p.friction[c] * std::max(along, 0.0), wanted = tau[c] + s[c] / p.tangent_inverse[c];
+        const double limit = p.friction[c] * std::max(along, 0.0), wanted = tau[c] + s[c] / p.tangent_inverse[c];
         states.closed[c] = pressed > 0.0;
-        states.hold[c] = !(along > 0.0) ? FREE : wanted > most ? FORWARD : wanted < -most ? BACKWARD : most == 0.0 ? FORWARD : STICK;
+        states.tangential_state[c] = !(along > 0.0) ? FREE : wanted > limit ? FORWARD : wanted < -limit ? BACKWARD : limit == 0.0 ? FORWARD : STICK;
     }
 }
 
-States states_of(const Rubbing& p, const Rubbed& at) {
+States states_of(const FrictionProblem& p, const FrictionSolution& iterate) {
     States states(p.k);
-    Numbers v(p.k), s(p.k);
-    contact_velocities(p, at.u, v, s);
-    find_states(p, v, s, at.lam, at.tau, states);
+    Vector v(p.k), s(p.k);
+    contact_velocities(p, iterate.u, v, s);
+    find_states(p, v, s, iterate.lam, iterate.tau, states);
     return states;
 }
 
-bool settle(const Rubbing& p, FrictionFactor& factor, const States& states, double penalty, int steps, Rubbed& at) {
+bool solve_fixed_state(const FrictionProblem& p, FrictionFactor& factor, const States& states, double penalty, int steps, FrictionSolution& iterate) {
     const int k = p.k;
     Weights weights(k);
-    Numbers v(k), s(k), dv(k), ds(k), along(k), across(k), rest(p.mass.size());
+    Vector v(k), s(k), dv(k), ds(k), along(k), across(k), residual(p.mass.size());
     for (int c = 0; c < k; ++c) {
         weights.along[c] = p.along[c], weights.across[c] = p.across[c];
         if (states.closed[c]) weights.along[c] += penalty / p.inverse_mass[c];
-        else at.lam[c] = 0.0;
-        if (states.hold[c] == STICK) weights.across[c] += penalty / p.tangent_inverse[c];
-        weights.turned[c] = slope(states.hold[c], p.friction[c]) * weights.along[c];
+        else iterate.lam[c] = 0.0;
+        if (states.tangential_state[c] == STICK) weights.across[c] += penalty / p.tangent_inverse[c];
+        weights.turned[c] = slope(states.tangential_state[c], p.friction[c]) * weights.along[c];
     }
     if (!factor.factorise(p, weights)) return false;
     double before = INFINITE;
-    contact_velocities(p, at.u, v, s);
+    contact_velocities(p, iterate.u, v, s);
     for (int step = 0; step < steps; ++step) {
-        double off = 0.0;
-        set_sliding(p, states, v, at);
+        double unbalanced = 0.0;
+        set_sliding(p, states, v, iterate);
         for (int c = 0; c < k; ++c) {
             along[c] = across[c] = 0.0;
             if (states.closed[c]) {
-                off = larger(off, std::abs(v[c] - p.offset[c]));
+                unbalanced = larger(unbalanced, std::abs(v[c] - p.offset[c]));
                 along[c] = penalty / p.inverse_mass[c] * (v[c] - p.offset[c]);
-                across[c] = slope(states.hold[c], p.friction[c]) * along[c];
+                across[c] = slope(states.tangential_state[c], p.friction[c]) * along[c];
             }
-            if (states.hold[c] == STICK) {
-                off = larger(off, std::abs(s[c]));
+            if (states.tangential_state[c] == STICK) {
+                unbalanced = larger(unbalanced, std::abs(s[c]));
                 across[c] = penalty / p.tangent_inverse[c] * s[c];
             }
         }
-        imbalance(p, at.u, v, s, at.lam, at.tau, rest);
+        imbalance(p, iterate.u, v, s, iterate.lam, iterate.tau, residual);
         for (int i = 0; i < p.n; ++i)
-            for (int a = 0; a < 2; ++a) off = larger(off, std::abs(rest[3 * i + a]) / p.mass[3 * i + a]);
-        if (off <= MET * p.scale || !(off <= SLOWER * before)) break;
-        before = off;
-        for (double& value : rest) value = -value;
-        add_impulses(p, along, across, -1.0, rest);
-        factor.solve(rest);
-        contact_velocities(p, rest, dv, ds);
+            for (int a = 0; a < 2; ++a) unbalanced = larger(unbalanced, std::abs(residual[3 * i + a]) / p.mass[3 * i + a]);
+        if (unbalanced <= MET * p.scale || !(unbalanced <= SLOWER * before)) break;
+        before = unbalanced;
+        for (double& value : residual) value = -value;
+        add_impulses(p, along, across, -1.0, residual);
+        factor.solve(residual);
+        contact_velocities(p, residual, dv, ds);
         for (int c = 0; c < k; ++c) {
-            if (states.closed[c]) at.lam[c] += along[c] + penalty / p.inverse_mass[c] * dv[c];
-            if (states.hold[c] == STICK) at.tau[c] += across[c] + penalty / p.tangent_inverse[c] * ds[c];
+            if (states.closed[c]) iterate.lam[c] += along[c] + penalty / p.inverse_mass[c] * dv[c];
+            if (states.tangential_state[c] == STICK) iterate.tau[c] += across[c] + penalty / p.tangent_inverse[c] * ds[c];
         }
-        for (std::size_t i = 0; i < rest.size(); ++i) at.u[i] += rest[i];
-        contact_velocities(p, at.u, v, s);
+        for (std::size_t i = 0; i < residual.size(); ++i) iterate.u[i] += residual[i];
+        contact_velocities(p, iterate.u, v, s);
     }
-    set_sliding(p, states, v, at);
+    set_sliding(p, states, v, iterate);
     return true;
 }
 
-Numbers newton(const Rubbing& p, FrictionFactor& factor, States states, Rubbed& at, double tolerance, int rounds, double penalty) {
-    Numbers best = measure(p, at);
-    Rubbed kept = at;
-    std::vector<std::uint64_t> seen;
+Vector newton(const FrictionProblem& p, FrictionFactor& factor, States states, FrictionSolution& iterate, double tolerance, int rounds, double penalty) {
+    Vector best = measure(p, iterate);
+    FrictionSolution best_solution = iterate;
+    std::vector<std::uint64_t> visited;
     for (int round = 0; round < rounds; ++round) {
         const std::uint64_t key = states.key();
-        if (std::find(seen.begin(), seen.end(), key) != seen.end()) break;
-        seen.push_back(key);
-        if (!settle(p, factor, states, penalty, FRICTION_STEPS, at)) break;
-        const Numbers error = measure(p, at);
+        if (std::find(visited.begin(), visited.end(), key) != visited.end()) break;
+        visited.push_back(key);
+        if (!solve_fixed_state(p, factor, states, penalty, FRICTION_STEPS, iterate)) break;
+        const Vector error = measure(p, iterate);
         for (int c = 0; c < p.k; ++c) {
-            const Index place = p.island[p.first[c]];
-            if (error[place] < best[place]) kept.lam[c] = at.lam[c], kept.tau[c] = at.tau[c];
+            const Index island = p.island[p.first[c]];
+            if (error[island] < best[island]) best_solution.lam[c] = iterate.lam[c], best_solution.tau[c] = iterate.tau[c];
         }
         for (int i = 0; i < p.n; ++i)
-            if (error[p.island[i]] < best[p.island[i]]) std::copy_n(at.u.begin() + 3 * i, 3, kept.u.begin() + 3 * i);
+            if (error[p.island[i]] < best[p.island[i]]) std::copy_n(iterate.u.begin() + 3 * i, 3, best_solution.u.begin() + 3 * i);
         double worst = 0.0;
         bool wild = false;
         for (std::size_t m = 0; m < best.size(); ++m) {
@@ -128,31 +128,31 @@ Numbers newton(const Rubbing& p, FrictionFactor& factor, States states, Rubbed& 
             wild = wild || !(error[m] < INFINITE);
         }
         if (worst <= tolerance || wild) break;
-        states = states_of(p, at);
+        states = states_of(p, iterate);
     }
-    at = std::move(kept);
+    iterate = std::move(best_solution);
     return best;
 }
 
-Rubbed convex_programme(const Rubbing& p, FrictionFactor& factor, double accuracy) {
+FrictionSolution convex_programme(const FrictionProblem& p, FrictionFactor& factor, double accuracy) {
     const int k = p.k;
     const std::size_t size = p.mass.size();
     Weights weights(k);
-    Numbers v(k), s(k), along(k), across(k), theta(2 * k), wanted(2 * k), primal(2 * k), moved(2 * k), product(2 * k), slack_step(2 * k),
+    Vector v(k), s(k), along(k), across(k), theta(2 * k), wanted(2 * k), primal(2 * k), moved(2 * k), product(2 * k), slack_step(2 * k),
         edge_step(2 * k), weight(k), dual(size), step(size), slack(2 * k), edge(2 * k), u = p.left;
-    Rubbed best{Numbers(k, 0.0), Numbers(k, 0.0), p.left};
+    FrictionSolution best{Vector(k, 0.0), Vector(k, 0.0), p.left};
     double best_error = INFINITE;
     for (int c = 0; c < k; ++c) weight[c] = p.inverse_mass[c] + p.friction[c] * p.friction[c] * p.tangent_inverse[c];
-    const double least = *std::min_element(weight.begin(), weight.end());
-    for (int e = 0; e < 2 * k; ++e) slack[e] = p.scale * std::sqrt(weight[e / 2] / least), edge[e] = p.scale / std::sqrt(weight[e / 2] * least);
-    const auto edge_velocities = [&](In at) {
-        contact_velocities(p, at, v, s);
+    const double minimum = *std::min_element(weight.begin(), weight.end());
+    for (int e = 0; e < 2 * k; ++e) slack[e] = p.scale * std::sqrt(weight[e / 2] / minimum), edge[e] = p.scale / std::sqrt(weight[e / 2] * minimum);
+    const auto edge_velocities = [&](In iterate) {
+        contact_velocities(p, iterate, v, s);
         for (int c = 0; c < k; ++c) moved[2 * c] = v[c] + p.friction[c] * s[c], moved[2 * c + 1] = v[c] - p.friction[c] * s[c];
     };
-    const auto percussions = [&](In edges) {
+    const auto percussions = [&](In multipliers) {
         for (int c = 0; c < k; ++c) {
-            along[c] = edges[2 * c] + edges[2 * c + 1];
-            across[c] = p.friction[c] * (edges[2 * c] - edges[2 * c + 1]);
+            along[c] = multipliers[2 * c] + multipliers[2 * c + 1];
+            across[c] = p.friction[c] * (multipliers[2 * c] - multipliers[2 * c + 1]);
         }
     };
     int iteration = 0, stalled = 0;

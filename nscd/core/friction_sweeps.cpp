@@ -10,7 +10,7 @@ namespace nscd {
 
 namespace {
 
-// "A to B": see friction_answer.cpp.
+// "A to B": see friction_solver.cpp.
 constexpr int MEMORY = 10;           // answers that Anderson's method combines, memory against sweeps
 constexpr double GROWTH = 2.0;       // a step that grows by more than this is rejected: combinations that do harm against lost ones
 constexpr int CHECK = 50;            // pairs of sweeps between two looks at the natural map: cost of looks against sweeps too many
@@ -71,7 +71,7 @@ struct alignas(32) Pushes {
     const Four x = a.x - b.x, y = a.y - b.y, turn = li * a.turn + lj * b.turn;
     const Four v = nx * x + ny * y + load(c.w) * pn, s = nx * y - ny * x + turn + load(c.wt) * pt;  // without these percussions
     const Four pressed = (v - load(c.offset)) * load(c.by_w), along = pressed < Four{} ? Four{} : pressed;
-    const Four most = load(c.friction) * along, held = s * load(c.by_wt), above = held < -most ? -most : held, across = most < above ? most : above;
+    const Four limit = load(c.friction) * along, wanted = s * load(c.by_wt), above = wanted < -limit ? -limit : wanted, across = limit < above ? limit : above;
     const Four one = along - pn, two = across - pt, dx = nx * one - ny * two, dy = ny * one + nx * two;
     std::memcpy(push.along, &along, sizeof along), std::memcpy(push.across, &across, sizeof across);
     a.x -= dx * load(c.mi), a.y -= dy * load(c.mi), a.turn -= li * two * load(c.si);
@@ -88,7 +88,7 @@ LEVELS void sweep_batches(const Sweeps::Batch* batch, int count, Pushes* push, d
 
 }  // namespace
 
-bool solve_dense(Numbers& a, Numbers& x) {
+bool solve_dense(Vector& a, Vector& x) {
     const int n = int(x.size());
     for (int q = 0; q < n; ++q) {
         int best = q;
@@ -101,10 +101,10 @@ bool solve_dense(Numbers& a, Numbers& x) {
         }
         const double by = 1.0 / a[q * n + q];
         for (int r = q + 1; r < n; ++r) {
-            const double share = a[r * n + q] * by;
-            if (share == 0.0) continue;
-            for (int c = q + 1; c < n; ++c) a[r * n + c] -= share * a[q * n + c];
-            x[r] -= share * x[q];
+            const double factor = a[r * n + q] * by;
+            if (factor == 0.0) continue;
+            for (int c = q + 1; c < n; ++c) a[r * n + c] -= factor * a[q * n + c];
+            x[r] -= factor * x[q];
         }
     }
     for (int q = n - 1; q >= 0; --q) {
@@ -114,8 +114,8 @@ bool solve_dense(Numbers& a, Numbers& x) {
     return true;
 }
 
-Sweeps::Sweeps(const Rubbing& p) : p_(p) {
-    if (!p.dissipates && !p.wide()) {
+Sweeps::Sweeps(const FrictionProblem& p) : p_(p) {
+    if (!p.dissipates && !p.compound()) {
         batches();
         return;
     }
@@ -126,36 +126,36 @@ Sweeps::Sweeps(const Rubbing& p) : p_(p) {
         touch_[c] = {i, j, p.nx[c], p.ny[c], p.lever_first[c], p.lever_second[c], w, wt, 1.0 / w, 1.0 / wt, p.friction[c], p.offset[c],
                      p.along[c], p.across[c], p.left_v[c], p.left_s[c], 1.0 / p.mass[i], 1.0 / p.mass[i + 2],
                      j >= 0 ? 1.0 / p.mass[j] : 0.0, j >= 0 ? 1.0 / p.mass[j + 2] : 0.0};
-        if (!p.wide()) continue;
+        if (!p.compound()) continue;
         Touch& of = touch_[c];
         of.ni = p.turn_first[c], of.nj = p.turn_second[c];
         of.both = of.ni * of.li * of.si + of.nj * of.lj * of.sj;
     }
 }
 
-template <bool Dissipates, bool Wide>
+template <bool Dissipates, bool Compound>
 [[gnu::always_inline]] inline void Sweeps::sweep(const Touch& c, double& pn, double& pt, double* u) const {
     double *a = u + c.i, *b = u + c.j;
     double x = a[0], y = a[1], turn = c.li * a[2];
     if (c.j >= 0) x -= b[0], y -= b[1], turn += c.lj * b[2];
     double v = c.nx * x + c.ny * y + c.w * pn;  // without this contact's percussion
-    if (Wide) v += c.ni * a[2] + (c.j >= 0 ? c.nj * b[2] : 0.0);
+    if (Compound) v += c.ni * a[2] + (c.j >= 0 ? c.nj * b[2] : 0.0);
     double s = c.nx * y - c.ny * x + turn + c.wt * pt;
     double along, across;
     if (!Dissipates || (c.along == 0.0 && c.across == 0.0)) {
         along = std::max((v - c.offset) * c.by_w, 0.0);
-        if (Wide) s -= c.both * (along - pn);
-        const double most = c.friction * along;
-        across = std::min(std::max(s * c.by_wt, -most), most);
+        if (Compound) s -= c.both * (along - pn);
+        const double limit = c.friction * along;
+        across = std::min(std::max(s * c.by_wt, -limit), limit);
     } else {
         const double kn = c.along, kt = c.across;
         v = (v - c.w * kn * c.left_v) / (1.0 + c.w * kn);
         const double lam = std::max((v - c.offset) * (1.0 + c.w * kn) / c.w, 0.0);
         along = kn * (std::min(v, c.offset) + c.left_v) + lam;
-        if (Wide) s -= c.both * (along - pn);
+        if (Compound) s -= c.both * (along - pn);
         s = (s - c.wt * kt * c.left_s) / (1.0 + c.wt * kt);
-        const double most = c.friction * std::max(along, 0.0);
-        const double tau = std::min(std::max(s * (1.0 + c.wt * kt) / c.wt, -most), most);
+        const double limit = c.friction * std::max(along, 0.0);
+        const double tau = std::min(std::max(s * (1.0 + c.wt * kt) / c.wt, -limit), limit);
         across = kt * (s - c.wt * tau / (1.0 + c.wt * kt) + c.left_s) + tau;
     }
     const double one = along - pn, two = across - pt;
@@ -163,7 +163,7 @@ template <bool Dissipates, bool Wide>
     const double dx = c.nx * one - c.ny * two, dy = c.ny * one + c.nx * two;
     a[0] -= dx * c.mi, a[1] -= dy * c.mi, a[2] -= c.li * two * c.si;
     if (c.j >= 0) b[0] += dx * c.mj, b[1] += dy * c.mj, b[2] -= c.lj * two * c.sj;
-    if (!Wide) return;
+    if (!Compound) return;
     a[2] -= c.ni * one * c.si;
     if (c.j >= 0) b[2] -= c.nj * one * c.sj;
 }
@@ -171,7 +171,7 @@ template <bool Dissipates, bool Wide>
 // Each contact in the first batch after those of its disks that has a free lane: what two contacts without a common disk do
 // commutes, so that batches in their order give what contacts in theirs do, bit by bit.
 void Sweeps::batches() {
-    Places last(p_.n, -1), next, used;  // batch of a disk; the batch from which on one may be free, if not itself
+    Indices last(p_.n, -1), next, used;  // batch of a disk; the batch from which on one may be free, if not itself
     const auto free_from = [&](int b) {
         int end = b;
         while (end < int(next.size()) && next[end] != end) end = next[end];
@@ -199,10 +199,10 @@ void Sweeps::batches() {
     }
 }
 
-void Sweeps::pairs(Out pn, Out pt, Out u, int count) const {
+void Sweeps::run(Out pn, Out pt, Out u, int count) const {
     const int k = p_.k;
     if (!batch_.empty()) {
-        Numbers rows(4 * std::size_t(p_.n + LANES), 0.0);
+        Vector rows(4 * std::size_t(p_.n + LANES), 0.0);
         for (int i = 0; i < p_.n; ++i) std::copy_n(&u[3 * i], 3, &rows[4 * i]);
         std::vector<Pushes> push(batch_.size());
         for (std::size_t b = 0; b < batch_.size(); ++b)
@@ -215,59 +215,59 @@ void Sweeps::pairs(Out pn, Out pt, Out u, int count) const {
                 if (const Index c = batch_[b].contact[l]; c >= 0) pn[c] = push[b].along[l], pt[c] = push[b].across[l];
         return;
     }
-    const auto all = [&]<bool Dissipates, bool Wide>() {
-        for (int c = 0; c < k; ++c) sweep<Dissipates, Wide>(touch_[c], pn[c], pt[c], u.data());
-        for (int c = k - 1; c >= 0; --c) sweep<Dissipates, Wide>(touch_[c], pn[c], pt[c], u.data());
+    const auto all = [&]<bool Dissipates, bool Compound>() {
+        for (int c = 0; c < k; ++c) sweep<Dissipates, Compound>(touch_[c], pn[c], pt[c], u.data());
+        for (int c = k - 1; c >= 0; --c) sweep<Dissipates, Compound>(touch_[c], pn[c], pt[c], u.data());
     };
     for (; count > 0; --count) {
-        if (!p_.wide()) all.operator()<true, false>();
+        if (!p_.compound()) all.operator()<true, false>();
         else p_.dissipates ? all.operator()<true, true>() : all.operator()<false, true>();
     }
 }
 
-double Sweeps::off_by(In pn, In pt, In u) const {
-    Numbers v(p_.k), s(p_.k);
+double Sweeps::natural_map_residual(In pn, In pt, In u) const {
+    Vector v(p_.k), s(p_.k);
     contact_velocities(p_, u, v, s);
     double worst = 0.0;
     for (int c = 0; c < p_.k; ++c) {
         const double lam = pn[c] - p_.along[c] * (v[c] + p_.left_v[c]), tau = pt[c] - p_.across[c] * (s[c] + p_.left_s[c]);
-        const Off off = natural_map(p_, c, pn[c], lam, tau, v[c], s[c]);
-        worst = larger(worst, larger(std::abs(off.normal), std::abs(off.tangential)));
+        const NaturalMapResidual residual = natural_map(p_, c, pn[c], lam, tau, v[c], s[c]);
+        worst = larger(worst, larger(std::abs(residual.normal), std::abs(residual.tangential)));
     }
     return worst < INFINITE ? worst / p_.scale : INFINITE;
 }
 
-double Sweeps::plain(Out pn, Out pt, Out u, int pairs, double tolerance, int& done) const {
+double Sweeps::plain(Out pn, Out pt, Out u, int max_count, double tolerance, int& done) const {
     double error = INFINITE;
-    for (int made = 0; made < pairs && !(error <= tolerance);) {
-        balance(p_, pn, pt, u);
-        const int now = std::min(CHECK, pairs - made);
-        this->pairs(pn, pt, u, now);
-        made += now, done += now;
-        balance(p_, pn, pt, u);
-        error = off_by(pn, pt, u);
+    for (int made = 0; made < max_count && !(error <= tolerance);) {
+        equilibrium_velocity(p_, pn, pt, u);
+        const int batch = std::min(CHECK, max_count - made);
+        this->run(pn, pt, u, batch);
+        made += batch, done += batch;
+        equilibrium_velocity(p_, pn, pt, u);
+        error = natural_map_residual(pn, pt, u);
     }
     return error;
 }
 
-double Sweeps::accelerated(Numbers& pn, Numbers& pt, Numbers& u, int blocks, int pairs, double tolerance, int& done) const {
+double Sweeps::accelerated(Vector& pn, Vector& pt, Vector& u, int blocks, int per_block, double tolerance, int& done) const {
     const std::size_t k = p_.k;
-    Numbers root(2 * k), x(2 * k), step(2 * k), old_end(2 * k), old_step(2 * k), best_n = pn, best_t = pt;
+    Vector root(2 * k), x(2 * k), step(2 * k), old_end(2 * k), old_step(2 * k), best_n = pn, best_t = pt;
     for (std::size_t c = 0; c < k; ++c) {
         root[c] = std::sqrt(p_.inverse_mass[c]), root[k + c] = std::sqrt(p_.tangent_inverse[c]);
         x[c] = pn[c] * root[c], x[k + c] = pt[c] * root[k + c];
     }
-    std::vector<Numbers> ends(MEMORY, Numbers(2 * k)), steps(MEMORY, Numbers(2 * k));
+    std::vector<Vector> ends(MEMORY, Vector(2 * k)), steps(MEMORY, Vector(2 * k));
     double best = INFINITE, before = INFINITE;
-    Numbers known(MEMORY * MEMORY);  // products of steps
-    int held = 0;
+    Vector products(MEMORY * MEMORY);  // products of steps
+    int stored_count = 0;
     for (int block = 0; block < blocks; ++block) {
         for (std::size_t c = 0; c < k; ++c) pn[c] = x[c] / root[c], pt[c] = x[k + c] / root[k + c];
-        balance(p_, pn, pt, u);
-        this->pairs(pn, pt, u, pairs);
-        done += pairs;
-        balance(p_, pn, pt, u);
-        const double error = off_by(pn, pt, u);
+        equilibrium_velocity(p_, pn, pt, u);
+        this->run(pn, pt, u, per_block);
+        done += per_block;
+        equilibrium_velocity(p_, pn, pt, u);
+        const double error = natural_map_residual(pn, pt, u);
         if (error < best) best = error, best_n = pn, best_t = pt;
         if (best <= tolerance || !(error < INFINITE)) break;
         for (std::size_t c = 0; c < k; ++c) {
@@ -275,45 +275,45 @@ double Sweeps::accelerated(Numbers& pn, Numbers& pt, Numbers& u, int blocks, int
             step[k + c] = pt[c] * root[k + c] - x[k + c];
         }
         const double size = product(step.data(), step.data(), 2 * k);
-        if (size > GROWTH * GROWTH * before && held > 0) {  // the combination did harm
-            held = 0, before = INFINITE;
+        if (size > GROWTH * GROWTH * before && stored_count > 0) {  // the combination did harm
+            stored_count = 0, before = INFINITE;
             x = old_end;
             continue;
         }
         if (before < INFINITE) {
-            Numbers &ds = steps[held % MEMORY], &de = ends[held % MEMORY];
+            Vector &ds = steps[stored_count % MEMORY], &de = ends[stored_count % MEMORY];
             for (std::size_t c = 0; c < 2 * k; ++c) ds[c] = step[c] - old_step[c], de[c] = x[c] + step[c] - old_end[c];
-            for (int a = 0, b = held % MEMORY; a < std::min(held + 1, MEMORY); ++a)
-                known[a * MEMORY + b] = known[b * MEMORY + a] = product(steps[a].data(), ds.data(), 2 * k);
-            ++held;
+            for (int a = 0, b = stored_count % MEMORY; a < std::min(stored_count + 1, MEMORY); ++a)
+                products[a * MEMORY + b] = products[b * MEMORY + a] = product(steps[a].data(), ds.data(), 2 * k);
+            ++stored_count;
         }
         before = size;
         old_step = step;
         for (std::size_t c = 0; c < 2 * k; ++c) x[c] = old_end[c] = x[c] + step[c];
-        const int m = std::min(held, MEMORY);
+        const int m = std::min(stored_count, MEMORY);
         if (m == 0) continue;
-        Numbers gram(m * m), share(m);
+        Vector gram(m * m), weights(m);
         double trace = 0.0;
         for (int a = 0; a < m; ++a) {
-            std::copy_n(&known[a * MEMORY], m, &gram[a * m]);
-            share[a] = product(steps[a].data(), step.data(), 2 * k);
+            std::copy_n(&products[a * MEMORY], m, &gram[a * m]);
+            weights[a] = product(steps[a].data(), step.data(), 2 * k);
             trace += gram[a * m + a];
         }
         for (int a = 0; a < m; ++a) gram[a * m + a] += 1e-14 * trace + 1e-300;
-        if (!solve_dense(gram, share)) continue;
+        if (!solve_dense(gram, weights)) continue;
         for (int a = 0; a < m; ++a)
-            for (std::size_t c = 0; c < 2 * k; ++c) x[c] -= share[a] * ends[a][c];
+            for (std::size_t c = 0; c < 2 * k; ++c) x[c] -= weights[a] * ends[a][c];
     }
     pn = std::move(best_n), pt = std::move(best_t);
-    balance(p_, pn, pt, u);
+    equilibrium_velocity(p_, pn, pt, u);
     return best;
 }
 
-double proximal_newton(const Rubbing& p, const Sweeps& sweeps, FrictionFactor& factor, Rubbed& at, int rounds, double tolerance, int& pairs) {
-    Numbers v(p.k), s(p.k);
+double proximal_newton(const FrictionProblem& p, const Sweeps& sweeps, FrictionFactor& factor, FrictionSolution& at, int rounds, double tolerance, int& pairs) {
+    Vector v(p.k), s(p.k);
     double weight = SOFT;
     // λ and τ of whole percussions, and these again
-    const auto whole = [&](Rubbed& some, double sign) {
+    const auto full = [&](FrictionSolution& some, double sign) {
         if (!p.dissipates) return;
         contact_velocities(p, some.u, v, s);
         for (int c = 0; c < p.k; ++c) {
@@ -321,60 +321,60 @@ double proximal_newton(const Rubbing& p, const Sweeps& sweeps, FrictionFactor& f
             some.tau[c] += sign * p.across[c] * (s[c] + p.left_s[c]);
         }
     };
-    const auto smooth = [&](Rubbed& some, int count) {
-        balance(p, some.lam, some.tau, some.u);
+    const auto smooth = [&](FrictionSolution& some, int count) {
+        equilibrium_velocity(p, some.lam, some.tau, some.u);
         sweeps.pairs(some.lam, some.tau, some.u, count);
-        balance(p, some.lam, some.tau, some.u);
-        whole(some, -1.0);
+        equilibrium_velocity(p, some.lam, some.tau, some.u);
+        full(some, -1.0);
         pairs += count;
     };
     // the natural map over the scale: its largest entry and its Euclidean norm
-    const auto error_of = [&](const Rubbed& some) {
+    const auto error_of = [&](const FrictionSolution& some) {
         contact_velocities(p, some.u, v, s);
         double worst = 0.0, square = 0.0;
         for (int c = 0; c < p.k; ++c) {
-            const Off off = natural_map(p, c, normal_push(p, c, v[c], some.lam[c]), some.lam[c], some.tau[c], v[c], s[c]);
-            worst = std::max({worst, std::abs(off.normal), std::abs(off.tangential)});
-            square += off.normal * off.normal + off.tangential * off.tangential;
+            const NaturalMapResidual residual = natural_map(p, c, normal_push(p, c, v[c], some.lam[c]), some.lam[c], some.tau[c], v[c], s[c]);
+            worst = std::max({worst, std::abs(residual.normal), std::abs(residual.tangential)});
+            square += residual.normal * residual.normal + residual.tangential * residual.tangential;
         }
         if (!(square < INFINITE)) return std::pair(INFINITE, INFINITE);
         return std::pair(worst / p.scale, std::sqrt(square) / p.scale);
     };
-    whole(at, 1.0);
+    full(at, 1.0);
     smooth(at, 0);
     auto error = error_of(at);
     States states(p.k);
-    Rubbed aim, tried = at;
+    FrictionSolution aim, tried = at;
     for (int round = 0; round < rounds; ++round) {
         if (error.first <= tolerance || !(error.first < INFINITE)) break;
         contact_velocities(p, at.u, v, s);
         find_states(p, v, s, at.lam, at.tau, states);
         aim = at;
-        bool taken = false;
+        bool taken_out = false;
         double length = 1.0;
         auto now = error;
-        const bool settled = settle(p, factor, states, weight, PROXIMAL_STEPS, aim);
-        whole(at, 1.0), whole(aim, 1.0);
-        for (int attempt = 0; settled && attempt < LENGTHS && !taken; ++attempt) {
+        const bool settled = solve_fixed_state(p, factor, states, weight, PROXIMAL_STEPS, aim);
+        full(at, 1.0), full(aim, 1.0);
+        for (int attempt = 0; settled && attempt < LENGTHS && !taken_out; ++attempt) {
             if (attempt > 0) length *= SHORTER;
             for (int c = 0; c < p.k; ++c) {  // back into the cones
-                const double along = std::max(at.lam[c] + length * (aim.lam[c] - at.lam[c]), 0.0), most = p.friction[c] * along;
+                const double along = std::max(at.lam[c] + length * (aim.lam[c] - at.lam[c]), 0.0), limit = p.friction[c] * along;
                 const double across = at.tau[c] + length * (aim.tau[c] - at.tau[c]);
                 tried.lam[c] = along;
-                tried.tau[c] = p.across[c] != 0.0 ? across : std::min(std::max(across, -most), most);
+                tried.tau[c] = p.across[c] != 0.0 ? across : std::min(std::max(across, -limit), limit);
             }
             smooth(tried, PAIRS);
             now = error_of(tried);
-            taken = now.second < ALLOWED * error.second;
+            taken_out = now.second < ALLOWED * error.second;
         }
-        if (taken) {
+        if (taken_out) {
             std::swap(at, tried);
             error = now;
         } else {
             smooth(at, 2 * PAIRS);
             error = error_of(at);
         }
-        weight = std::min(std::max((taken && length == 1.0 ? 2.0 : 0.5) * weight, SOFTEST), FIRMEST);
+        weight = std::min(std::max((taken_out && length == 1.0 ? 2.0 : 0.5) * weight, SOFTEST), FIRMEST);
     }
     return error.first;
 }
@@ -400,15 +400,15 @@ static std::array<double, 2> alone(const double (&own)[2][2], const double (&fre
 void planar_sweeps(std::span<const Index> start, std::span<const Index> column, In value, In free, In friction, Out r, int sweeps) {
     for (int sweep = 0; sweep < sweeps; ++sweep)
         for (std::size_t c = 0; c < friction.size(); ++c) {
-            double own[2][2] = {}, rest[2];
+            double own[2][2] = {}, residual[2];
             for (std::size_t a = 0; a < 2; ++a) {
-                rest[a] = free[2 * c + a];
+                residual[a] = free[2 * c + a];
                 for (Index at = start[2 * c + a]; at < start[2 * c + a + 1]; ++at) {
                     if (std::size_t(column[at]) / 2 == c) own[a][column[at] % 2] = value[at];
-                    else rest[a] += value[at] * r[column[at]];
+                    else residual[a] += value[at] * r[column[at]];
                 }
             }
-            const auto [along, across] = alone(own, rest, friction[c]);
+            const auto [along, across] = alone(own, residual, friction[c]);
             r[2 * c] = along, r[2 * c + 1] = across;
         }
 }

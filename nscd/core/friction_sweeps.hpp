@@ -15,17 +15,17 @@ public:
         double nx[4], ny[4], li[4], lj[4], w[4], wt[4], by_w[4], by_wt[4], friction[4], offset[4], mi[4], si[4], mj[4], sj[4];
     };
 
-    explicit Sweeps(const Rubbing& p);
+    explicit Sweeps(const FrictionProblem& p);
 
     // So many pairs of sweeps, forward and back: the law of each contact in turn, all others given. pn, pt (k) N·s are whole
     // percussions, u their velocities. Exact: n and t of one contact of disks do not couple; those of wide bodies do, and are
     // taken one after the other.
-    void pairs(Out pn, Out pt, Out u, int count) const;
-    // Up to `pairs` pairs from percussions; a natural map within the tolerance, which is returned, ends it.
-    double plain(Out pn, Out pt, Out u, int pairs, double tolerance, int& done) const;
-    // Up to `blocks` blocks of `pairs` pairs, the starts of blocks combined by Anderson's method from the last ones; the best
+    void run(Out pn, Out pt, Out u, int count) const;
+    // Up to `count` pairs from percussions; a natural map within the tolerance, which is returned, ends it.
+    double plain(Out pn, Out pt, Out u, int max_count, double tolerance, int& done) const;
+    // Up to `blocks` blocks of `count` pairs, the starts of blocks combined by Anderson's method from the last ones; the best
     // answer met and its natural map. Walker & Ni, SIAM J. Numer. Anal. 49 (2011) 1715.
-    double accelerated(Numbers& pn, Numbers& pt, Numbers& u, int blocks, int pairs, double tolerance, int& done) const;
+    double accelerated(Vector& pn, Vector& pt, Vector& u, int blocks, int per_block, double tolerance, int& done) const;
 
 private:
     struct Touch {
@@ -34,11 +34,11 @@ private:
         double mi, si, mj, sj;  // 1/kg, 1/(kg m²), inverse masses and inertias
         double ni = 0.0, nj = 0.0, both = 0.0;  // m, levers of n; 1/kg, what a unit percussion along n does across
     };
-    template <bool Dissipates, bool Wide>
+    template <bool Dissipates, bool Compound>
     void sweep(const Touch& c, double& pn, double& pt, double* u) const;
     void batches();
-    double off_by(In pn, In pt, In u) const;
-    const Rubbing& p_;
+    double natural_map_residual(In pn, In pt, In u) const;
+    const FrictionProblem& p_;
     std::vector<Touch> touch_;  // of contacts one after the other: where something dissipates, and of wide bodies
     std::vector<Batch> batch_;  // of disks, otherwise
 };
@@ -53,10 +53,10 @@ private:
 // Kornhuber, J. Comput. Math. 27 (2009) 1.
 //
 // Up to `rounds` rounds from `at`; the largest entry of the natural map. pairs: of sweeps, counted on.
-double proximal_newton(const Rubbing& p, const Sweeps& sweeps, FrictionFactor& factor, Rubbed& at, int rounds, double tolerance, int& pairs);
+double proximal_newton(const FrictionProblem& p, const Sweeps& sweeps, FrictionFactor& factor, FrictionSolution& at, int rounds, double tolerance, int& count);
 
 // x ← A⁻¹ x for a dense matrix by rows, which is overwritten; false where it is singular.
-bool solve_dense(Numbers& a, Numbers& x);
+bool solve_dense(Vector& a, Vector& x);
 
 // Gauss–Seidel sweeps over the contacts of u = W r + q in the plane, W by rows (2k), each contact solved exactly.
 void planar_sweeps(std::span<const Index> start, std::span<const Index> column, In value, In free, In friction, Out r, int sweeps);

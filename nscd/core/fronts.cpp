@@ -35,19 +35,19 @@ LEVELS void add_rows(const double* __restrict from, double* __restrict chunk, co
 // Where the numbers of a front are: see dense.hpp.
 struct Fronts::Front {
     double *panel, *update;
-    Size pivots, rest, height, wide;
+    Size pivots, rest, height, width;
 
     double* at(Size row, Size column) const {  // a row and a later column
         if (row >= pivots) {
             const Size chunk = (column - pivots) >> 3;
             return update + 32 * chunk * (chunk + 1) + 8 * (row - pivots) + ((column - pivots) & 7);
         }
-        if (column >= pivots) column += 8 * wide - pivots;
+        if (column >= pivots) column += 8 * width - pivots;
         return panel + ((column >> 3) * height + row) * 8 + (column & 7);
     }
 };
 
-Fronts::Fronts(const Ordering& ordering, const Graph& graph, const Places& first, const Places& second, int d,
+Fronts::Fronts(const Ordering& ordering, const Graph& graph, const Indices& first, const Indices& second, int d,
                Team& team, int shared)
     : n_(int(ordering.order.size())), d_(d), team_(team), first_(ordering.node_first), end_(ordering.node_end) {
     const int m = int(end_.size());
@@ -62,7 +62,7 @@ Fronts::Fronts(const Ordering& ordering, const Graph& graph, const Places& first
 
 void Fronts::plan_borders(const Ordering& ordering, const Graph& graph) {
     const int m = int(end_.size());
-    Places mark(n_, -1), local(n_);
+    Indices mark(n_, -1), local(n_);
     border_start_.assign(m + 1, 0);
     border_.reserve(8 * std::size_t(n_));
     for (int s = 0; s < m; ++s) {
@@ -73,7 +73,7 @@ void Fronts::plan_borders(const Ordering& ordering, const Graph& graph) {
         };
         for (int k = first_[s]; k < end_[s]; ++k) {
             const Index disk = ordering.order[k];
-            for (auto e = graph.start[disk]; e < graph.start[disk + 1]; ++e) take(ordering.place[graph.neighbour[e]]);
+            for (auto e = graph.start[disk]; e < graph.start[disk + 1]; ++e) take(ordering.index[graph.neighbour[e]]);
         }
         for (Index c = child_[s]; c >= 0; c = sibling_[c])
             for (auto q = border_start_[c]; q < border_start_[c + 1]; ++q) take(border_[q]);
@@ -90,9 +90,9 @@ void Fronts::plan_borders(const Ordering& ordering, const Graph& graph) {
     }
 }
 
-void Fronts::plan_elements(const Places& first, const Places& second) {
+void Fronts::plan_elements(const Indices& first, const Indices& second) {
     const int m = int(end_.size()), k = int(first.size());
-    Places node(n_), local(n_);
+    Indices node(n_), local(n_);
     for (int s = 0; s < m; ++s) std::fill(node.begin() + first_[s], node.begin() + end_[s], s);
     const auto home = [&](int c) { return node[second[c] >= 0 ? std::min(first[c], second[c]) : first[c]]; };
     element_start_.assign(m + 1, 0);
@@ -113,17 +113,17 @@ void Fronts::plan_elements(const Places& first, const Places& second) {
     }
 }
 
-void Fronts::plan_tasks(const Ordering& ordering, bool whole) {
+void Fronts::plan_tasks(const Ordering& ordering, bool single) {
     const int m = int(end_.size());
-    const Places& parent = ordering.node_parent;
-    if (whole) {
+    const Indices& parent = ordering.node_parent;
+    if (single) {
         tasks_ = {{m}, {-1}, {0}, {0, 0}, {}, border_};
     } else {
-        Numbers work(m, 0.0);
+        Vector work(m, 0.0);
         for (int s = 0; s < m; ++s) {
             const double height = double(height_of(end_[s] - first_[s]));
-            const double wide = 8.0 * double(chunks(Size(height)) + chunks(border_start_[s + 1] - border_start_[s]));
-            work[s] += height * wide * wide + 1.0;
+            const double width = 8.0 * double(chunks(Size(height)) + chunks(border_start_[s + 1] - border_start_[s]));
+            work[s] += height * width * width + 1.0;
             if (parent[s] >= 0) work[parent[s]] += work[s];
         }
         enum : char { WITHIN, SUBTREE, ALONE };
@@ -132,14 +132,14 @@ void Fronts::plan_tasks(const Ordering& ordering, bool whole) {
         for (int s = 0; s < m; ++s)
             if (parent[s] < 0) kind[s] = SUBTREE, ++count;
         while (count < SUBTREES) {
-            int most = -1;
+            int maximum = -1;
             for (int s = 0; s < m; ++s)
-                if (kind[s] == SUBTREE && (most < 0 || work[s] > work[most])) most = s;
-            if (most < 0 || child_[most] < 0) break;
-            kind[most] = ALONE, --count;
-            for (Index c = child_[most]; c >= 0; c = sibling_[c]) kind[c] = SUBTREE, ++count;
+                if (kind[s] == SUBTREE && (maximum < 0 || work[s] > work[maximum])) maximum = s;
+            if (maximum < 0 || child_[maximum] < 0) break;
+            kind[maximum] = ALONE, --count;
+            for (Index c = child_[maximum]; c >= 0; c = sibling_[c]) kind[c] = SUBTREE, ++count;
         }
-        Places root, task(m, -1);
+        Indices root, task(m, -1);
         for (int s = 0; s < m; ++s)
             if (kind[s] != WITHIN) task[s] = Index(root.size()), root.push_back(s);
         for (char which : {SUBTREE, ALONE})
@@ -152,27 +152,27 @@ void Fronts::plan_tasks(const Ordering& ordering, bool whole) {
             tasks_.carry.push_back(tasks_.carry.back() + border_start_[r + 1] - border_start_[r]);
         }
         // the place itself before the end of a task, else where in the border of its root it is
-        const auto way = [&](int t, Index place) {
+        const auto target_of = [&](int t, Index index) {
             const Index r = root[t];
-            if (place < end_[r]) return place;
+            if (index < end_[r]) return index;
             const auto begin = border_.begin() + border_start_[r], end = border_.begin() + border_start_[r + 1];
-            return Index(n_ + tasks_.carry[t] + (std::lower_bound(begin, end, place) - begin));
+            return Index(n_ + tasks_.carry[t] + (std::lower_bound(begin, end, index) - begin));
         };
         tasks_.target.resize(border_.size()), tasks_.onward.resize(tasks_.carry.back());
         for (int t = 0, s = 0; t < tasks_.count(); ++t) {
             for (; s < tasks_.end[t]; ++s)
-                for (auto q = border_start_[s]; q < border_start_[s + 1]; ++q) tasks_.target[q] = way(t, border_[q]);
+                for (auto q = border_start_[s]; q < border_start_[s + 1]; ++q) tasks_.target[q] = target_of(t, border_[q]);
             for (int below = 0; below < t; ++below)
                 if (tasks_.parent[below] == t)
                     for (auto q = tasks_.carry[below]; q < tasks_.carry[below + 1]; ++q)
-                        tasks_.onward[q] = way(t, border_[border_start_[root[below]] + q - tasks_.carry[below]]);
+                        tasks_.onward[q] = target_of(t, border_[border_start_[root[below]] + q - tasks_.carry[below]]);
         }
     }
     done_ = std::make_unique<std::atomic<int>[]>(tasks_.count());
     solution_.resize(std::size_t(d_) * (n_ + tasks_.carry.back()));
 }
 
-void Fronts::plan_storage(const Places& parent) {
+void Fronts::plan_storage(const Indices& parent) {
     const int m = int(end_.size());
     Starts odd(m, 0), size(m);
     stays_.assign(m, 0);
@@ -181,43 +181,43 @@ void Fronts::plan_storage(const Places& parent) {
     if (tasks_.count() > 1)
         for (Index end : tasks_.end) stays_[end - 1] = 1;
     panel_start_.assign(m + 1, 0), update_start_.assign(m, 0);
-    Size top[2] = {0, 0}, most[2] = {0, 0}, fixed = 0;
+    Size top[2] = {0, 0}, maximum[2] = {0, 0}, fixed = 0;
     for (int s = 0; s < m; ++s) {
-        const Size pivots = d_ * Size(end_[s] - first_[s]), rest = d_ * (border_start_[s + 1] - border_start_[s]);
-        const Size columns = 8 * (chunks(pivots) + chunks(rest)), here = odd[s];
+        const Size pivots = d_ * Size(end_[s] - first_[s]), others = d_ * (border_start_[s + 1] - border_start_[s]);
+        const Size columns = 8 * (chunks(pivots) + chunks(others)), here = odd[s];
         panel_start_[s + 1] = panel_start_[s] + height_of(pivots) * columns;
         widest_ = std::max(widest_, columns);
-        size[s] = update_size(rest);
+        size[s] = update_size(others);
         if (stays_[s]) {
             update_start_[s] = fixed;
             fixed += size[s];
         } else {
             update_start_[s] = top[here];
             top[here] += size[s];
-            most[here] = std::max(most[here], top[here]);
+            maximum[here] = std::max(maximum[here], top[here]);
         }
         for (Index c = child_[s]; c >= 0; c = sibling_[c])
             if (!stays_[c]) top[1 - here] -= size[c];
     }
-    for (int s = 0; s < m; ++s) update_start_[s] += panel_start_[m] + (stays_[s] ? 0 : fixed + odd[s] * most[0]);
-    stacks_ = most[0] + most[1];
+    for (int s = 0; s < m; ++s) update_start_[s] += panel_start_[m] + (stays_[s] ? 0 : fixed + odd[s] * maximum[0]);
+    stacks_ = maximum[0] + maximum[1];
     const int threads = tasks_.count() > 1 ? team_.threads() : 1;
     store_.resize(panel_start_[m] + fixed + threads * stacks_);
     work_.resize(threads), runs_.resize(threads);
-    for (Room& work : work_) work.resize(widest_);
-    for (Places& run : runs_) run.resize(widest_);
+    for (AlignedVector& work : work_) work.resize(widest_);
+    for (Indices& run : runs_) run.resize(widest_);
 }
 
 // Do each task after those below it (upward) or after the one above.
-void Fronts::for_tasks(bool upward, const std::function<void(int, int)>& act) {
+void Fronts::for_tasks(bool upward, const std::function<void(int, int)>& visit) {
     const int count = tasks_.count();
     if (work_.size() == 1) {
-        for (int t = 0; t < count; ++t) act(upward ? t : count - 1 - t, 0);
+        for (int t = 0; t < count; ++t) visit(upward ? t : count - 1 - t, 0);
         return;
     }
     const int job = ++job_;
     std::atomic<int> next{0};
-    team_.together([&](int me) {
+    team_.run([&](int me) {
         for (int at = next++; at < count; at = next++) {
             const int t = tasks_.order[upward ? at : count - 1 - at];
             if (upward) {
@@ -226,18 +226,18 @@ void Fronts::for_tasks(bool upward, const std::function<void(int, int)>& act) {
             } else if (tasks_.parent[t] >= 0) {
                 wait_for(done_[tasks_.parent[t]], job);
             }
-            act(t, me);
+            visit(t, me);
             done_[t].store(job, std::memory_order_release);
         }
     });
 }
 
 bool Fronts::factorise(const System& s, In theta) {
-    std::atomic<bool> sound{true};
+    std::atomic<bool> valid{true};
     for_tasks(true, [&](int t, int me) {
-        if (sound && !factorise_task(s, theta.data(), t, me)) sound = false;
+        if (valid && !factorise_task(s, theta.data(), t, me)) valid = false;
     });
-    return sound;
+    return valid;
 }
 
 bool Fronts::factorise_task(const System& s, const double* theta, int t, int me) {
@@ -266,10 +266,10 @@ bool Fronts::factorise_task(const System& s, const double* theta, int t, int me)
                         *(i < j ? front.at(i + a, j + b) : front.at(j + b, i + a)) += by * one[a] * other[b];
                     }
             };
-            const bool wide = s.wide();
-            if (wide) add({x, y, s.turn_first[c]}, {-x, -y, s.turn_second[c]}, weight);
+            const bool compound = s.compound();
+            if (compound) add({x, y, s.turn_first[c]}, {-x, -y, s.turn_second[c]}, weight);
             else *front.at(i, i) += xx, *front.at(i, i + 1) += xy, *front.at(i + 1, i + 1) += yy;
-            if (j >= 0 && !wide) {
+            if (j >= 0 && !compound) {
                 *front.at(j, j) += xx, *front.at(j, j + 1) += xy, *front.at(j + 1, j + 1) += yy;
                 const Size row = std::min(i, j), column = std::max(i, j);
                 *front.at(row, column) -= xx, *front.at(row, column + 1) -= xy;
@@ -279,8 +279,8 @@ bool Fronts::factorise_task(const System& s, const double* theta, int t, int me)
             add({-y, x, s.lever_first[c]}, {y, -x, s.lever_second[c]}, s.across[c]);
         }
         for (Index c = child_[node]; c >= 0; c = sibling_[c]) {
-            const double* given = store_.data() + update_start_[c] + (stays_[c] ? 0 : stacks);
-            add_child(front, given, std::span(inner_).subspan(border_start_[c], border_start_[c + 1] - border_start_[c]), runs_[me]);
+            const double* update = store_.data() + update_start_[c] + (stays_[c] ? 0 : stacks);
+            add_child(front, update, std::span(inner_).subspan(border_start_[c], border_start_[c + 1] - border_start_[c]), runs_[me]);
         }
         if (!eliminate(front.panel, front.update, pivots, rest)) return false;
     }
@@ -289,23 +289,23 @@ bool Fronts::factorise_task(const System& s, const double* theta, int t, int me)
 
 // Add a child's Schur complement at the places `inner` of its disks, as many neighbouring columns at a time as are in
 // one chunk here and there; `to` is overwritten.
-void Fronts::add_child(const Front& front, const double* given, std::span<const Index> inner, Places& to) {
-    const Size count = d_ * Size(inner.size()), beyond = 8 * front.wide - front.pivots;
+void Fronts::add_child(const Front& front, const double* update, std::span<const Index> inner, Indices& to) {
+    const Size count = d_ * Size(inner.size()), beyond = 8 * front.width - front.pivots;
     Size above = 0;  // places in the grid of the panel, so many of them pivots
     for (Size q = 0; q < count; ++q) {
-        Size place = Size(inner[q / d_]) * d_ + q % d_;
-        if (place < front.pivots) ++above;
-        else place += beyond;
-        to[q] = Index(place);
+        Size index = Size(inner[q / d_]) * d_ + q % d_;
+        if (index < front.pivots) ++above;
+        else index += beyond;
+        to[q] = Index(index);
     }
     for (Size j = 0, end; j < count; j = end) {
         const Size lane = to[j] & 7, chunk = to[j] >> 3;
         for (end = j + 1; end < count && to[end] == to[end - 1] + 1 && (to[end] & 7) && (end & 7);) ++end;
-        const double* from = given + 32 * (j >> 3) * ((j >> 3) + 1) + (j & 7);
+        const double* from = update + 32 * (j >> 3) * ((j >> 3) + 1) + (j & 7);
         const Size split = std::min(above, end);
         add_rows(from, front.panel + 8 * chunk * front.height + lane, to.data(), 0, split, end - j);
-        const Size own = chunk - front.wide;
-        if (split < end) add_rows(from, front.update + 32 * own * (own + 1) - 64 * front.wide + lane, to.data(), split, end, end - j);
+        const Size own = chunk - front.width;
+        if (split < end) add_rows(from, front.update + 32 * own * (own + 1) - 64 * front.width + lane, to.data(), split, end, end - j);
     }
 }
 
@@ -331,14 +331,14 @@ void Fronts::forward_task(double* flat, int t, int me) {
             for (auto q = tasks_.carry[below]; q < tasks_.carry[below + 1]; ++q)
                 for (Size a = 0; a < d; ++a) flat[d * tasks_.onward[q] + a] += beyond[d * q + a];
     for (int s = t > 0 ? tasks_.end[t - 1] : 0; s < tasks_.end[t]; ++s) {
-        const Size pivots = d * Size(end_[s] - first_[s]), wide = chunks(pivots);
+        const Size pivots = d * Size(end_[s] - first_[s]), width = chunks(pivots);
         if (pivots == 0) continue;
         double* own = flat + d * Size(first_[s]);
-        std::fill(x + 8 * wide - 8, x + 8 * wide, 0.0);
+        std::fill(x + 8 * width - 8, x + 8 * width, 0.0);
         std::copy(own, own + pivots, x);
         forward(store_.data() + panel_start_[s], x, height_of(pivots), pivots, chunks(d * (border_start_[s + 1] - border_start_[s])));
         std::copy(x, x + pivots, own);
-        const double* left = x + 8 * wide;
+        const double* left = x + 8 * width;
         for (auto q = border_start_[s]; q < border_start_[s + 1]; ++q)
             for (Size a = 0; a < d; ++a) flat[d * tasks_.target[q] + a] -= *left++;
     }
@@ -348,14 +348,14 @@ void Fronts::back_task(double* flat, int t, int me) {
     const Size d = d_;
     double* x = work_[me].data();
     for (int s = tasks_.end[t] - 1, begin = t > 0 ? tasks_.end[t - 1] : 0; s >= begin; --s) {
-        const Size pivots = d * Size(end_[s] - first_[s]), wide = chunks(pivots);
+        const Size pivots = d * Size(end_[s] - first_[s]), width = chunks(pivots);
         if (pivots == 0) continue;
-        const Size count = wide + chunks(d * (border_start_[s + 1] - border_start_[s]));
+        const Size count = width + chunks(d * (border_start_[s + 1] - border_start_[s]));
         double* own = flat + d * Size(first_[s]);
         std::fill(x + 8 * count - 8, x + 8 * count, 0.0);
-        std::fill(x + 8 * wide - 8, x + 8 * wide, 0.0);
+        std::fill(x + 8 * width - 8, x + 8 * width, 0.0);
         std::copy(own, own + pivots, x);
-        double* to = x + 8 * wide;
+        double* to = x + 8 * width;
         for (auto q = border_start_[s]; q < border_start_[s + 1]; ++q)
             for (Size a = 0; a < d; ++a) *to++ = flat[d * Size(border_[q]) + a];
         back(store_.data() + panel_start_[s], x, height_of(pivots), count);

@@ -13,9 +13,9 @@ inline constexpr double ROUNDING_M = 1e-12;
 
 struct Segments {
     int w = 0;
-    Numbers start, along;  // (w·2) m
-    Places vertex;         // (w·2) numbers of the two ends, the same where walls meet
-    Flags inner;           // (w·2) whether an end lies within another wall
+    Vector start, along;  // (w·2) m
+    Indices vertex;         // (w·2) numbers of the two ends, the same where walls meet
+    Mask inner;           // (w·2) whether an end lies within another wall
     double far = 0.0;      // m, the largest coordinate
     double low = 0.0, period = 0.0;  // m; x and x + period are one place, and places from `low` on stand for all; 0: none
 };
@@ -26,18 +26,18 @@ Segments connected(In ends, double low = 0.0, double period = 0.0);
 // Where on a wall, 0 to 1, its nearest point to (x, y) is.
 double share_of(const Segments& walls, int wall, double x, double y);
 
-// Whether the nearest point of a wall, at `share` of it, is one that another wall answers for: one that it
+// Whether the nearest point of a wall, at `fraction` of it, is one that another wall answers for: one that it
 // ends in, one that comes nearer beyond their common end, or the first of those that all end there. So a
 // disk has one contact for each nearest point of connected walls: one along walls in line and at a corner
 // that points at it, two in a corner that it sits in.
-bool is_of_another(const Segments& walls, int wall, double share, double x, double y);
+bool is_of_another(const Segments& walls, int wall, double fraction, double x, double y);
 
 // Velocities (n·2) m/s of who walks at a speed to the nearest point of a segment; along `outward` on it, and beyond the
-// line through `place` across `outward`. position (n·2) m, start, end, place (2) m, outward (2) unit vector
-void headed(In position, In start, In end, In outward, In place, double speed, Out velocity);
+// line through `position` across `outward`. position (n·2) m, start, end, place (2) m, outward (2) unit vector
+void headed(In position, In start, In end, In outward, In line_point, double speed, Out velocity);
 
-// How far (n) m the nearest of the walls start → end (w·2) m is from the lines from → to (n·2) m, at most `most`; 0 where they
+// How far (n) m the nearest of the walls start → end (w·2) m is from the lines from → to (n·2) m, at most `maximum`; 0 where they
 // meet.
-void clear_of(In from, In to, In start, In end, double most, Out clear);
+void clear_of(In from, In to, In start, In end, double max_distance, Out clear);
 
 }  // namespace nscd

@@ -1,5 +1,5 @@
 // The door to Python: arrays in, arrays out. What is no contiguous array of the right kind is refused.
-#include "answer.hpp"
+#include "impact_solver.hpp"
 #include "binding.hpp"
 #include "contacts.hpp"
 #include "dense.hpp"
@@ -15,20 +15,20 @@ using namespace nscd;
 // Beyond this, squares of a number and their products with another leave double precision.
 constexpr double LARGEST = 1e100;
 
-Numbers numbers(const auto& given) { return Numbers(given.data(), given.data() + given.size()); }
-Places places(const auto& given) { return Places(given.data(), given.data() + given.size()); }
+Vector vector(const auto& array) { return Vector(array.data(), array.data() + array.size()); }
+Indices indices(const auto& array) { return Indices(array.data(), array.data() + array.size()); }
 
 // Walls with ends (w, 4): x, y of both.
-Segments walls_of(const Matrix& ends, double low, double period) {
+Segments walls_of(const MatrixArg& ends, double low, double period) {
     need(ends.shape(1) == 4, "walls: (w, 4) is needed");
     return connected(span(ends), low, period);
 }
 
-void need_bodies(const Matrix& position, const Vector& radius) {
+void need_bodies(const MatrixArg& position, const VectorArg& radius) {
     need(position.shape(1) == 2 && position.shape(0) == radius.size(), "position: (n, 2) is needed");
 }
 
-using Body = Given<Index, 1>;
+using Body = ArrayArg<Index, 1>;
 
 struct TouchingDisks {
     std::int64_t pairs;  // how many are of two disks; −1: more are within reach than memory should hold
@@ -36,10 +36,10 @@ struct TouchingDisks {
     Made<double, 2> vector;
     Made<double, 1> distance, gap;
 };
-TouchingDisks touching_of(const Matrix& position, const Vector& radius, const Segments& walls, double most, const std::optional<Body>& body) {
+TouchingDisks contact_pairs_of(const MatrixArg& position, const VectorArg& radius, const Segments& walls, double max_gap, const std::optional<Body>& body) {
     need_bodies(position, radius);
     need(!body || body->size() == radius.size(), "bodies: shapes differ");
-    Touching found = freely([&] { return touching(span(position), span(radius), walls, most, body ? span(*body) : std::span<const Index>()); });
+    ContactPairs found = freely([&] { return find_contact_pairs(span(position), span(radius), walls, max_gap, body ? span(*body) : std::span<const Index>()); });
     return {found.pairs, give(std::move(found.first)), give(std::move(found.second)), give<2>(std::move(found.vector), 2),
             give(std::move(found.distance)), give(std::move(found.gap))};
 }
@@ -50,20 +50,20 @@ struct Candidates {
     Made<double, 2> normal;
     Made<double, 1> gap;
 };
-Candidates give_neighbours(Neighbours&& near) {
-    return {give(std::move(near.first)), give(std::move(near.second)), give(std::move(near.wall)), give<2>(std::move(near.normal), 2), give(std::move(near.gap))};
+Candidates give_neighbours(Neighbours&& neighbours) {
+    return {give(std::move(neighbours.first)), give(std::move(neighbours.second)), give(std::move(neighbours.wall)), give<2>(std::move(neighbours.normal), 2), give(std::move(neighbours.gap))};
 }
 
-auto neighbours(const Matrix& position, const Vector& radius, const Segments& walls, double margin, const std::optional<Body>& body) {
+auto neighbours(const MatrixArg& position, const VectorArg& radius, const Segments& walls, double margin, const std::optional<Body>& body) {
     need_bodies(position, radius);
     need(!body || body->size() == radius.size(), "bodies: shapes differ");
-    return give_neighbours(named(touching(span(position), span(radius), walls, margin, body ? span(*body) : std::span<const Index>())));
+    return give_neighbours(with_normals(find_contact_pairs(span(position), span(radius), walls, margin, body ? span(*body) : std::span<const Index>())));
 }
 
 // body (n), centre (b, 2), mass and inertia (b) of `Members`.
-using Wide = std::tuple<Body, Matrix, Vector, Vector>;
-Members members_of(const Wide& given, std::size_t n) {
-    const auto& [body, centre, mass, inertia] = given;
+using CompoundArg = std::tuple<Body, MatrixArg, VectorArg, VectorArg>;
+Members members_of(const CompoundArg& input, std::size_t n) {
+    const auto& [body, centre, mass, inertia] = input;
     const std::size_t b = mass.size();
     need(body.size() == n && centre.size() == 2 * b && inertia.size() == b, "bodies: shapes differ");
     for (std::size_t i = 0; i < n; ++i) need(body(i) >= 0 && body(i) < Index(b), "bodies: a body that does not exist");
@@ -71,32 +71,32 @@ Members members_of(const Wide& given, std::size_t n) {
 }
 
 // A body force of no drive acts on all.
-Motion motion_of(const Vector& radius, const Vector& mass, const Segments& walls, const Law& law, double time,
-                 std::optional<Wide> wide, std::optional<Matrix> moving) {
+Motion motion_of(const VectorArg& radius, const VectorArg& mass, const Segments& walls, const Law& law, double time,
+                 std::optional<CompoundArg> compound, std::optional<MatrixArg> moving) {
     Motion motion;
     motion.law = law;
-    motion.walls = walls, motion.radius = numbers(radius), motion.mass = numbers(mass), motion.now.time = time;
+    motion.walls = walls, motion.radius = vector(radius), motion.mass = vector(mass), motion.now.time = time;
     need(mass.size() == radius.size(), "motion: shapes differ");
-    if (wide) {
-        const Members of = members_of(*wide, radius.size());
+    if (compound) {
+        const Members of = members_of(*compound, radius.size());
         need(moving && moving->size() == 3 * of.mass.size(), "bodies: shapes differ");
-        motion.body = places(std::get<0>(*wide)), motion.body_mass = numbers(std::get<2>(*wide)), motion.body_inertia = numbers(std::get<3>(*wide));
-        motion.now.centre = numbers(std::get<1>(*wide)), motion.now.moving = numbers(*moving);
+        motion.body = indices(std::get<0>(*compound)), motion.body_mass = vector(std::get<2>(*compound)), motion.body_inertia = vector(std::get<3>(*compound));
+        motion.now.centre = vector(std::get<1>(*compound)), motion.now.moving = vector(*moving);
     }
     return motion;
 }
 
 // The state as it was seen, which may have been changed since.
-void take(Motion& motion, const Matrix& position, const Matrix& velocity, const Vector& spin) {
+void take(Motion& motion, const MatrixArg& position, const MatrixArg& velocity, const VectorArg& spin) {
     const std::size_t n = motion.radius.size();
     need(position.size() == 2 * n && velocity.size() == 2 * n && spin.size() == n, "motion: shapes differ");
-    motion.now.position = numbers(position), motion.now.velocity = numbers(velocity), motion.now.spin = numbers(spin);
+    motion.now.position = vector(position), motion.now.velocity = vector(velocity), motion.now.spin = vector(spin);
 }
 
 // Keys of the contacts of the step before, and their percussions.
 struct Percussed {
     std::vector<std::int64_t> keys;
-    Numbers reaction, tangential;
+    Vector reaction, tangential;
 };
 
 struct Step {
@@ -107,67 +107,67 @@ struct Step {
     int iterations, repeats;
     Method method;
     double gained, drive, weight, arms;  // J, as in StepEnergy
-    Made<double, 1> impact, rubbing;
+    Made<double, 1> impact, friction_loss;
     Candidates reached;                  // who reaches whom, with the push
     Made<double, 1> push;
 };
 Step advance(Motion& motion, const nb::object& desired) {
     Motion::Desired wanted;
-    if (!desired.is_none()) wanted = [&](In place) {
-        const nb::gil_scoped_acquire held;
-        const auto given = nb::cast<Matrix>(desired(give<2>(Numbers(place.begin(), place.end()), 2)));
-        need(given.size() == place.size(), "desired: (n, 2) is needed");
-        return numbers(given);
+    if (!desired.is_none()) wanted = [&](In position) {
+        const nb::gil_scoped_acquire lock;
+        const auto input = nb::cast<MatrixArg>(desired(give<2>(Vector(position.begin(), position.end()), 2)));
+        need(input.size() == position.size(), "desired: (n, 2) is needed");
+        return vector(input);
     };
     Report done;
     const bool solved = freely([&] { return motion.advance(wanted, done); });
-    return {solved, done.time, done.residual, give_neighbours(std::move(done.near)), give(std::move(done.reaction)), give(std::move(done.friction)),
+    return {solved, done.time, done.residual, give_neighbours(std::move(done.neighbours)), give(std::move(done.reaction)), give(std::move(done.friction)),
             done.iterations, done.repeats, done.method, done.gained, done.drive, done.weight, done.arms, give(std::move(done.impact)),
-            give(std::move(done.rubbing)), give_neighbours(std::move(done.reached)), give(std::move(done.push))};
+            give(std::move(done.friction_loss)), give_neighbours(std::move(done.reached)), give(std::move(done.push))};
 }
 
 // (k) J of contacts and impulses, with the motion (n, 3) of disks: see `works`.
 struct Works {
     Made<double, 1> impact, friction;
 };
-Works works_of(const Given<Index, 1>& first, const Given<Index, 1>& second, const Given<Index, 1>& wall, const Matrix& normal, const Vector& gap,
-              const Vector& radius, const Matrix& moving, const Vector& along, const Vector& across) {
+Works works_of(const ArrayArg<Index, 1>& first, const ArrayArg<Index, 1>& second, const ArrayArg<Index, 1>& wall, const MatrixArg& normal, const VectorArg& gap,
+              const VectorArg& radius, const MatrixArg& moving, const VectorArg& along, const VectorArg& across) {
     const std::size_t k = along.size(), n = radius.size();
     need_disks(n, first, second);
     need(moving.size() == 3 * n && first.size() == k && normal.size() == 2 * k && gap.size() == k && across.size() == k, "works: shapes differ");
-    const Neighbours near{places(first), places(second), places(wall), numbers(normal), numbers(gap)};
-    Numbers impact(k), friction(k);
-    works(near, span(radius), span(moving), span(along), span(across), impact, friction);
+    const Neighbours neighbours{indices(first), indices(second), indices(wall), vector(normal), vector(gap)};
+    Vector impact(k), friction(k);
+    works(neighbours, span(radius), span(moving), span(along), span(across), impact, friction);
     return {give(std::move(impact)), give(std::move(friction))};
 }
 
-auto headed_of(const Matrix& position, const Vector& start, const Vector& end, const Vector& outward, const Vector& place, double speed) {
-    need(position.shape(1) == 2 && start.size() == 2 && end.size() == 2 && outward.size() == 2 && place.size() == 2, "headed: shapes differ");
-    Numbers velocity(position.size());
-    headed(span(position), span(start), span(end), span(outward), span(place), speed, velocity);
+auto headed_of(const MatrixArg& position, const VectorArg& start, const VectorArg& end, const VectorArg& outward, const VectorArg& line_point, double speed) {
+    need(position.shape(1) == 2 && start.size() == 2 && end.size() == 2 && outward.size() == 2 && line_point.size() == 2, "headed: shapes differ");
+    Vector velocity(position.size());
+    headed(span(position), span(start), span(end), span(outward), span(line_point), speed, velocity);
     return give<2>(std::move(velocity), 2);
 }
 
-auto clear_of_walls(const Matrix& from, const Matrix& to, const Matrix& start, const Matrix& end, double most) {
+auto clear_of_walls(const MatrixArg& from, const MatrixArg& to, const MatrixArg& start, const MatrixArg& end, double max_distance) {
     need(from.shape(1) == 2 && from.size() == to.size() && start.shape(1) == 2 && start.size() == end.size(), "clear_of: shapes differ");
-    Numbers clear(from.size() / 2);
-    clear_of(span(from), span(to), span(start), span(end), most, clear);
+    Vector clear(from.size() / 2);
+    clear_of(span(from), span(to), span(start), span(end), max_distance, clear);
     return give(std::move(clear));
 }
 
-Drive drive_of(const Vector& numbers) {
-    std::optional<Drive> drive = Drive::of(span(numbers));
+Drive drive_of(const VectorArg& values) {
+    std::optional<Drive> drive = Drive::of(span(values));
     need(bool(drive), "Drive: these are not its numbers");
     return *std::move(drive);
 }
 
-auto desired_of(const Drive& drive, const Matrix& x, const Vector& radius, double time) {
+auto desired_of(const Drive& drive, const MatrixArg& x, const VectorArg& radius, double time) {
     need_bodies(x, radius);
     need(radius.size() == drive.goes.size(), "desired: one of each for each person is needed");
     return give<2>(freely([&] { return drive.desired(span(x), span(radius), time); }), 2);
 }
 
-// `FilmAnswer` of Python.
+// `FilmSolution` of Python.
 struct FilmContacts {
     Made<std::int64_t, 1> start;
     Made<bool, 1> answered;
@@ -178,15 +178,15 @@ struct FilmContacts {
     Made<double, 2> impulse;
     Made<double, 1> residual, velocity_error;
 };
-FilmContacts film(const Whole& start, const Whole& ids, const Matrix& position, const Matrix& left, const Vector& radius, const Vector& mass,
-          const Segments& walls, double gap, double deepest, double tolerance, bool least) {
+FilmContacts film(const IntegerArg& start, const IntegerArg& ids, const MatrixArg& position, const MatrixArg& left, const VectorArg& radius, const VectorArg& mass,
+          const Segments& walls, double gap, double deepest, double tolerance, bool canonical) {
     need_bodies(position, radius);
     const auto n = std::int64_t(radius.size());
     bool rising = start.size() > 0 && start(0) == 0 && start(start.size() - 1) == n;
     for (std::size_t f = 1; f < start.size(); ++f) rising = rising && start(f) >= start(f - 1);
     need(rising && ids.size() == radius.size() && left.size() == position.size() && mass.size() == radius.size(), "film: shapes differ");
-    const Film asked{span(start), span(ids), span(position), span(left), span(radius), span(mass), walls};
-    FilmAnswer found = freely([&] { return solve_film(asked, {gap, deepest, tolerance, least}); });
+    const Film input{span(start), span(ids), span(position), span(left), span(radius), span(mass), walls};
+    FilmSolution found = freely([&] { return solve_film(input, {gap, deepest, tolerance, canonical}); });
     return {give(std::move(found.start)), give_marks(std::move(found.answered)), give(std::move(found.first)), give(std::move(found.second)),
             give_marks(std::move(found.is_wall)), give<2>(std::move(found.normal), 2), give(std::move(found.gap)), give(std::move(found.reaction)),
             give<2>(std::move(found.impulse), 2), give(std::move(found.residual)), give(std::move(found.velocity_error))};
@@ -194,30 +194,30 @@ FilmContacts film(const Whole& start, const Whole& ids, const Matrix& position, 
 
 using Changed = nb::ndarray<double, nb::numpy, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
-void soft_forces(Changed force, const Matrix& x, const Matrix& v, const Vector& radius, const Vector& mass, const Whole& first,
-                 const Whole& second, const Whole& wall, const Segments& walls, const Vector& law, bool apart) {
+void soft_forces(Changed force, const MatrixArg& x, const MatrixArg& v, const VectorArg& radius, const VectorArg& mass, const IntegerArg& first,
+                 const IntegerArg& second, const IntegerArg& wall, const Segments& walls, const VectorArg& law, bool approach_only) {
     need_bodies(x, radius);
     const std::size_t k = first.size();
     need(force.size() == x.size() && v.size() == x.size() && mass.size() == radius.size() && second.size() == k && wall.size() == k && law.size() == 9, "soft: shapes differ");
-    const Soft soft{{law(0), law(1), law(2), law(3)}, {law(4), law(5), law(6), law(7)}, law(8), apart};
+    const Soft soft{{law(0), law(1), law(2), law(3)}, {law(4), law(5), law(6), law(7)}, law(8), approach_only};
     contact_forces({force.data(), force.size()}, span(x), span(v), span(radius), span(mass), span(first), span(second), span(wall), walls, soft);
 }
 
-void soft_drive(Changed acceleration, const Matrix& x, const Matrix& v, double speed, double tau, const Matrix& start, const Matrix& end,
-                const Matrix& door, const Matrix& outward) {
+void soft_drive(Changed acceleration, const MatrixArg& x, const MatrixArg& v, double speed, double tau, const MatrixArg& start, const MatrixArg& end,
+                const MatrixArg& door, const MatrixArg& outward) {
     const std::size_t size = acceleration.size();
     need(x.size() == size && v.size() == size && start.size() == size && end.size() == size && door.size() == size && outward.size() == size, "soft: shapes differ");
     add_drive({acceleration.data(), size}, span(x), span(v), speed, tau, span(start), span(end), span(door), span(outward));
 }
 
-bool crosses_of(const Matrix& before, const Matrix& after, const Matrix& start, const Matrix& end) {
+bool crosses_of(const MatrixArg& before, const MatrixArg& after, const MatrixArg& start, const MatrixArg& end) {
     need(before.size() == after.size() && start.size() == end.size(), "crosses: shapes differ");
     return crosses(span(before), span(after), span(start), span(end));
 }
 
-auto components_of(int n, const Given<Index, 1>& first, const Given<Index, 1>& second) {
+auto components_of(int n, const ArrayArg<Index, 1>& first, const ArrayArg<Index, 1>& second) {
     need_disks(n, first, second);
-    Places label;
+    Indices label;
     components(n, span(first), span(second), label);
     return give(std::move(label));
 }
@@ -239,19 +239,19 @@ struct ImpactSolution {
     int iterations = 0;
     bool canonical = false, finite = true;      // finite: every number is
     Method method = Method::NONE;
-    int disks = 0, rounds = 0, threads = 1;     // see `Answer`
+    int disks = 0, rounds = 0, threads = 1;     // see `Solution`
     std::optional<FrictionSolution> friction;
 };
 
 // A solution (u: n·d) whether or not there is friction; velocities of disks where bodies have some.
-struct Seen {
+struct DiskView {
     Members of;
     In position;
 };
-ImpactSolution solution_of(Numbers&& reaction, Numbers&& impulse, const Numbers& u, int d, const Seen& disks, double energy, double change, double work) {
+ImpactSolution solution_of(Vector&& reaction, Vector&& impulse, const Vector& u, int d, const DiskView& disks, double energy, double change, double work) {
     const bool joint = !disks.of.body.empty();
     const std::size_t n = joint ? disks.of.body.size() : u.size() / d;
-    Numbers turning(d == 3 ? n : 0), moving = joint ? of_members(disks.of, disks.position, u) : Numbers(2 * n);
+    Vector turning(d == 3 ? n : 0), moving = joint ? of_members(disks.of, disks.position, u) : Vector(2 * n);
     for (std::size_t i = 0; i < n; ++i) {
         const std::size_t from = d * (joint ? std::size_t(disks.of.body[i]) : i);
         for (int a = 0; a < 2 && !joint; ++a) moving[2 * i + a] = u[from + a];
@@ -264,29 +264,29 @@ ImpactSolution solution_of(Numbers&& reaction, Numbers&& impulse, const Numbers&
 }
 
 // Percussions with Coulomb's law of a problem without spins, or of wide bodies.
-ImpactSolution solve_with_friction(const System& s, const Vector& radius, const Vector& spin, const Vector& friction, double tolerance, int starts, const Seen& disks) {
-    Numbers inertia(s.wide() ? 0 : s.n);
+ImpactSolution solve_with_friction(const System& s, const VectorArg& radius, const VectorArg& spin, const VectorArg& friction, double tolerance, int starts, const DiskView& disks) {
+    Vector inertia(s.compound() ? 0 : s.n);
     for (std::size_t i = 0; i < inertia.size(); ++i) inertia[i] = 0.5 * s.mass[2 * i] * radius(i) * radius(i);
-    Rubbing p = rubbing_of(s, span(radius), span(spin), inertia, numbers(friction));
-    FrictionAnswer found = freely([&] { return solve_friction(p, {tolerance, starts, s.wide() ? In(s.reach) : span(radius)}); });
-    FrictionCertificate of = freely([&] { return certified(p, found.at); });
-    ImpactSolution solution = solution_of(std::move(found.at.lam), std::move(of.impulse), found.at.u, 3, disks, of.energy, of.change, of.work);
-    solution.residual = of.natural_map, solution.momentum_error = of.momentum_error;
-    solution.iterations = found.pairs + found.pivots, solution.method = found.method;
-    solution.finite = std::isfinite(of.momentum_error + of.natural_map);
-    solution.friction = {give(std::move(found.at.tau)), give(std::move(of.state)), of.signorini, of.cone, of.natural_map, of.dissipation, found.spread, found.seed};
+    FrictionProblem p = friction_problem_of(s, span(radius), span(spin), inertia, vector(friction));
+    FrictionResult found = freely([&] { return solve_friction(p, {tolerance, starts, s.compound() ? In(s.reach) : span(radius)}); });
+    FrictionCertificate certificate = freely([&] { return certified(p, found.solution); });
+    ImpactSolution solution = solution_of(std::move(found.solution.lam), std::move(certificate.impulse), found.solution.u, 3, disks, certificate.energy, certificate.change, certificate.work);
+    solution.residual = certificate.natural_map, solution.momentum_error = certificate.momentum_error;
+    solution.iterations = found.sweep_count + found.pivots, solution.method = found.method;
+    solution.finite = std::isfinite(certificate.momentum_error + certificate.natural_map);
+    solution.friction = {give(std::move(found.solution.tau)), give(std::move(certificate.state)), certificate.signorini, certificate.cone, certificate.natural_map, certificate.dissipation, found.spread, found.seed};
     return solution;
 }
 
-std::optional<ImpactSolution> solve_impact(const Whole& first, const Whole& second, const Marks& is_wall, const Matrix& normal, const Matrix& position,
-                  const Vector& radius, const Vector& mass, const Matrix& left, std::optional<Vector> spin, std::optional<Vector> along,
-                  std::optional<Vector> across, bool maintained, std::optional<Vector> offset, std::optional<Matrix> free,
-                  double least_scale, double tolerance, bool least, bool bounded, Solver solver, int threads,
-                  std::optional<Vector> guess, int shared, std::optional<Vector> friction, int starts, std::optional<Wide> bodies) {
+std::optional<ImpactSolution> solve_impact(const IntegerArg& first, const IntegerArg& second, const MaskArg& is_wall, const MatrixArg& normal, const MatrixArg& position,
+                  const VectorArg& radius, const VectorArg& mass, const MatrixArg& left, std::optional<VectorArg> spin, std::optional<VectorArg> along,
+                  std::optional<VectorArg> across, bool maintained, std::optional<VectorArg> offset, std::optional<MatrixArg> free,
+                  double least_scale, double tolerance, bool canonical, bool bounded, Solver solver, int threads,
+                  std::optional<VectorArg> guess, int shared, std::optional<VectorArg> friction, int starts, std::optional<CompoundArg> bodies) {
     const std::size_t n = mass.size(), k = first.size();
     need(second.size() == k && is_wall.size() == k && normal.size() == 2 * k && left.size() == 2 * n && position.size() == 2 * n && radius.size() == n && (!friction || (spin && friction->size() == k && starts > 0)), "solve: shapes differ");
     const bool turns = spin && !friction && !bodies;
-    Places one(k), other(k);
+    Indices one(k), other(k);
     for (std::size_t c = 0; c < k; ++c) {
         const std::int64_t i = first(c), j = is_wall(c) ? -1 : second(c);
         if (i < 0 || i >= std::int64_t(n) || j >= std::int64_t(n)) return std::nullopt;
@@ -294,33 +294,33 @@ std::optional<ImpactSolution> solve_impact(const Whole& first, const Whole& seco
     }
     System s = system_of({span(position), span(left), span(radius), span(mass), turns ? span(*spin) : In()}, std::move(one), std::move(other), span(normal));
     s.maintained = maintained, s.least_scale = least_scale;
-    if (offset) s.offset = numbers(*offset);
-    if (along) s.along = numbers(*along), s.across = numbers(*across);
+    if (offset) s.offset = vector(*offset);
+    if (along) s.along = vector(*along), s.across = vector(*across);
     if (!(largest(s.left) <= LARGEST)) return std::nullopt;
-    if (free) s.free = numbers(*free);
-    Seen disks{{}, span(position)};
+    if (free) s.free = vector(*free);
+    DiskView disks{{}, span(position)};
     if (bodies) {
-        const Members of = members_of(*bodies, n);
+        const Members certificate = members_of(*bodies, n);
         need(spin.has_value(), "bodies: shapes differ");
         for (std::size_t c = 0; c < k; ++c)
-            if (s.second[c] >= 0 && of.body[s.first[c]] == of.body[s.second[c]]) return std::nullopt;
-        s = joined(s, span(radius), of, of_bodies(of, span(mass), span(left), span(*spin)));
+            if (s.second[c] >= 0 && certificate.body[s.first[c]] == certificate.body[s.second[c]]) return std::nullopt;
+        s = joined(s, span(radius), certificate, of_bodies(certificate, span(mass), span(left), span(*spin)));
         if (!(largest(s.left) <= LARGEST)) return std::nullopt;
-        disks.of = of;
+        disks.of = certificate;
     } else {
         s.measure();
     }
     if (friction) return solve_with_friction(s, radius, *spin, *friction, tolerance, starts, disks);
-    Asked asked{tolerance, least, bounded, solver, threads, {}, {}, {.shared = shared}};
-    if (guess) asked.reaction = numbers(*guess);
-    Answer found = freely([&] { return solve_one_sided(s, asked); });
-    Certificate of = freely([&] { return certified(s, found.reaction, found.velocity); });
+    Options options{tolerance, canonical, bounded, solver, threads, {}, {}, {.shared = shared}};
+    if (guess) options.reaction = vector(*guess);
+    Solution found = freely([&] { return solve_one_sided(s, options); });
+    Certificate certificate = freely([&] { return certified(s, found.reaction, found.velocity); });
     double mass_of_all = 0.0;
     for (int i = 0; i < s.n; ++i) mass_of_all += s.mass[s.d * i];
-    ImpactSolution solution = solution_of(std::move(found.reaction), std::move(of.impulse), found.velocity, s.d, disks, of.energy, of.change, of.work);
-    solution.residual = of.residual, solution.momentum_error = of.momentum_error;
+    ImpactSolution solution = solution_of(std::move(found.reaction), std::move(certificate.impulse), found.velocity, s.d, disks, certificate.energy, certificate.change, certificate.work);
+    solution.residual = certificate.residual, solution.momentum_error = certificate.momentum_error;
     solution.velocity_error = found.distance / std::sqrt(mass_of_all > 0.0 ? mass_of_all : 1.0);
-    solution.iterations = found.iterations, solution.canonical = found.least, solution.finite = of.finite && std::isfinite(found.distance);
+    solution.iterations = found.iterations, solution.canonical = found.canonical, solution.finite = certificate.finite && std::isfinite(found.distance);
     solution.method = found.method, solution.disks = found.disks, solution.rounds = found.rounds, solution.threads = found.threads;
     return solution;
 }
@@ -336,16 +336,16 @@ bool eliminate_of(nb::ndarray<double, nb::numpy, nb::ndim<1>, nb::c_contig, nb::
 // Â + CᵀΘC of contacts, by rows or, where `fronts`, by fronts; with spins where disks turn.
 class Factored {
 public:
-    Factored(const Pairs& pairs, const Vector& along, const Vector& across, bool turn, bool fronts, int threads, int shared, int leaf)
+    Factored(const Pairs& pairs, const VectorArg& along, const VectorArg& across, bool turn, bool fronts, int threads, int shared, int leaf)
         : team_(threads), factor_(system_with(pairs, along, across, turn), team_, {fronts ? 0 : std::numeric_limits<int>::max(), shared, leaf}) {}
 
-    bool factorise(const Vector& theta) {
+    bool factorise(const VectorArg& theta) {
         need(int(theta.size()) == factor_.system().k, "theta: one for each contact is needed");
         return factor_.factorise(factor_.contacts_ordered(span(theta)));
     }
-    auto solve(const Matrix& b) {
+    auto solve(const MatrixArg& b) {
         need(b.size() == factor_.system().mass.size(), "b: (n, d) is needed");
-        Numbers x = factor_.disks_ordered(span(b));
+        Vector x = factor_.disks_ordered(span(b));
         factor_.solve(x);
         return give<2>(factor_.disks_given(x), factor_.system().d);
     }
@@ -358,11 +358,11 @@ public:
     }
 
 private:
-    static System system_with(const Pairs& pairs, const Vector& along, const Vector& across, bool turn) {
+    static System system_with(const Pairs& pairs, const VectorArg& along, const VectorArg& across, bool turn) {
         const std::size_t n = std::get<4>(pairs).size();
-        System s = system_of_pairs(pairs, Numbers(2 * n), Numbers(turn ? n : 0));
+        System s = system_of_pairs(pairs, Vector(2 * n), Vector(turn ? n : 0));
         need(int(along.size()) == s.k && int(across.size()) == s.k, "Factor: shapes differ");
-        s.along = numbers(along), s.across = numbers(across);
+        s.along = vector(along), s.across = vector(across);
         return s;
     }
 
@@ -406,52 +406,52 @@ NB_MODULE(_core, m) {
                                   "x"_a, "y"_a, "restitution"_a, "friction"_a, "tolerance"_a, "reach"_a = 0.0, "force"_a = 0.0)
         .def_ro("tolerance", &Law::tolerance).def_ro("reach", &Law::reach);
     nb::class_<Percussed>(m, "Percussed")  // what a step begins from
-        .def("__init__", [](Percussed* at, const Whole& keys, const Vector& reaction, const Vector& tangential) {
+        .def("__init__", [](Percussed* at, const IntegerArg& keys, const VectorArg& reaction, const VectorArg& tangential) {
             need(reaction.size() == keys.size() && tangential.size() == keys.size(), "known: shapes differ");
-            new (at) Percussed{{keys.data(), keys.data() + keys.size()}, numbers(reaction), numbers(tangential)};
+            new (at) Percussed{{keys.data(), keys.data() + keys.size()}, vector(reaction), vector(tangential)};
         }, "keys"_n, "reaction"_n, "tangential"_n)
         .def_prop_ro("keys", [](const Percussed& of) { return give(std::vector(of.keys)); }, nb::rv_policy::move)
-        .def_prop_ro("reaction", [](const Percussed& of) { return give(Numbers(of.reaction)); }, nb::rv_policy::move)
-        .def_prop_ro("tangential", [](const Percussed& of) { return give(Numbers(of.tangential)); }, nb::rv_policy::move);
+        .def_prop_ro("reaction", [](const Percussed& of) { return give(Vector(of.reaction)); }, nb::rv_policy::move)
+        .def_prop_ro("tangential", [](const Percussed& of) { return give(Vector(of.tangential)); }, nb::rv_policy::move);
     nb::class_<Segments>(m, "Walls")
         .def(nb::new_(&walls_of), "ends"_n, "low"_a = 0.0, "period"_a = 0.0)
-        .def_prop_ro("along", [](const Segments& walls) { return give<2>(Numbers(walls.along), 2); }, nb::rv_policy::move)
-        .def_prop_ro("vertex", [](const Segments& walls) { return give<2>(Places(walls.vertex), 2); }, nb::rv_policy::move)
-        .def_prop_ro("inner", [](const Segments& walls) { return give_marks<2>(Flags(walls.inner), 2); }, nb::rv_policy::move)
+        .def_prop_ro("along", [](const Segments& walls) { return give<2>(Vector(walls.along), 2); }, nb::rv_policy::move)
+        .def_prop_ro("vertex", [](const Segments& walls) { return give<2>(Indices(walls.vertex), 2); }, nb::rv_policy::move)
+        .def_prop_ro("inner", [](const Segments& walls) { return give_marks<2>(Mask(walls.inner), 2); }, nb::rv_policy::move)
         .def("__len__", [](const Segments& walls) { return walls.w; });
-    m.def("touching", &touching_of, "position"_n, "radius"_n, "walls"_a, "most"_a, "body"_a = nb::none());
+    m.def("find_contact_pairs", &contact_pairs_of, "position"_n, "radius"_n, "walls"_a, "max_gap"_a, "body"_a = nb::none());
     m.def("neighbours", &neighbours, "position"_n, "radius"_n, "walls"_a, "margin"_a, "body"_a = nb::none());
     nb::class_<Motion>(m, "Motion")
         .def(nb::new_(&motion_of), "radius"_n, "mass"_n, "walls"_a, "law"_a, "time"_a, "bodies"_a = nb::none(), "moving"_a = nb::none())
         .def("take", &take, "position"_n, "velocity"_n, "spin"_n)
-        .def_prop_ro("position", [](const Motion& motion) { return give<2>(Numbers(motion.now.position), 2); }, nb::rv_policy::move)
-        .def_prop_ro("velocity", [](const Motion& motion) { return give<2>(Numbers(motion.now.velocity), 2); }, nb::rv_policy::move)
-        .def_prop_ro("spin", [](const Motion& motion) { return give(Numbers(motion.now.spin)); }, nb::rv_policy::move)
+        .def_prop_ro("position", [](const Motion& motion) { return give<2>(Vector(motion.now.position), 2); }, nb::rv_policy::move)
+        .def_prop_ro("velocity", [](const Motion& motion) { return give<2>(Vector(motion.now.velocity), 2); }, nb::rv_policy::move)
+        .def_prop_ro("spin", [](const Motion& motion) { return give(Vector(motion.now.spin)); }, nb::rv_policy::move)
         .def("advance", &advance, "desired"_a.none())
         .def("separate", &Motion::separate)
         .def("forget", &Motion::forget)
-        .def_prop_rw("known", [](const Motion& of) { return Percussed{of.now.keys, of.now.reaction, of.now.tangential}; },
-                     [](Motion& of, const Percussed& known) { of.now.keys = known.keys, of.now.reaction = known.reaction, of.now.tangential = known.tangential; },
+        .def_prop_rw("history", [](const Motion& of) { return Percussed{of.now.keys, of.now.reaction, of.now.tangential}; },
+                     [](Motion& of, const Percussed& history) { of.now.keys = history.keys, of.now.reaction = history.reaction, of.now.tangential = history.tangential; },
                      nb::rv_policy::move)
         .def_prop_ro("time", [](const Motion& motion) { return motion.now.time; })
-        .def_prop_ro("centre", [](const Motion& motion) { return give<2>(Numbers(motion.now.centre), 2); }, nb::rv_policy::move)
+        .def_prop_ro("centre", [](const Motion& motion) { return give<2>(Vector(motion.now.centre), 2); }, nb::rv_policy::move)
         .def_rw("stalled", &Motion::stalled);
     m.def("works", &works_of, "first"_n, "second"_n, "wall"_n, "normal"_n, "gap"_n, "radius"_n, "moving"_n, "along"_n, "across"_n);
-    m.def("headed", &headed_of, "position"_n, "start"_n, "end"_n, "outward"_n, "place"_n, "speed"_a);
+    m.def("headed", &headed_of, "position"_n, "start"_n, "end"_n, "outward"_n, "line_point"_n, "speed"_a);
     nb::class_<Drive>(m, "Drive")
-        .def(nb::new_(&drive_of), "numbers"_n)
+        .def(nb::new_(&drive_of), "values"_n)
         .def("desired", &desired_of, "position"_n, "radius"_n, "time"_a);
-    m.def("clear_of", &clear_of_walls, "start"_n, "end"_n, "walls_start"_n, "walls_end"_n, "most"_a);
-    m.def("film", &film, "start"_n, "ids"_n, "position"_n, "left"_n, "radius"_n, "mass"_n, "walls"_a, "gap"_a, "deepest"_a, "tolerance"_a, "least"_a);
+    m.def("clear_of", &clear_of_walls, "start"_n, "end"_n, "walls_start"_n, "walls_end"_n, "max_distance"_a);
+    m.def("film", &film, "start"_n, "ids"_n, "position"_n, "left"_n, "radius"_n, "mass"_n, "walls"_a, "gap"_a, "deepest"_a, "tolerance"_a, "canonical"_a);
     m.def("components", &components_of, "n"_a, "first"_n, "second"_n);
-    m.def("soft_forces", &soft_forces, "force"_n, "x"_n, "v"_n, "radius"_n, "mass"_n, "first"_n, "second"_n, "wall"_n, "walls"_a, "law"_n, "apart"_a);
+    m.def("soft_forces", &soft_forces, "force"_n, "x"_n, "v"_n, "radius"_n, "mass"_n, "first"_n, "second"_n, "wall"_n, "walls"_a, "law"_n, "approach_only"_a);
     m.def("soft_drive", &soft_drive, "acceleration"_n, "x"_n, "v"_n, "speed"_a, "tau"_a, "start"_n, "end"_n, "door"_n, "outward"_n);
     m.def("crosses", &crosses_of, "before"_n, "after"_n, "start"_n, "end"_n);
     m.def("eliminate", &eliminate_of, "front"_n, "pivots"_a, "rest"_a);
     using Order = Factored::Order;
     Result<Order>(m, "Ordering") FIELD(Order, order) FIELD(Order, node_first) FIELD(Order, node_end) FIELD(Order, node_parent);
     nb::class_<Factored>(m, "Factor")
-        .def(nb::init<const Pairs&, const Vector&, const Vector&, bool, bool, int, int, int>(), "pairs"_a, "along"_n, "across"_n, "turn"_a,
+        .def(nb::init<const Pairs&, const VectorArg&, const VectorArg&, bool, bool, int, int, int>(), "pairs"_a, "along"_n, "across"_n, "turn"_a,
              "fronts"_a, "threads"_a = 1, "shared"_a = SHARED, "leaf"_a = Sizes().leaf)
         .def("factorise", &Factored::factorise, "theta"_n)
         .def("solve", &Factored::solve, "b"_n)
@@ -462,6 +462,6 @@ NB_MODULE(_core, m) {
     m.attr("MOST_PAIRS") = MOST_PAIRS;
     m.def("solve_impact", &solve_impact, "first"_n, "second"_n, "is_wall"_n, "normal"_n, "position"_n, "radius"_n, "mass"_n, "left"_n, "spin"_a =
          nb::none(), "along"_a = nb::none(), "across"_a = nb::none(), "maintained"_a = false, "offset"_a = nb::none(), "free"_a = nb::none(),
-         "least_scale"_a = TINY, "tolerance"_a = 1e-8, "least"_a = true, "bounded"_a = true, "solver"_a = Solver::AUTO, "threads"_a = 1, "guess"_a = nb::none(),
+         "least_scale"_a = TINY, "tolerance"_a = 1e-8, "canonical"_a = true, "bounded"_a = true, "solver"_a = Solver::AUTO, "threads"_a = 1, "guess"_a = nb::none(),
          "shared"_a = SHARED, "friction"_a = nb::none(), "starts"_a = 1, "bodies"_a = nb::none());
 }

@@ -29,9 +29,9 @@ void append(Neighbours& to, const Neighbours& from) {
 
 // Two steps as one: all their contacts, the worse of their residuals.
 Report both(Report one, const Report& other) {
-    append(one.near, other.near), append(one.reached, other.reached);
+    append(one.neighbours, other.neighbours), append(one.reached, other.reached);
     append(one.reaction, other.reaction), append(one.friction, other.friction), append(one.push, other.push);
-    append(one.impact, other.impact), append(one.rubbing, other.rubbing);
+    append(one.impact, other.impact), append(one.friction_loss, other.friction_loss);
     one.gained += other.gained, one.drive += other.drive, one.weight += other.weight, one.arms += other.arms;
     one.residual = std::max(one.residual, other.residual);
     one.iterations += other.iterations, one.repeats += other.repeats, one.method = other.method;
@@ -39,18 +39,18 @@ Report both(Report one, const Report& other) {
 }
 
 // Velocities (n·3) of disks alone from those (n·2) and their spins.
-Numbers turning(In velocity, In spin) {
-    Numbers u(3 * spin.size());
+Vector turning(In velocity, In spin) {
+    Vector u(3 * spin.size());
     for (std::size_t i = 0; i < spin.size(); ++i) u[3 * i] = velocity[2 * i], u[3 * i + 1] = velocity[2 * i + 1], u[3 * i + 2] = spin[i];
     return u;
 }
 
 }  // namespace
 
-void works(const Neighbours& near, In radius, In moving, In along, In across, Out impact, Out friction) {
+void works(const Neighbours& neighbours, In radius, In moving, In along, In across, Out impact, Out friction) {
     for (std::size_t c = 0; c < along.size(); ++c) {
-        const Index i = near.first[c], j = near.second[c];
-        const double deep = std::min(0.5 * near.gap[c], 0.0), nx = near.normal[2 * c], ny = near.normal[2 * c + 1];
+        const Index i = neighbours.first[c], j = neighbours.second[c];
+        const double deep = std::min(0.5 * neighbours.gap[c], 0.0), nx = neighbours.normal[2 * c], ny = neighbours.normal[2 * c + 1];
         double x = moving[3 * i], y = moving[3 * i + 1], turns = (radius[i] + deep) * moving[3 * i + 2];
         if (j >= 0) x -= moving[3 * j], y -= moving[3 * j + 1], turns += (radius[j] + deep) * moving[3 * j + 2];
         impact[c] = along[c] * (nx * x + ny * y), friction[c] = across[c] * (nx * y - ny * x + turns);
@@ -67,11 +67,11 @@ bool Motion::advance(const Desired& desired, Report& report) {
     const int halvings = law.friction > 0.0 ? HALVINGS : 0;
     if (in_halves(law.step, halvings, desired, report)) return true;
     // who is wedged, as at a passage of the own width, gets through with a smaller radius
-    const Numbers whole = radius;
+    const Vector full_radius = radius;
     for (double& one : radius) one *= 1 - WEDGED;
     slim_ = true;
     const bool solved = in_halves(law.step, halvings, desired, report);
-    radius = whole, slim_ = false;
+    radius = full_radius, slim_ = false;
     return solved;
 }
 
@@ -90,66 +90,66 @@ bool Motion::in_halves(double h, int halvings, const Desired& desired, Report& r
 }
 
 // Arms push with their force at the start of the step; return the largest component (m/s) of what velocities gain.
-double Motion::push_arms(double h, Numbers& velocity, Report& report) const {
-    const Neighbours& near = report.reached = named(touching(now.position, radius, walls, law.reach));
-    report.push.resize(near.gap.size());
-    Numbers first(velocity.size(), 0.0), second(velocity.size(), 0.0);
-    for (std::size_t c = 0; c < near.gap.size(); ++c) {
-        report.push[c] = h * (law.force * std::clamp(1 - near.gap[c] / law.reach, 0.0, 1.0));
+double Motion::push_arms(double h, Vector& velocity, Report& report) const {
+    const Neighbours& reached = report.reached = with_normals(find_contact_pairs(now.position, radius, walls, law.reach));
+    report.push.resize(reached.gap.size());
+    Vector first(velocity.size(), 0.0), second(velocity.size(), 0.0);
+    for (std::size_t c = 0; c < reached.gap.size(); ++c) {
+        report.push[c] = h * (law.force * std::clamp(1 - reached.gap[c] / law.reach, 0.0, 1.0));
         for (int a = 0; a < 2; ++a) {
-            const double given = report.push[c] * near.normal[2 * c + a];
-            first[2 * near.first[c] + a] -= given;
-            if (near.second[c] >= 0) second[2 * near.second[c] + a] += given;
+            const double impulse = report.push[c] * reached.normal[2 * c + a];
+            first[2 * reached.first[c] + a] -= impulse;
+            if (reached.second[c] >= 0) second[2 * reached.second[c] + a] += impulse;
         }
     }
-    double most = 0.0;
+    double maximum = 0.0;
     for (std::size_t i = 0; i < velocity.size(); ++i) {
         velocity[i] += (first[i] + second[i]) / mass[i / 2];
-        most = larger(most, std::abs(velocity[i] - now.velocity[i]));
+        maximum = larger(maximum, std::abs(velocity[i] - now.velocity[i]));
     }
-    return most;
+    return maximum;
 }
 
 bool Motion::step_once(double h, const Desired& desired, Report& report) {
     const std::size_t n = radius.size(), b = body_mass.size();
-    const bool wide = !body.empty();
-    const double share = desired ? h / law.relaxation : 0.0, gain[2] = {h * law.x, h * law.y};
-    Numbers place = now.position, kicked = now.velocity, free(2 * n), masses = mass, inertia(n);
-    for (std::size_t i = 0; i < n && wide; ++i) std::copy_n(&now.centre[2 * body[i]], 2, &place[2 * i]);
-    const Numbers wanted = desired ? desired(place) : Numbers();
+    const bool compound = !body.empty();
+    const double fraction = desired ? h / law.relaxation : 0.0, gain[2] = {h * law.x, h * law.y};
+    Vector position = now.position, kicked = now.velocity, free(2 * n), masses = mass, inertia(n);
+    for (std::size_t i = 0; i < n && compound; ++i) std::copy_n(&now.centre[2 * body[i]], 2, &position[2 * i]);
+    const Vector wanted = desired ? desired(position) : Vector();
     const double pushed = law.reach > 0.0 ? push_arms(h, kicked, report) : 0.0;
-    const double gained = freed(kicked, wanted, share, gain, free) + pushed;
-    for (std::size_t i = 0; i < n; ++i) masses[i] *= 1 + share, inertia[i] = 0.5 * mass[i] * (radius[i] * radius[i]);
+    const double gained = free_velocity(kicked, wanted, fraction, gain, free) + pushed;
+    for (std::size_t i = 0; i < n; ++i) masses[i] *= 1 + fraction, inertia[i] = 0.5 * mass[i] * (radius[i] * radius[i]);
     // bodies of several disks are driven as their first disk is
-    Numbers body_masses = body_mass, unheld = now.moving, own(wanted.empty() ? 0 : 2 * b), centre(2 * b), free_centre(2 * b);
-    for (std::size_t i = n; wide && i-- > 0 && !own.empty();) std::copy_n(&wanted[2 * i], 2, &own[2 * body[i]]);
-    for (std::size_t i = 0; i < b; ++i) body_masses[i] *= 1 + share, std::copy_n(&now.moving[3 * i], 2, &centre[2 * i]);
-    freed(centre, own, share, gain, free_centre);
+    Vector body_masses = body_mass, unheld = now.moving, own(wanted.empty() ? 0 : 2 * b), centre(2 * b), free_centre(2 * b);
+    for (std::size_t i = n; compound && i-- > 0 && !own.empty();) std::copy_n(&wanted[2 * i], 2, &own[2 * body[i]]);
+    for (std::size_t i = 0; i < b; ++i) body_masses[i] *= 1 + fraction, std::copy_n(&now.moving[3 * i], 2, &centre[2 * i]);
+    free_velocity(centre, own, fraction, gain, free_centre);
     for (std::size_t i = 0; i < b; ++i) std::copy_n(&free_centre[2 * i], 2, &unheld[3 * i]);
 
     const Bodies bodies{now.position, now.velocity, free, radius, masses, walls, members(body_masses), now.moving, unheld};
-    const Rough rough{law.friction, now.spin, inertia, now.keys, now.reaction, now.tangential};
-    Stepped found = make_step(bodies, rough, h, law.restitution, gained, law.tolerance);
-    double pressing = 0.0, most = 0.0;
+    const FrictionState friction_state{law.friction, now.spin, inertia, now.keys, now.reaction, now.tangential};
+    Stepped found = make_step(bodies, friction_state, h, law.restitution, gained, law.tolerance);
+    double pressing = 0.0, maximum = 0.0;
     for (std::size_t i = 0; i < n; ++i) pressing += masses[i] * length(free[2 * i], free[2 * i + 1]) + WEDGED * mass[i] * radius[i] / h;
-    for (double one : found.reaction) most = std::max(most, one);
+    for (double one : found.reaction) maximum = std::max(maximum, one);
     report.time = now.time, report.residual = found.error;
-    if ((!slim_ && most > UNBOUNDED * pressing) || !(found.error <= stalled * law.tolerance)) return false;
+    if ((!slim_ && maximum > UNBOUNDED * pressing) || !(found.error <= stalled * law.tolerance)) return false;
 
-    report.near = std::move(found.neighbours), report.reaction = std::move(found.reaction), report.friction = std::move(found.tangential);
+    report.neighbours = std::move(found.neighbours), report.reaction = std::move(found.reaction), report.friction = std::move(found.tangential);
     report.iterations = found.iterations, report.method = found.method, report.repeats = found.repeats;
-    account(share, gain, bool(desired), wide ? unheld : free, wide ? found.velocity : turning(found.velocity, found.spin), report);
+    account(fraction, gain, bool(desired), compound ? unheld : free, compound ? found.velocity : turning(found.velocity, found.spin), report);
     now.keys = std::move(found.keys), now.reaction = report.reaction, now.tangential = report.friction;
     now.reaction.resize(now.keys.size()), now.tangential.resize(now.keys.size());
-    if (wide) {
+    if (compound) {
         now.moving = found.velocity;
         for (double& one : found.velocity) one *= h;
         turn(found.velocity);
     } else {
         const bool falls = !desired && (gain[0] != 0.0 || gain[1] != 0.0);
         const double slack = law.tolerance * std::max(fastest(now.velocity), fastest(found.velocity));
-        const Numbers way = falls ? drifts(now.velocity, found.velocity, report.near, report.reaction, h, slack) : found.velocity;
-        for (std::size_t i = 0; i < 2 * n; ++i) now.position[i] += h * way[i];
+        const Vector mean = falls ? mean_velocities(now.velocity, found.velocity, report.neighbours, report.reaction, h, slack) : found.velocity;
+        for (std::size_t i = 0; i < 2 * n; ++i) now.position[i] += h * mean[i];
         now.velocity = std::move(found.velocity), now.spin = std::move(found.spin);
         stay_within();
     }
@@ -158,45 +158,45 @@ bool Motion::step_once(double h, const Desired& desired, Report& report) {
 }
 
 // Where the kinetic energy of a step goes, from the velocities `free` without contacts to `after` (b·3), before the state changes.
-void Motion::account(double share, const double (&gain)[2], bool driven, In free, In after, Report& report) const {
-    const bool wide = !body.empty();
-    const std::size_t n = radius.size(), b = wide ? body_mass.size() : n, d = wide ? 3 : 2;
-    const Numbers before = wide ? now.moving : turning(now.velocity, now.spin);
-    Numbers mean(3 * b);
+void Motion::account(double fraction, const double (&gain)[2], bool driven, In free, In after, Report& report) const {
+    const bool compound = !body.empty();
+    const std::size_t n = radius.size(), b = compound ? body_mass.size() : n, d = compound ? 3 : 2;
+    const Vector before = compound ? now.moving : turning(now.velocity, now.spin);
+    Vector mean(3 * b);
     for (std::size_t i = 0; i < 3 * b; ++i) mean[i] = 0.5 * (before[i] + after[i]);
     for (std::size_t i = 0; i < b; ++i) {
-        const double m = wide ? body_mass[i] : mass[i], moment = wide ? body_inertia[i] : 0.5 * mass[i] * (radius[i] * radius[i]);
+        const double m = compound ? body_mass[i] : mass[i], moment = compound ? body_inertia[i] : 0.5 * mass[i] * (radius[i] * radius[i]);
         double gained = 0.0, weight = 0.0, drive = 0.0;
         for (std::size_t a = 0; a < 2; ++a) {
             const double u = mean[3 * i + a], was = before[3 * i + a], is = after[3 * i + a];
             gained += u * (is - was), weight += u * gain[a];
-            drive += u * ((1 + share) * free[d * i + a] - was - share * is);  // (1 + a) u_free = u + a u_d + g, and what arms push
+            drive += u * ((1 + fraction) * free[d * i + a] - was - fraction * is);  // (1 + a) u_free = u + a u_d + g, and what arms push
         }
         report.gained += m * gained + moment * (mean[3 * i + 2] * (after[3 * i + 2] - before[3 * i + 2]));
         report.weight += m * weight;
         if (driven) report.drive += m * drive;
     }
-    Numbers moving = std::move(mean);
-    if (wide) {
-        Numbers spin(n);
+    Vector moving = std::move(mean);
+    if (compound) {
+        Vector spin(n);
         for (std::size_t i = 0; i < n; ++i) spin[i] = moving[3 * body[i] + 2];
         moving = turning(of_members(members(body_mass), now.position, moving), spin);
     }
-    Numbers none(report.push.size(), 0.0), taken(none);
-    works(report.reached, radius, moving, report.push, none, taken, none);
-    for (double one : taken) report.arms -= one;
+    Vector none(report.push.size(), 0.0), removed(none);
+    works(report.reached, radius, moving, report.push, none, removed, none);
+    for (double one : removed) report.arms -= one;
     if (driven) report.drive -= report.weight + report.arms;
-    report.impact.resize(report.reaction.size()), report.rubbing.resize(report.reaction.size());
-    works(report.near, radius, moving, report.reaction, report.friction, report.impact, report.rubbing);
+    report.impact.resize(report.reaction.size()), report.friction_loss.resize(report.reaction.size());
+    works(report.neighbours, radius, moving, report.reaction, report.friction, report.impact, report.friction_loss);
 }
 
 // Move bodies of several disks, and their disks, by the way (b·3) m, m, rad of each.
-void Motion::turn(In way) {
-    const Numbers from = now.centre;
-    for (std::size_t i = 0; i < from.size(); ++i) now.centre[i] += way[i / 2 * 3 + i % 2];
+void Motion::turn(In mean) {
+    const Vector from = now.centre;
+    for (std::size_t i = 0; i < from.size(); ++i) now.centre[i] += mean[i / 2 * 3 + i % 2];
     for (std::size_t i = 0; i < body.size(); ++i) {
         const std::size_t at = body[i];
-        const auto [c, s] = turn_by(way[3 * at + 2]);
+        const auto [c, s] = turn_by(mean[3 * at + 2]);
         const double x = now.position[2 * i] - from[2 * at], y = now.position[2 * i + 1] - from[2 * at + 1];
         now.position[2 * i] = now.centre[2 * at] + (c * x - s * y), now.position[2 * i + 1] = now.centre[2 * at + 1] + (s * x + c * y);
         now.spin[i] = now.moving[3 * at + 2];
@@ -205,31 +205,31 @@ void Motion::turn(In way) {
 }
 
 double Motion::separate() {
-    const Numbers start = now.position;
+    const Vector start = now.position;
     const std::size_t n = radius.size(), b = body_mass.size();
     const double mean = std::accumulate(radius.begin(), radius.end(), 0.0) / double(n);
     for (int push = 0; push < PUSHES; ++push) {
-        const Neighbours near = named(touching(now.position, radius, walls, REACH * mean, body));
-        const double least = near.gap.size() ? *std::min_element(near.gap.begin(), near.gap.end()) : 0.0;
-        if (least >= -TOUCHING * mean) {
-            double most = 0.0;
+        const Neighbours neighbours = with_normals(find_contact_pairs(now.position, radius, walls, REACH * mean, body));
+        const double minimum = neighbours.gap.size() ? *std::min_element(neighbours.gap.begin(), neighbours.gap.end()) : 0.0;
+        if (minimum >= -TOUCHING * mean) {
+            double maximum = 0.0;
             for (std::size_t i = 0; i < 2 * n; i += 2) {
                 double x = now.position[i] - start[i];
                 if (walls.period > 0.0) x -= walls.period * std::nearbyint(x / walls.period);
-                most = std::max(most, length(x, now.position[i + 1] - start[i + 1]));
+                maximum = std::max(maximum, length(x, now.position[i + 1] - start[i + 1]));
             }
-            return most;
+            return maximum;
         }
-        System s = system_of({now.position, Numbers(2 * n, 0.0), radius, mass, {}}, near.first, near.second, near.normal);
-        s.least_scale = -least, s.offset = near.gap;
+        System s = system_of({now.position, Vector(2 * n, 0.0), radius, mass, {}}, neighbours.first, neighbours.second, neighbours.normal);
+        s.least_scale = -minimum, s.offset = neighbours.gap;
         if (body.empty()) s.measure();
-        else s = joined(s, radius, members(body_mass), Numbers(3 * b, 0.0));
-        Asked asked;
-        asked.tolerance = APART, asked.least = asked.bounded = false;
-        const Answer by = solve_one_sided(s, asked);
-        if (!(accuracy(s, by.reaction, by.velocity) <= APART_AT_WORST)) return -1.0;
-        if (!body.empty()) turn(by.velocity);
-        else for (std::size_t i = 0; i < 2 * n; ++i) now.position[i] += by.velocity[i];
+        else s = joined(s, radius, members(body_mass), Vector(3 * b, 0.0));
+        Options options;
+        options.tolerance = APART, options.canonical = options.bounded = false;
+        const Solution solution = solve_one_sided(s, options);
+        if (!(accuracy(s, solution.reaction, solution.velocity) <= APART_AT_WORST)) return -1.0;
+        if (!body.empty()) turn(solution.velocity);
+        else for (std::size_t i = 0; i < 2 * n; ++i) now.position[i] += solution.velocity[i];
         stay_within();
     }
     return -1.0;

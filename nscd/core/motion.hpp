@@ -19,13 +19,13 @@ inline constexpr double STALLED = 10.0;
 
 // The works (k), (k) J that impulses take from the motion, along the normal and across: p·D(w), at contacts in the middle of
 // their gaps. moving (n·3) m/s, m/s, rad/s: w, the mean of the velocities before and after
-void works(const Neighbours& near, In radius, In moving, In along, In across, Out impact, Out friction);
+void works(const Neighbours& neighbours, In radius, In moving, In along, In across, Out impact, Out friction);
 
 // What a step did; of both halves of one that was made in halves. Where it is not solved: when (s), and the residual.
 struct Report {
-    Neighbours near, reached;          // candidates for contact; who reaches whom with arms
-    Numbers reaction, friction, push;  // N·s at both
-    Numbers impact, rubbing;           // J, lost in each contact along the normal and across
+    Neighbours neighbours, reached;          // candidates for contact; who reaches whom with arms
+    Vector reaction, friction, push;  // N·s at both
+    Vector impact, friction_loss;           // J, lost in each contact along the normal and across
     double gained = 0.0, drive = 0.0, weight = 0.0, arms = 0.0;  // J, see StepEnergy in nscd.stepping
     double time = 0.0, residual = 0.0;
     int iterations = 0, repeats = 0;
@@ -35,19 +35,19 @@ struct Report {
 class Motion {
 public:
     // Desired velocities (n·2) m/s at positions (n·2) m; empty: nobody drives.
-    using Desired = std::function<Numbers(In)>;
+    using Desired = std::function<Vector(In)>;
     struct State {
-        Numbers position, velocity, spin;  // (n·2) m, m/s, (n) rad/s
+        Vector position, velocity, spin;  // (n·2) m, m/s, (n) rad/s
         double time = 0.0;
-        Numbers centre, moving;            // (b·2) m, (b·3) m/s, m/s, rad/s of bodies of several disks
+        Vector centre, moving;            // (b·2) m, (b·3) m/s, m/s, rad/s of bodies of several disks
         std::vector<std::int64_t> keys;    // (m) contacts of the step before, and their percussions (N·s)
-        Numbers reaction, tangential;
+        Vector reaction, tangential;
     };
     Law law;
     Segments walls;
-    Numbers radius, mass;                // (n) m, kg
-    Places body;                         // (n) the body of each disk; empty where each is one
-    Numbers body_mass, body_inertia;     // (b) kg, kg m²
+    Vector radius, mass;                // (n) m, kg
+    Indices body;                         // (n) the body of each disk; empty where each is one
+    Vector body_mass, body_inertia;     // (b) kg, kg m²
     State now;
     double stalled = STALLED;
 
@@ -61,9 +61,9 @@ public:
 private:
     bool in_halves(double h, int halvings, const Desired& desired, Report& report);
     bool step_once(double h, const Desired& desired, Report& report);
-    double push_arms(double h, Numbers& velocity, Report& report) const;
-    void account(double share, const double (&gain)[2], bool driven, In free, In after, Report& report) const;
-    void turn(In way);
+    double push_arms(double h, Vector& velocity, Report& report) const;
+    void account(double fraction, const double (&gain)[2], bool driven, In free, In after, Report& report) const;
+    void turn(In mean);
     Members members(In masses) const { return {body, now.centre, masses, body_inertia}; }
     bool slim_ = false;
 };

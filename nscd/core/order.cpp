@@ -8,7 +8,7 @@
 
 namespace nscd {
 
-Graph graph_of(int n, const Places& first, const Places& second) {
+Graph graph_of(int n, const Indices& first, const Indices& second) {
     Graph graph{Starts(n + 1, 0), {}};
     for (std::size_t c = 0; c < first.size(); ++c)
         if (second[c] >= 0) ++graph.start[first[c] + 1], ++graph.start[second[c] + 1];
@@ -23,17 +23,17 @@ Graph graph_of(int n, const Places& first, const Places& second) {
     return graph;
 }
 
-static Places inverse_of(const Places& order) {
-    Places place(order.size());
-    for (std::size_t q = 0; q < order.size(); ++q) place[order[q]] = Index(q);
-    return place;
+static Indices inverse_of(const Indices& order) {
+    Indices index(order.size());
+    for (std::size_t q = 0; q < order.size(); ++q) index[order[q]] = Index(q);
+    return index;
 }
 
 LEVELS Ordering minimum_degree(const Graph& graph) {
     using Word = std::uint64_t;
     const int n = int(graph.start.size()) - 1, words = (n + 63) / 64;
     std::vector<Word> bits(std::size_t(n) * words, 0);
-    Places degree(n, 0), head(n + 1, -1), after(n, -1), before(n, -1), reach(n), order(n);
+    Indices degree(n, 0), head(n + 1, -1), after(n, -1), before(n, -1), reach(n), order(n);
     const auto row = [&](Index a) { return bits.data() + std::size_t(a) * words; };
     for (int a = 0; a < n; ++a) {
         for (auto e = graph.start[a]; e < graph.start[a + 1]; ++e) {
@@ -94,10 +94,10 @@ constexpr int PIECES = 8;
 // Paths through a strip. Disk a is entered by gate 2a and left by gate 2a + 1, and only one path leads from the
 // one to the other.
 struct Paths {
-    Places after, before;  // (n) the next disk of the path through a disk, and the one before
-    Places seen, came;     // (2n) when a gate was reached last, and from which
-    Places stack;          // of gates
-    explicit Paths(int n) : after(n), before(n), seen(2 * n), came(2 * n), stack(2 * n) {}
+    Indices after, before;  // (n) the next disk of the path through a disk, and the one before
+    Indices visited, came;     // (2n) when a gate was reached last, and from which
+    Indices stack;          // of gates
+    explicit Paths(int n) : after(n), before(n), visited(2 * n), came(2 * n), stack(2 * n) {}
 };
 
 struct Node {
@@ -109,7 +109,7 @@ struct Piece {
 
 class Cutter {
 public:
-    Cutter(In x, In y, const Graph& graph, Places& nodes, std::vector<Side>& side, Places& part, int leaf)
+    Cutter(In x, In y, const Graph& graph, Indices& nodes, std::vector<Side>& side, Indices& part, int leaf)
         : x_(x), y_(y), graph_(graph), nodes_(nodes), side_(side), part_(part), leaf_(leaf), paths_(int(nodes.size())) {}
 
     // Cut nodes low … high, into `pieces` only where that is not 0; what is left then is in `left`.
@@ -132,8 +132,8 @@ public:
                 box[0] = std::min(box[0], x_[a]), box[1] = std::min(box[1], -x_[a]);
                 box[2] = std::min(box[2], y_[a]), box[3] = std::min(box[3], -y_[a]);
             }
-            const bool wide = box[0] + box[1] < box[2] + box[3];
-            const In across = wide ? x_ : y_, along = wide ? y_ : x_;
+            const bool compound = box[0] + box[1] < box[2] + box[3];
+            const In across = compound ? x_ : y_, along = compound ? y_ : x_;
             halve(p.low, p.high, across, along);
             const auto [one, two] = arrange(p.low, p.high, along);
             found[me].first = p.low + two;
@@ -162,8 +162,8 @@ private:
     void halve(int low, int high, In across, In along) {
         const int count = high - low, middle = (low + high) / 2;
         if (count >= SMALL) {
-            const double share = std::min(STRIP_SHARE, LAYERS / std::sqrt(double(count)));
-            const int one = low + int((0.5 - share) * count), two = low + int((0.5 + share) * count);
+            const double fraction = std::min(STRIP_SHARE, LAYERS / std::sqrt(double(count)));
+            const int one = low + int((0.5 - fraction) * count), two = low + int((0.5 + fraction) * count);
             divide(low, high, one, across);
             divide(one, high, two, across);
             for (int q = low; q < high; ++q) side_[nodes_[q]] = q < one ? LEFT : q < two ? STRIP : RIGHT;
@@ -199,12 +199,12 @@ private:
     // Take the fewest disks of the strip nodes[one … two] into the cut, the others to the left or to the right. By
     // Menger's theorem they are as many as disjoint paths; what a last search cannot reach lies beyond.
     void cut_strip(int one, int two, In across, In along) {
-        Places rim;
+        Indices rim;
         for (int q = one; q < two; ++q) {
             const Index a = nodes_[q];
             if (touches(a, LEFT)) rim.push_back(a);
             paths_.after[a] = paths_.before[a] = NOBODY;
-            paths_.seen[2 * a] = paths_.seen[2 * a + 1] = 0;
+            paths_.visited[2 * a] = paths_.visited[2 * a + 1] = 0;
         }
         std::stable_sort(rim.begin(), rim.end(), [&](Index a, Index b) { return along[a] < along[b]; });
         int stamp = 0;
@@ -213,8 +213,8 @@ private:
             found = 0;
             for (Index a : rim) {
                 if (paths_.before[a] == END) {
-                    paths_.seen[2 * a] = stamp;
-                } else if (paths_.seen[2 * a] != stamp) {
+                    paths_.visited[2 * a] = stamp;
+                } else if (paths_.visited[2 * a] != stamp) {
                     const Index last = search(a, stamp, across);
                     if (last >= 0) add(last), ++found;
                 }
@@ -222,7 +222,7 @@ private:
         }
         for (int q = one; q < two; ++q) {
             const Index a = nodes_[q];
-            side_[a] = paths_.seen[2 * a + 1] == stamp ? LEFT : paths_.seen[2 * a] == stamp ? CUT : RIGHT;
+            side_[a] = paths_.visited[2 * a + 1] == stamp ? LEFT : paths_.visited[2 * a] == stamp ? CUT : RIGHT;
         }
     }
 
@@ -230,10 +230,10 @@ private:
     // if there is none. A path may take away a part of one that was found: it enters a disk of that path, follows
     // it back, and leaves it at a disk before.
     Index search(Index begin, int stamp, In across) {
-        auto& [after, before, seen, came, stack] = paths_;
+        auto& [after, before, visited, came, stack] = paths_;
         int top = 1;
         stack[0] = 2 * begin;
-        seen[2 * begin] = stamp, came[2 * begin] = -1;
+        visited[2 * begin] = stamp, came[2 * begin] = -1;
         while (top > 0) {
             const Index gate = stack[--top], a = gate >> 1;
             Index following = -1;
@@ -245,16 +245,16 @@ private:
             } else if (before[a] != NOBODY) {
                 following = gate - 1;
             }
-            if (following >= 0 && seen[following] != stamp) {
-                seen[following] = stamp, came[following] = gate;
+            if (following >= 0 && visited[following] != stamp) {
+                visited[following] = stamp, came[following] = gate;
                 stack[top++] = following;
             }
             if ((gate & 1) == 0) continue;
             const int bottom = top;
             for (auto e = graph_.start[a]; e < graph_.start[a + 1]; ++e) {
                 const Index b = graph_.neighbour[e];
-                if (side_[b] != STRIP || after[a] == b || seen[2 * b] == stamp) continue;
-                seen[2 * b] = stamp, came[2 * b] = gate;
+                if (side_[b] != STRIP || after[a] == b || visited[2 * b] == stamp) continue;
+                visited[2 * b] = stamp, came[2 * b] = gate;
                 int at = top++;
                 for (; at > bottom && across[stack[at - 1] >> 1] > across[b]; --at) stack[at] = stack[at - 1];
                 stack[at] = 2 * b;
@@ -265,7 +265,7 @@ private:
 
     // Add the path that ends at a gate: first what it takes away from others, then its own steps.
     void add(Index last) {
-        auto& [after, before, seen, came, stack] = paths_;
+        auto& [after, before, visited, came, stack] = paths_;
         Index gate = last;
         for (; came[gate] >= 0; gate = came[gate]) {
             const Index a = came[gate] >> 1, b = gate >> 1;
@@ -281,9 +281,9 @@ private:
 
     In x_, y_;
     const Graph& graph_;
-    Places& nodes_;
+    Indices& nodes_;
     std::vector<Side>& side_;
-    Places& part_;
+    Indices& part_;
     int leaf_;
     Paths paths_;
 };
@@ -296,13 +296,13 @@ Ordering dissect(In x, In y, const Graph& graph, int leaf, Team& team, int share
     found.order.resize(n);
     std::iota(found.order.begin(), found.order.end(), 0);
     std::vector<Side> side(n, OUTSIDE);
-    Places part(n);
+    Indices part(n);
     std::vector<Piece> left;
     std::vector<Node> nodes = Cutter(x, y, graph, found.order, side, part, leaf).cut(0, n, n >= shared ? PIECES : 0, left);
     std::vector<std::vector<Node>> pieces(left.size());
     std::vector<Cutter> cutters(left.size(), Cutter(x, y, graph, found.order, side, part, leaf));
     std::atomic<int> next{0};
-    team.together([&](int) {
+    team.run([&](int) {
         std::vector<Piece> none;
         for (int p = next++; p < int(left.size()); p = next++) pieces[p] = cutters[p].cut(left[p].low, left[p].high, 0, none);
     });
@@ -315,7 +315,7 @@ Ordering dissect(In x, In y, const Graph& graph, int leaf, Team& team, int share
     }
     // children first: by the last place, and where a separator is empty the inner part first
     const int m = int(nodes.size());
-    Places rank(m), now(m);
+    Indices rank(m), now(m);
     std::iota(rank.begin(), rank.end(), 0);
     std::sort(rank.begin(), rank.end(), [&](Index a, Index b) {
         return nodes[a].end != nodes[b].end ? nodes[a].end < nodes[b].end : a > b;
@@ -327,35 +327,35 @@ Ordering dissect(In x, In y, const Graph& graph, int leaf, Team& team, int share
         found.node_first[s] = node.first, found.node_end[s] = node.end;
         found.node_parent[s] = node.parent < 0 ? -1 : now[node.parent];
     }
-    found.place = inverse_of(found.order);
+    found.index = inverse_of(found.order);
     return found;
 }
 
 // The order of some places below n, the earlier of equal ones first.
-static Places sorted(const Places& place, int n) {
+static Indices sorted(const Indices& index, int n) {
     Starts begin(n + 1, 0);
-    for (Index i : place) ++begin[i + 1];
+    for (Index i : index) ++begin[i + 1];
     std::partial_sum(begin.begin(), begin.end(), begin.begin());
-    Places order(place.size());
-    for (std::size_t c = 0; c < place.size(); ++c) order[begin[place[c]]++] = Index(c);
+    Indices order(index.size());
+    for (std::size_t c = 0; c < index.size(); ++c) order[begin[index[c]]++] = Index(c);
     return order;
 }
 
-Places by_parts(const Places& place, const Places& first, const Places& second, int count, Parts& parts) {
-    const int n = int(place.size());
+Indices by_parts(const Indices& index, const Indices& first, const Indices& second, int count, Parts& parts) {
+    const int n = int(index.size());
     const std::size_t k = first.size();
     parts.disk.resize(count + 1);
     for (int p = 0; p <= count; ++p) parts.disk[p] = std::int64_t(n) * p / count;
-    Places part(n), at(k);
+    Indices part(n), at(k);
     for (int p = 0; p < count; ++p) std::fill(part.begin() + parts.disk[p], part.begin() + parts.disk[p + 1], p);
-    for (std::size_t c = 0; c < k; ++c) at[c] = place[first[c]];
-    const Places row = sorted(at, n);
-    Places within(k);
+    for (std::size_t c = 0; c < k; ++c) at[c] = index[first[c]];
+    const Indices row = sorted(at, n);
+    Indices within(k);
     for (std::size_t q = 0; q < k; ++q) {
-        const Index c = row[q], p = part[place[first[c]]];
-        within[q] = second[c] < 0 || part[place[second[c]]] == p ? p : count;
+        const Index c = row[q], p = part[index[first[c]]];
+        within[q] = second[c] < 0 || part[index[second[c]]] == p ? p : count;
     }
-    Places order = sorted(within, count + 1);
+    Indices order = sorted(within, count + 1);
     parts.contact.assign(count + 1, 0);
     for (Index p : within)
         if (p < count) ++parts.contact[p + 1];

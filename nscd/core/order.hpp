@@ -12,13 +12,13 @@ inline constexpr int SHARED = 10'000;
 // Neighbours of each disk a: neighbour[start[a]] … neighbour[start[a + 1] − 1].
 struct Graph {
     Starts start;
-    Places neighbour;
+    Indices neighbour;
 };
-Graph graph_of(int n, const Places& first, const Places& second);
+Graph graph_of(int n, const Indices& first, const Indices& second);
 
 struct Ordering {
-    Places order, place;                       // (n) the disk at each place, and its inverse
-    Places node_first, node_end, node_parent;  // (m) places that each node of the separator tree eliminates,
+    Indices order, index;                       // (n) the disk at each place, and its inverse
+    Indices node_first, node_end, node_parent;  // (m) places that each node of the separator tree eliminates,
                                                // children before parents; its parent, −1 at the root
 };
 
@@ -39,6 +39,6 @@ struct Parts {
     int count() const { return int(disk.size()) - 1; }
 };
 // The order (k) of contacts by parts, and within by the place of their first disk.
-Places by_parts(const Places& place, const Places& first, const Places& second, int count, Parts& parts);
+Indices by_parts(const Indices& index, const Indices& first, const Indices& second, int count, Parts& parts);
 
 }  // namespace nscd

@@ -10,9 +10,9 @@ namespace {
 // A square grid of cells, each with the last disk that was put in it and from each disk the one before.
 struct Grid {
     int columns, rows;
-    Places head, before;
+    Indices head, before;
     Grid(int columns_, int rows_, std::size_t n) : columns(columns_), rows(rows_), head(std::size_t(columns_) * rows_, -1), before(n, -1) {}
-    void put(int column, int row, int disk) {
+    void insert(int column, int row, int disk) {
         Index& last = head[std::size_t(column) * rows + row];
         before[disk] = last, last = disk;
     }
@@ -31,23 +31,23 @@ struct Site { double key; Index a, b, side; };  // touches disks a and b (−1: 
 
 // A binary heap, the smallest key first.
 struct Sites {
-    std::vector<Site> held;
+    std::vector<Site> heap;
     void push(const Site& site) {
-        held.push_back(site);
-        std::size_t c = held.size() - 1;
-        for (; c > 0 && held[(c - 1) / 2].key > site.key; c = (c - 1) / 2) held[c] = held[(c - 1) / 2];
-        held[c] = site;
+        heap.push_back(site);
+        std::size_t c = heap.size() - 1;
+        for (; c > 0 && heap[(c - 1) / 2].key > site.key; c = (c - 1) / 2) heap[c] = heap[(c - 1) / 2];
+        heap[c] = site;
     }
     Site pop() {
-        const Site first = held.front(), last = held.back();
-        held.pop_back();
+        const Site first = heap.front(), last = heap.back();
+        heap.pop_back();
         std::size_t c = 0;
-        for (std::size_t child; (child = 2 * c + 1) < held.size(); c = child) {
-            if (child + 1 < held.size() && held[child + 1].key < held[child].key) ++child;
-            if (held[child].key >= last.key) break;
-            held[c] = held[child];
+        for (std::size_t child; (child = 2 * c + 1) < heap.size(); c = child) {
+            if (child + 1 < heap.size() && heap[child + 1].key < heap[child].key) ++child;
+            if (heap[child].key >= last.key) break;
+            heap[c] = heap[child];
         }
-        if (!held.empty()) held[c] = last;
+        if (!heap.empty()) heap[c] = last;
         return first;
     }
 };
@@ -80,35 +80,35 @@ void pairs_within(In position, In radius, double skin, double cell, std::vector<
         const double x = position[2 * a], y = position[2 * a + 1];
         const int column = int((x - x0) / cell), row = int((y - y0) / cell);
         grid.around(column, row, 1, [&](Index b) {
-            const double near = radius[a] + radius[b] + skin, dx = x - position[2 * b], dy = y - position[2 * b + 1];
-            if (dx * dx + dy * dy < near * near) pairs.push_back({b, a});
+            const double reach = radius[a] + radius[b] + skin, dx = x - position[2 * b], dy = y - position[2 * b + 1];
+            if (dx * dx + dy * dy < reach * reach) pairs.push_back({b, a});
             return true;
         });
-        grid.put(column, row, a);
+        grid.insert(column, row, a);
     }
 }
 
 // The mean force of the listed pairs that overlap; sets the force (n·2) on each disk.
-double add_forces(In position, In radius, In push, const Press& asked, const std::vector<std::array<Index, 2>>& pairs, Out force) {
+double add_forces(In position, In radius, In push, const Press& options, const std::vector<std::array<Index, 2>>& pairs, Out force) {
     for (std::size_t a = 0; a < radius.size(); ++a) {
         const double x = position[2 * a], y = position[2 * a + 1];
-        const double ty = std::min(std::max(y, -asked.half_door), asked.half_door) - y, d = std::sqrt(x * x + ty * ty);
+        const double ty = std::min(std::max(y, -options.half_door), options.half_door) - y, d = std::sqrt(x * x + ty * ty);
         force[2 * a] = -push[a] * x / d, force[2 * a + 1] = push[a] * ty / d;
-        if (x > -radius[a]) force[2 * a] -= asked.stiffness * (x + radius[a]);
+        if (x > -radius[a]) force[2 * a] -= options.stiffness * (x + radius[a]);
     }
     double pressed = 0.0;
-    int touching = 0;
+    int count = 0;
     for (const auto& [a, b] : pairs) {
         const double dx = position[2 * b] - position[2 * a], dy = position[2 * b + 1] - position[2 * a + 1];
         const double square = dx * dx + dy * dy, both = radius[a] + radius[b];
         if (square >= both * both) continue;
-        const double d = std::sqrt(square), f = asked.stiffness * (both - d);
+        const double d = std::sqrt(square), f = options.stiffness * (both - d);
         pressed += f;
-        ++touching;
+        ++count;
         force[2 * a] -= f * dx / d, force[2 * a + 1] -= f * dy / d;
         force[2 * b] += f * dx / d, force[2 * b + 1] += f * dy / d;
     }
-    return touching ? pressed / touching : 0.0;
+    return count ? pressed / count : 0.0;
 }
 
 }  // namespace
@@ -121,7 +121,7 @@ int grow(Out position, In radius, int placed, const Growth& of) {
         const double r = radius[count];
         Spot spot{position[2 * count], position[2 * count + 1], count < placed};
         const auto cell_of = [&](double z) { return std::clamp(int((z + of.reach) / of.cell), 0, m - 1); };
-        while (!sites.held.empty() && !spot.there) {
+        while (!sites.heap.empty() && !spot.there) {
             const Site site = sites.pop();
             spot = touching_both(position, radius, site.a, site.b, site.side, r);
             spot.there = spot.there && spot.x <= -r + 1e-12 && grid.around(cell_of(spot.x), cell_of(spot.y), 1, [&](Index c) {
@@ -140,36 +140,36 @@ int grow(Out position, In radius, int placed, const Growth& of) {
         const int column = cell_of(spot.x), row = cell_of(spot.y);
         grid.around(column, row, 2, [&](Index c) {
             const double d = length(position[2 * c] - spot.x, position[2 * c + 1] - spot.y);
-            if (d >= radius[c] + r + of.near) return true;
+            if (d >= radius[c] + r + of.reach_between) return true;
             for (int side : {-1, 1}) {
                 const Spot at = touching_both(position, radius, count, c, side, of.typical);
-                if (at.there && at.x < -of.least && length(at.x, at.y) > of.hollow)
+                if (at.there && at.x < -of.wall_distance && length(at.x, at.y) > of.hollow)
                     sites.push({length(at.x, std::max(std::abs(at.y) - of.half_door, 0.0)), count, c, side});
             }
             return true;
         });
-        grid.put(column, row, count);
+        grid.insert(column, row, count);
     }
     return n;
 }
 
-bool press(Out position, In radius, In push, const Press& asked) {
+bool press(Out position, In radius, In push, const Press& options) {
     const std::size_t size = position.size();
-    Numbers velocity(size, 0.0), force(size), listed;
+    Vector velocity(size, 0.0), force(size), listed;
     std::vector<std::array<Index, 2>> pairs;
-    double dt = asked.step, alpha = 0.1;
+    double dt = options.step, alpha = 0.1;
     int steps = 0;
-    for (int step = 0; step < asked.most; ++step) {
+    for (int step = 0; step < options.max_steps; ++step) {
         double moved = listed.empty() ? INFINITE : 0.0;
         for (std::size_t i = 0; i < listed.size(); i += 2) {
             const double dx = position[i] - listed[i], dy = position[i + 1] - listed[i + 1];
             moved = std::max(moved, dx * dx + dy * dy);
         }
-        if (moved > 0.25 * asked.skin * asked.skin) {
+        if (moved > 0.25 * options.skin * options.skin) {
             listed.assign(position.begin(), position.end());
-            pairs_within(position, radius, asked.skin, asked.cell, pairs);
+            pairs_within(position, radius, options.skin, options.cell, pairs);
         }
-        const double mean = add_forces(position, radius, push, asked, pairs, force);
+        const double mean = add_forces(position, radius, push, options, pairs, force);
         double power = 0.0, speed = 0.0, pull = 0.0, worst = 0.0;
         for (std::size_t i = 0; i < size; ++i) {
             power += force[i] * velocity[i];
@@ -177,12 +177,12 @@ bool press(Out position, In radius, In push, const Press& asked) {
             pull += force[i] * force[i];
             worst = std::max(worst, std::abs(force[i]));
         }
-        if (worst < asked.rest * mean) return true;
+        if (worst < options.force_tolerance * mean) return true;
         if (power > 0) {
             ++steps;
             const double mix = alpha * std::sqrt(speed / pull);
             for (std::size_t i = 0; i < size; ++i) velocity[i] = (1 - alpha) * velocity[i] + mix * force[i];
-            if (steps > 5) dt = std::min(dt * 1.1, asked.longest), alpha *= 0.99;
+            if (steps > 5) dt = std::min(dt * 1.1, options.longest), alpha *= 0.99;
         } else {
             std::fill(velocity.begin(), velocity.end(), 0.0);
             dt *= 0.5, alpha = 0.1, steps = 0;

@@ -10,9 +10,9 @@ struct Growth {
     double half_door;
     double cell, reach;  // of the grid in which neighbours are found, and how far it reaches
     double typical;      // radius of the disk for which sites are looked for
-    double near;         // disks not farther from each other may have one that touches both between them
+    double reach_between;         // disks not farther from each other may have one that touches both between them
     double beside;       // disks not farther from the wall may have one that touches it and them
-    double least;        // distance of a site from the wall, at least
+    double wall_distance;        // distance of a site from the wall, at least
     double hollow;       // distance of a site from the middle of the door, at least
     bool shut;           // whether a disk may rest on the door
 };
@@ -28,11 +28,11 @@ struct Press {
     double longest;
     double skin;       // pairs are listed again when a disk has moved half as far
     double cell;       // of the grid in which they are found, at least the largest diameter and the skin
-    double rest;       // of the mean contact force: what a disk at rest may be off balance by
-    int most;          // steps
+    double force_tolerance;       // of the mean contact force: what a disk at rest may be off balance by
+    int max_steps;          // steps
 };
 // Moves soft disks, each of unit mass, that are pushed to the door (n) until they rest; whether they do. Energy is minimised by
 // FIRE (Bitzek et al., PRL 97, 2006, 170201).
-bool press(Out position, In radius, In push, const Press& asked);
+bool press(Out position, In radius, In push, const Press& options);
 
 }  // namespace nscd

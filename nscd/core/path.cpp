@@ -27,24 +27,24 @@ constexpr int TRIES = 4;
 
 // Storage of an iteration.
 struct Work {
-    Numbers wanted;     // (k) m/s, C u − b − ελ/κ
-    Numbers theta;      // (k) kg
-    Numbers push, v;    // (k)
-    Numbers target;     // (k) m/s, what the corrector takes from the slack, (ΔsΔλ − σμ)/λ
-    Numbers dual;       // (n·d) N·s, Â(u − û) + Cᵀλ
-    Numbers size;       // (n) N·s
+    Vector wanted;     // (k) m/s, C u − b − ελ/κ
+    Vector theta;      // (k) kg
+    Vector push, v;    // (k)
+    Vector target;     // (k) m/s, what the corrector takes from the slack, (ΔsΔλ − σμ)/λ
+    Vector dual;       // (n·d) N·s, Â(u − û) + Cᵀλ
+    Vector size;       // (n) N·s
 };
 
 // The error at a point, the mean of sλ, and whether they are numbers; what the point misses goes into `work`.
 struct Missed {
     double error, mean;
-    bool sound;
+    bool valid;
 };
-Missed missed(const System& s, const Point& at, Work& work) {
+Missed missed(const System& s, const PathPoint& point, Work& work) {
     const int d = s.d;
-    const Numbers& u = at.velocity;
+    const Vector& u = point.velocity;
     if (s.dissipative()) {
-        Numbers moved(u.size());
+        Vector moved(u.size());
         for (std::size_t i = 0; i < u.size(); ++i) moved[i] = u[i] - s.free[i];
         inertia(s, moved, work.dual);
     } else {
@@ -52,10 +52,10 @@ Missed missed(const System& s, const Point& at, Work& work) {
     }
     for (int i = 0; i < s.n; ++i) work.size[i] = s.mass[d * i] * s.scale;
     double error = 0.0, total = 0.0;
-    const bool wide = s.wide();
+    const bool compound = s.compound();
     for (int c = 0; c < s.k; ++c) {
         const int i = s.first[c], j = s.second[c];
-        const double push = at.reaction[c], px = s.nx[c] * push, py = s.ny[c] * push;
+        const double push = point.reaction[c], px = s.nx[c] * push, py = s.ny[c] * push;
         double x = u[d * i], y = u[d * i + 1];
         work.dual[d * i] += px, work.dual[d * i + 1] += py, work.size[i] += push;
         if (j >= 0) {
@@ -63,21 +63,21 @@ Missed missed(const System& s, const Point& at, Work& work) {
             work.dual[d * j] -= px, work.dual[d * j + 1] -= py, work.size[j] += push;
         }
         work.wanted[c] = s.nx[c] * x + s.ny[c] * y - s.offset[c];
-        if (wide) {
+        if (compound) {
             work.dual[3 * i + 2] += s.turn_first[c] * push, work.wanted[c] += s.turn_first[c] * u[3 * i + 2];
             if (j >= 0) work.dual[3 * j + 2] += s.turn_second[c] * push, work.wanted[c] += s.turn_second[c] * u[3 * j + 2];
         }
         error = std::max(error, std::abs(std::min(s.inverse_mass[c] * push, -work.wanted[c])));
-        total += at.slack[c] * push;
+        total += point.slack[c] * push;
     }
     error /= s.scale;
     double sum = total;  // a maximum hides what is no number, a sum does not
     for (int i = 0; i < s.n; ++i)
         for (int a = 0; a < d; ++a) {
-            const double off = std::abs(work.dual[d * i + a]);
-            if (a < 2) error = std::max(error, off / work.size[i]);
-            else if (wide) error = std::max(error, off / (work.size[i] * s.reach[i]));
-            sum += off;
+            const double imbalance = std::abs(work.dual[d * i + a]);
+            if (a < 2) error = std::max(error, imbalance / work.size[i]);
+            else if (compound) error = std::max(error, imbalance / (work.size[i] * s.reach[i]));
+            sum += imbalance;
         }
     return {error, total / s.k, std::isfinite(sum)};
 }
@@ -87,7 +87,7 @@ LEVELS void weigh(const double* slack, const double* reaction, const double* com
 }
 
 // The step that takes away what is missed, to first order; sλ goes to 0, or to what the corrector wants.
-void newton(Factor& factor, const Point& at, Point& step, Work& work) {
+void newton(Factor& factor, const PathPoint& point, PathPoint& step, Work& work) {
     const System& s = factor.system();
     for (int c = 0; c < s.k; ++c) work.push[c] = work.theta[c] * (work.wanted[c] - work.target[c]);
     for (std::size_t i = 0; i < work.dual.size(); ++i) step.velocity[i] = -work.dual[i];
@@ -97,137 +97,137 @@ void newton(Factor& factor, const Point& at, Point& step, Work& work) {
     for (int c = 0; c < s.k; ++c) {
         const double change = work.theta[c] * work.v[c] + work.push[c];
         step.reaction[c] = change;
-        step.slack[c] = -at.slack[c] - work.target[c] - at.slack[c] * change / at.reaction[c];
+        step.slack[c] = -point.slack[c] - work.target[c] - point.slack[c] * change / point.reaction[c];
     }
 }
 
 // How far a step goes until s or λ is 0, at most 1.
 LEVELS double to_boundary(const double* slack, const double* by, const double* reaction, const double* push, int k) {
-    double most = 1.0;
+    double maximum = 1.0;
     for (int c = 0; c < k; ++c) {
         const double one = -by[c] / slack[c], other = -push[c] / reaction[c];
         const double both = one > other ? one : other;
-        most = both > most ? both : most;
+        maximum = both > maximum ? both : maximum;
     }
-    return 1.0 / most;
+    return 1.0 / maximum;
 }
 
-double to_boundary(const Point& at, const Point& step) {
-    return to_boundary(at.slack.data(), step.slack.data(), at.reaction.data(), step.reaction.data(), int(at.slack.size()));
+double to_boundary(const PathPoint& point, const PathPoint& step) {
+    return to_boundary(point.slack.data(), step.slack.data(), point.reaction.data(), step.reaction.data(), int(point.slack.size()));
 }
 
 // Mehrotra's corrector: (ΔsΔλ − σμ)/λ (k), σ from how far the predictor gets.
-void aim(const Point& at, const Point& step, double length, double mean, Numbers& target) {
+void aim(const PathPoint& point, const PathPoint& step, double length, double mean, Vector& target) {
     const std::size_t k = target.size();
     double after = 0.0;
     for (std::size_t c = 0; c < k; ++c)
-        after += (at.slack[c] + length * step.slack[c]) * (at.reaction[c] + length * step.reaction[c]);
-    const double share = after / (double(k) * mean);
-    double centring = share * share * share;
+        after += (point.slack[c] + length * step.slack[c]) * (point.reaction[c] + length * step.reaction[c]);
+    const double fraction = after / (double(k) * mean);
+    double centring = fraction * fraction * fraction;
     if (length < 0.1) centring = std::max(centring, 0.3);
-    for (std::size_t c = 0; c < k; ++c) target[c] = (step.slack[c] * step.reaction[c] - centring * mean) / at.reaction[c];
+    for (std::size_t c = 0; c < k; ++c) target[c] = (step.slack[c] * step.reaction[c] - centring * mean) / point.reaction[c];
 }
 
 }  // namespace
 
-Followed follow(Factor& factor, double tolerance, In compliance, Point at) {
+Followed follow(Factor& factor, double tolerance, In compliance, PathPoint point) {
     const System& s = factor.system();
-    Followed best{at.reaction, at.velocity, INFINITE, 0, {}, {}};
-    if (s.scale < NOTHING) return {Numbers(s.k, 0.0), s.free, INFINITE, 0, {}, {}};
+    Followed best{point.reaction, point.velocity, INFINITE, 0, {}, {}};
+    if (s.scale < NOTHING) return {Vector(s.k, 0.0), s.free, INFINITE, 0, {}, {}};
     const std::size_t k = s.k, size = s.mass.size();
-    Work work{Numbers(k), Numbers(k), Numbers(k), Numbers(k), Numbers(k), Numbers(size), Numbers(s.n)};
-    Point step{Numbers(k), Numbers(k), Numbers(size)};
+    Work work{Vector(k), Vector(k), Vector(k), Vector(k), Vector(k), Vector(size), Vector(s.n)};
+    PathPoint step{Vector(k), Vector(k), Vector(size)};
     int stalled = 0, iteration = 0;
     bool made = false;
     while (true) {
-        const Missed now = missed(s, at, work);
-        if (!now.sound) break;
-        stalled = now.error < 0.9 * best.error ? 0 : stalled + 1;
-        if (now.error < best.error) {
-            best.error = now.error, best.iterations = iteration;
-            best.reaction = at.reaction, best.velocity = at.velocity;
+        const Missed missing = missed(s, point, work);
+        if (!missing.valid) break;
+        stalled = missing.error < 0.9 * best.error ? 0 : stalled + 1;
+        if (missing.error < best.error) {
+            best.error = missing.error, best.iterations = iteration;
+            best.reaction = point.reaction, best.velocity = point.velocity;
         }
         const int enough = best.error < NEAR_END ? STALLED : LOST;
         if (best.error <= tolerance || stalled > enough || iteration == MOST_ITERATIONS) break;
         ++iteration;
-        weigh(at.slack.data(), at.reaction.data(), compliance.data(), work.theta.data(), s.k);
+        weigh(point.slack.data(), point.reaction.data(), compliance.data(), work.theta.data(), s.k);
         made = factor.factorise(work.theta);
         if (!made) break;
         std::fill(work.target.begin(), work.target.end(), 0.0);
-        newton(factor, at, step, work);
-        aim(at, step, to_boundary(at, step), now.mean, work.target);
-        newton(factor, at, step, work);
-        const double length = to_boundary(at, step) * std::min(std::max(0.995, 1.0 - 10.0 * now.error), 0.99999);
-        for (std::size_t i = 0; i < size; ++i) at.velocity[i] += length * step.velocity[i];
+        newton(factor, point, step, work);
+        aim(point, step, to_boundary(point, step), missing.mean, work.target);
+        newton(factor, point, step, work);
+        const double length = to_boundary(point, step) * std::min(std::max(0.995, 1.0 - 10.0 * missing.error), 0.99999);
+        for (std::size_t i = 0; i < size; ++i) point.velocity[i] += length * step.velocity[i];
         for (std::size_t c = 0; c < k; ++c) {
-            at.slack[c] = std::max(at.slack[c] + length * step.slack[c], LEAST);
-            at.reaction[c] = std::max(at.reaction[c] + length * step.reaction[c], LEAST);
+            point.slack[c] = std::max(point.slack[c] + length * step.slack[c], LEAST);
+            point.reaction[c] = std::max(point.reaction[c] + length * step.reaction[c], LEAST);
         }
     }
     if (made) best.theta = std::move(work.theta);
-    best.last = std::move(at);
+    best.last = std::move(point);
     return best;
 }
 
-Point cold_start(const System& s) {
-    Point at{Numbers(s.k), Numbers(s.k), s.free};
-    const double least = std::sqrt(*std::min_element(s.inverse_mass.begin(), s.inverse_mass.end()));
+PathPoint cold_start(const System& s) {
+    PathPoint point{Vector(s.k), Vector(s.k), s.free};
+    const double minimum = std::sqrt(*std::min_element(s.inverse_mass.begin(), s.inverse_mass.end()));
     for (int c = 0; c < s.k; ++c) {
         const double root = std::sqrt(s.inverse_mass[c]);
-        at.slack[c] = root * (s.scale / least), at.reaction[c] = s.scale / (root * least);
+        point.slack[c] = root * (s.scale / minimum), point.reaction[c] = s.scale / (root * minimum);
     }
-    return at;
+    return point;
 }
 
-Point away_from(const System& s, In reaction, In u, double tolerance, double away) {
-    Point at{Numbers(s.k), Numbers(s.k), Numbers(u.begin(), u.end())};
-    approach(s, u, at.slack);
+PathPoint away_from(const System& s, In reaction, In u, double tolerance, double away) {
+    PathPoint point{Vector(s.k), Vector(s.k), Vector(u.begin(), u.end())};
+    approach(s, u, point.slack);
     double error = tolerance * s.scale;
     for (int c = 0; c < s.k; ++c) {
-        at.slack[c] = s.offset[c] - at.slack[c];
-        error = std::max(error, std::abs(std::min(s.inverse_mass[c] * reaction[c], at.slack[c])));
+        point.slack[c] = s.offset[c] - point.slack[c];
+        error = std::max(error, std::abs(std::min(s.inverse_mass[c] * reaction[c], point.slack[c])));
     }
     const double square = away * error * (away * error);
     for (int c = 0; c < s.k; ++c) {
-        const double apart = s.inverse_mass[c] * reaction[c] - at.slack[c];
-        const double push = 0.5 * (apart + std::sqrt(apart * apart + 4.0 * square));
-        at.slack[c] = std::max(push - apart, square / push);
-        at.reaction[c] = square / at.slack[c] / s.inverse_mass[c];
+        const double difference = s.inverse_mass[c] * reaction[c] - point.slack[c];
+        const double push = 0.5 * (difference + std::sqrt(difference * difference + 4.0 * square));
+        point.slack[c] = std::max(push - difference, square / push);
+        point.reaction[c] = square / point.slack[c] / s.inverse_mass[c];
     }
-    return at;
+    return point;
 }
 
-Found solve_by_path(Factor& factor, const Near& near, double tolerance, bool least) {
+Found solve_by_path(Factor& factor, const WarmStart& warm_start, double tolerance, bool canonical) {
     const System& s = factor.system();
-    Numbers compliance = s.stiffness();
+    Vector compliance = s.stiffness();
     for (double& c : compliance) c = RIGID / c;
-    const bool exactly = least && s.even();
+    const bool exactly = canonical && s.even();
     int spent = 0;
-    Flags closed;
+    Mask closed;
     const double first = exactly ? std::max(NEARLY, 0.5 * tolerance) : 0.5 * tolerance;
     Followed path = follow(factor, first, compliance,
-                           near.reaction.empty() ? cold_start(s) : away_from(s, near.reaction, near.velocity, first, near.away));
+                           warm_start.reaction.empty() ? cold_start(s) : away_from(s, warm_start.reaction, warm_start.velocity, first, warm_start.away));
     spent += path.iterations;
-    double off = press(s, path.reaction, path.velocity, {}, closed);
+    double residual = press(s, path.reaction, path.velocity, {}, closed);
     if (exactly && std::isfinite(path.error)) {
         path.theta.clear();  // the factor is another one from here on
         if (std::count(closed.begin(), closed.end(), 1) <= 2 * s.n) {  // no more than unknowns: they tell the reactions
-            Closed exact = close_set(factor, closed, true, CLOSED, TRIES);
+            Closed exact = active_set_solve(factor, closed, true, CLOSED, TRIES);
             spent += exact.rounds;
             if (exact.settled && exact.error <= tolerance)
-                return {std::move(exact.reaction), std::move(exact.velocity), spent, true, std::move(exact.held)};
+                return {std::move(exact.reaction), std::move(exact.velocity), spent, true, std::move(exact.cached)};
         }
         if (path.error > 0.5 * tolerance) {
             path = follow(factor, 0.5 * tolerance, compliance, std::move(path.last));
             spent += path.iterations;
-            off = press(s, path.reaction, path.velocity, {}, closed);
+            residual = press(s, path.reaction, path.velocity, {}, closed);
         }
     }
-    if (off > tolerance) {  // velocities without squares have no path
-        Closed exact = close_set(factor, closed, true);
+    if (residual > tolerance) {  // velocities without squares have no path
+        Closed exact = active_set_solve(factor, closed, true);
         spent += exact.rounds;
         if (accuracy(s, exact.reaction, exact.velocity) < accuracy(s, path.reaction, path.velocity))
-            return {std::move(exact.reaction), std::move(exact.velocity), spent, exact.settled && s.even(), std::move(exact.held)};
+            return {std::move(exact.reaction), std::move(exact.velocity), spent, exact.settled && s.even(), std::move(exact.cached)};
         path.theta.clear();
     }
     return {std::move(path.reaction), std::move(path.velocity), spent, false, {std::move(path.theta), {}}};

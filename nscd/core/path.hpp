@@ -7,42 +7,42 @@
 namespace nscd {
 
 // A point of the path: slack s and reaction λ > 0 (k), velocity u (n·d).
-struct Point {
-    Numbers slack, reaction, velocity;
+struct PathPoint {
+    Vector slack, reaction, velocity;
 };
 
 struct Followed {
-    Numbers reaction, velocity;
+    Vector reaction, velocity;
     double error = INFINITE;  // natural map max |min(wλ, b − Cu + cλ)| and imbalance of momentum, over ‖u⁻‖∞
     int iterations = 0;
-    Numbers theta;            // Θ of the last factor; empty where it failed
-    Point last;               // where it ended, to go on from
+    Vector theta;            // Θ of the last factor; empty where it failed
+    PathPoint last;               // where it ended, to go on from
 };
 
 // Follow the path of min ½(u−û)·Â(u−û) + ½ Σ cλ², C u + s = b + cλ, s ≥ 0, to the tolerance or where rounding stops it.
 // One factorisation of Â + CᵀΘC an iteration, Θ = 1/(s/λ + c), and two solutions.
 // compliance: (k) s/kg, c: a proximal term of the matrix only, which does not change the answer
-Followed follow(Factor& factor, double tolerance, In compliance, Point start);
+Followed follow(Factor& factor, double tolerance, In compliance, PathPoint start);
 
 // The start s = √w, λ = 1/√w (times one constant), which makes unequal masses harmless.
-Point cold_start(const System& s);
+PathPoint cold_start(const System& s);
 
 // The point of the path that is as far from the end as λ and u are: wλ − s is kept, √(wλ·s) = away · error.
-Point away_from(const System& s, In reaction, In u, double tolerance, double away);
+PathPoint away_from(const System& s, In reaction, In u, double tolerance, double away);
 
-struct Near {                     // an answer that is nearly right, in elimination order; empty where there is none
-    Numbers reaction, velocity;
+struct WarmStart {                     // an answer that is nearly right, in elimination order; empty where there is none
+    Vector reaction, velocity;
     double away = 10.0;           // the path begins so many times its error away from its end
 };
 struct Found {
-    Numbers reaction, velocity;
+    Vector reaction, velocity;
     int iterations = 0;
-    bool least = false;           // whether these are known to be the reactions of least energy
-    Held held;
+    bool canonical = false;           // whether these are known to be the reactions of least energy
+    CachedFactor cached;
 };
 
 // Solve any problem: along the path of rigid contacts. Where the reactions of least energy are wanted and one stiffness
 // serves, the path is left as soon as the contacts that it closes close exactly.
-Found solve_by_path(Factor& factor, const Near& near, double tolerance, bool least);
+Found solve_by_path(Factor& factor, const WarmStart& warm_start, double tolerance, bool canonical);
 
 }  // namespace nscd

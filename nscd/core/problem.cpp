@@ -7,13 +7,13 @@
 namespace nscd {
 
 bool System::even() const {
-    const auto [least, most] = std::minmax_element(inverse_mass.begin(), inverse_mass.end());
-    return k == 0 || *most <= EVEN * *least;
+    const auto [minimum, maximum] = std::minmax_element(inverse_mass.begin(), inverse_mass.end());
+    return k == 0 || *maximum <= EVEN * *minimum;
 }
 
 // The same for all, 1/max w, so that the stiff limit has the least Σλ²; 1/w where masses differ too much.
-Numbers System::stiffness() const {
-    Numbers kappa(k);
+Vector System::stiffness() const {
+    Vector kappa(k);
     if (k == 0) return kappa;
     const double lightest = *std::max_element(inverse_mass.begin(), inverse_mass.end());
     const bool same = even();
@@ -25,7 +25,7 @@ void System::measure() {
     scale = std::max(least_scale, TINY);
     for (int i = 0; i < n; ++i)
         for (int a = 0; a < 2; ++a) scale = std::max(scale, std::abs(left[d * i + a]));
-    if (!wide()) return;
+    if (!compound()) return;
     reach.assign(n, 0.0);
     for (int i = 0; i < n; ++i) reach[i] = std::sqrt(mass[3 * i + 2] / mass[3 * i]);
     for (int c = 0; c < k; ++c) {
@@ -35,12 +35,12 @@ void System::measure() {
     for (int i = 0; i < n; ++i) scale = std::max(scale, std::abs(left[3 * i + 2]) * reach[i]);
 }
 
-System system_of(const Disks& disks, Places first, Places second, In normal) {
+System system_of(const Disks& disks, Indices first, Indices second, In normal) {
     System s;
     const auto& [position, velocity, radius, mass, spin] = disks;
     s.n = int(mass.size()), s.k = int(first.size()), s.d = spin.empty() ? 2 : 3;
     s.first = std::move(first), s.second = std::move(second), s.offset.assign(s.k, 0.0);
-    for (Numbers* one : {&s.nx, &s.ny, &s.inverse_mass}) one->reserve(s.k);
+    for (Vector* one : {&s.nx, &s.ny, &s.inverse_mass}) one->reserve(s.k);
     for (int c = 0; c < s.k; ++c) {
         const int i = s.first[c], j = s.second[c];
         s.nx.push_back(normal[2 * c]), s.ny.push_back(normal[2 * c + 1]);
@@ -67,26 +67,26 @@ System joined(const System& disks, In radius, const Members& of, In left) {
     }
     s.left.assign(left.begin(), left.end());
     s.free = s.left;
-    for (Numbers* one : {&s.turn_first, &s.turn_second, &s.lever_first, &s.lever_second}) one->assign(s.k, 0.0);
+    for (Vector* one : {&s.turn_first, &s.turn_second, &s.lever_first, &s.lever_second}) one->assign(s.k, 0.0);
     for (int c = 0; c < s.k; ++c) {
         s.inverse_mass[c] = 0.0;
-        const auto put = [&](Index& at, double sign, double& turn, double& lever) {
+        const auto set_body = [&](Index& at, double sign, double& turn, double& lever) {
             const Index disk = at, b = at = of.body[disk];
             const double x = disks.x[disk] - s.x[b], y = disks.y[disk] - s.y[b];
             turn = sign * (x * s.ny[c] - y * s.nx[c]);
             lever = radius[disk] + sign * (x * s.nx[c] + y * s.ny[c]);
             s.inverse_mass[c] += 1.0 / of.mass[b] + turn * turn / of.inertia[b];
         };
-        put(s.first[c], 1.0, s.turn_first[c], s.lever_first[c]);
-        if (s.second[c] >= 0) put(s.second[c], -1.0, s.turn_second[c], s.lever_second[c]);
+        set_body(s.first[c], 1.0, s.turn_first[c], s.lever_first[c]);
+        if (s.second[c] >= 0) set_body(s.second[c], -1.0, s.turn_second[c], s.lever_second[c]);
     }
     s.measure();
     return s;
 }
 
-Numbers of_bodies(const Members& of, In mass, In velocity, In spin) {
+Vector of_bodies(const Members& of, In mass, In velocity, In spin) {
     const std::size_t n = of.body.size(), b = of.mass.size();
-    Numbers u(3 * b), first(2 * b);
+    Vector u(3 * b), first(2 * b);
     for (std::size_t i = n; i-- > 0;) {  // the first disk's, which is exact where a body is one disk
         const std::size_t at = of.body[i];
         for (int a = 0; a < 2; ++a) first[2 * at + a] = u[3 * at + a] = velocity[2 * i + a];
@@ -98,8 +98,8 @@ Numbers of_bodies(const Members& of, In mass, In velocity, In spin) {
     return u;
 }
 
-Numbers of_members(const Members& of, In position, In u) {
-    Numbers moving(position.size());
+Vector of_members(const Members& of, In position, In u) {
+    Vector moving(position.size());
     for (std::size_t i = 0; i < of.body.size(); ++i) {
         const std::size_t b = of.body[i];
         moving[2 * i] = u[3 * b] - u[3 * b + 2] * (position[2 * i + 1] - of.centre[2 * b + 1]);
@@ -108,35 +108,35 @@ Numbers of_members(const Members& of, In position, In u) {
     return moving;
 }
 
-System chosen(const System& whole, std::span<const Index> contact, std::span<const Index> disk,
-              const Places& place) {
+System chosen(const System& full, std::span<const Index> contact, std::span<const Index> disk,
+              const Indices& index) {
     System s;
-    s.n = int(disk.size()), s.k = int(contact.size()), s.d = whole.d;
-    s.least_scale = whole.least_scale, s.maintained = whole.maintained;
-    const auto picked = [&](const Numbers& given) {
-        Numbers some(given.empty() ? 0 : contact.size());
-        for (std::size_t c = 0; c < some.size(); ++c) some[c] = given[contact[c]];
+    s.n = int(disk.size()), s.k = int(contact.size()), s.d = full.d;
+    s.least_scale = full.least_scale, s.maintained = full.maintained;
+    const auto picked = [&](const Vector& values) {
+        Vector some(values.empty() ? 0 : contact.size());
+        for (std::size_t c = 0; c < some.size(); ++c) some[c] = values[contact[c]];
         return some;
     };
-    const auto moved = [&](const Numbers& given, int d) {
-        Numbers some(given.empty() ? 0 : disk.size() * d);
+    const auto moved = [&](const Vector& values, int d) {
+        Vector some(values.empty() ? 0 : disk.size() * d);
         auto* to = some.data();
         if (!some.empty())
-            for (const Index i : disk) to = std::copy_n(given.data() + std::size_t(i) * d, d, to);
+            for (const Index i : disk) to = std::copy_n(values.data() + std::size_t(i) * d, d, to);
         return some;
     };
     s.first.resize(s.k), s.second.resize(s.k);
     for (int c = 0; c < s.k; ++c) {
-        s.first[c] = place[whole.first[contact[c]]];
-        s.second[c] = whole.second[contact[c]] < 0 ? -1 : place[whole.second[contact[c]]];
+        s.first[c] = index[full.first[contact[c]]];
+        s.second[c] = full.second[contact[c]] < 0 ? -1 : index[full.second[contact[c]]];
     }
-    s.nx = picked(whole.nx), s.ny = picked(whole.ny);
-    s.lever_first = picked(whole.lever_first), s.lever_second = picked(whole.lever_second);
-    s.turn_first = picked(whole.turn_first), s.turn_second = picked(whole.turn_second);
-    s.along = picked(whole.along), s.across = picked(whole.across);
-    s.offset = picked(whole.offset), s.inverse_mass = picked(whole.inverse_mass);
-    s.mass = moved(whole.mass, s.d), s.left = moved(whole.left, s.d), s.free = moved(whole.free, s.d);
-    s.x = moved(whole.x, 1), s.y = moved(whole.y, 1);
+    s.nx = picked(full.nx), s.ny = picked(full.ny);
+    s.lever_first = picked(full.lever_first), s.lever_second = picked(full.lever_second);
+    s.turn_first = picked(full.turn_first), s.turn_second = picked(full.turn_second);
+    s.along = picked(full.along), s.across = picked(full.across);
+    s.offset = picked(full.offset), s.inverse_mass = picked(full.inverse_mass);
+    s.mass = moved(full.mass, s.d), s.left = moved(full.left, s.d), s.free = moved(full.free, s.d);
+    s.x = moved(full.x, 1), s.y = moved(full.y, 1);
     s.measure();
     return s;
 }
@@ -151,7 +151,7 @@ LEVELS void approach(const System& s, In u, Out v) {
         if (j >= 0) x -= at[j], y -= at[j + 1];
         v[c] = nx[c] * x + ny[c] * y;
     }
-    if (!s.wide()) return;
+    if (!s.compound()) return;
     const double *one = s.turn_first.data(), *other = s.turn_second.data();
     for (int c = 0; c < s.k; ++c) {
         v[c] += one[c] * at[3 * first[c] + 2];
@@ -180,7 +180,7 @@ void add_reactions(const System& s, In reaction, double factor, Out b) {
         b[i] += x, b[i + 1] += y;
         if (j >= 0) b[j] -= x, b[j + 1] -= y;
     }
-    if (!s.wide()) return;
+    if (!s.compound()) return;
     for (int c = 0; c < s.k; ++c) {
         b[3 * s.first[c] + 2] += s.turn_first[c] * factor * reaction[c];
         if (s.second[c] >= 0) b[3 * s.second[c] + 2] += s.turn_second[c] * factor * reaction[c];
@@ -204,7 +204,7 @@ static void add_tangential(const System& s, In across, Out b) {
 void inertia(const System& s, In u, Out b) {
     for (std::size_t i = 0; i < s.mass.size(); ++i) b[i] = s.mass[i] * u[i];
     if (!s.dissipative()) return;
-    Numbers v(s.k);
+    Vector v(s.k);
     approach(s, u, v);
     for (int c = 0; c < s.k; ++c) v[c] *= s.along[c];
     add_reactions(s, v, 1.0, b);
@@ -214,62 +214,62 @@ void inertia(const System& s, In u, Out b) {
 }
 
 double largest(In values) {
-    double most = 0.0;
-    for (double value : values) most = larger(most, std::abs(value));
-    return most;
+    double maximum = 0.0;
+    for (double value : values) maximum = larger(maximum, std::abs(value));
+    return maximum;
 }
 
 Certificate certified(const System& s, In reaction, In u) {
-    Certificate of;
+    Certificate certificate;
     const int d = s.d;
-    Numbers v(s.k), total(s.mass.size()), momentum(s.mass.size()), received(s.n);
-    Numbers push(reaction.begin(), reaction.end()), across(s.dissipative() ? s.k : 0);
+    Vector v(s.k), total(s.mass.size()), momentum(s.mass.size()), received(s.n);
+    Vector push(reaction.begin(), reaction.end()), across(s.dissipative() ? s.k : 0);
     approach(s, u, v);
-    double off = 0.0;
+    double imbalance = 0.0;
     for (int c = 0; c < s.k; ++c) {
         const double slack = s.offset[c] - v[c];
-        off = larger(off, std::abs(s.maintained ? slack : std::min(s.inverse_mass[c] * reaction[c], slack)));
-        of.finite = of.finite && std::isfinite(reaction[c]);
+        imbalance = larger(imbalance, std::abs(s.maintained ? slack : std::min(s.inverse_mass[c] * reaction[c], slack)));
+        certificate.finite = certificate.finite && std::isfinite(reaction[c]);
     }
-    of.residual = off / s.scale;
+    certificate.residual = imbalance / s.scale;
     for (std::size_t i = 0; i < total.size(); ++i) total[i] = u[i] + s.left[i];
     approach(s, total, v);
     if (s.dissipative()) {
         sliding(s, total, across);
         for (int c = 0; c < s.k; ++c) {
             push[c] += s.along[c] * v[c];
-            of.work += s.across[c] * across[c] * across[c];
+            certificate.work += s.across[c] * across[c] * across[c];
             across[c] *= s.across[c];
         }
         add_tangential(s, across, momentum);
     }
     add_reactions(s, push, 1.0, momentum);
-    of.impulse.resize(2 * std::size_t(s.k));
+    certificate.impulse.resize(2 * std::size_t(s.k));
     for (int c = 0; c < s.k; ++c) {
         const double other = s.dissipative() ? across[c] : 0.0, size = std::abs(push[c]) + std::abs(other);
-        of.impulse[2 * c] = push[c] * s.nx[c] - other * s.ny[c];
-        of.impulse[2 * c + 1] = push[c] * s.ny[c] + other * s.nx[c];
-        of.work += push[c] * v[c];
+        certificate.impulse[2 * c] = push[c] * s.nx[c] - other * s.ny[c];
+        certificate.impulse[2 * c + 1] = push[c] * s.ny[c] + other * s.nx[c];
+        certificate.work += push[c] * v[c];
         received[s.first[c]] += size;
         if (s.second[c] >= 0) received[s.second[c]] += size;
     }
     for (int i = 0; i < s.n; ++i)
         for (int a = 0; a < d; ++a) {
             const double m = s.mass[d * i + a], before = s.left[d * i + a], after = u[d * i + a];
-            of.finite = of.finite && std::isfinite(after);
+            certificate.finite = certificate.finite && std::isfinite(after);
             const double missed = std::abs(m * (after - before) + momentum[d * i + a]);
-            const double arm = a < 2 ? 1.0 : s.wide() ? s.reach[i] : INFINITE;
-            of.momentum_error = larger(of.momentum_error, missed / (arm * (s.mass[d * i] * s.scale + received[i])));
-            of.energy += 0.5 * m * before * before;
-            of.change += 0.5 * m * (after - before) * (after + before);
+            const double arm = a < 2 ? 1.0 : s.compound() ? s.reach[i] : INFINITE;
+            certificate.momentum_error = larger(certificate.momentum_error, missed / (arm * (s.mass[d * i] * s.scale + received[i])));
+            certificate.energy += 0.5 * m * before * before;
+            certificate.change += 0.5 * m * (after - before) * (after + before);
         }
-    of.finite = of.finite && std::isfinite(of.residual + of.momentum_error + of.energy + of.change + of.work);
-    return of;
+    certificate.finite = certificate.finite && std::isfinite(certificate.residual + certificate.momentum_error + certificate.energy + certificate.change + certificate.work);
+    return certificate;
 }
 
 double accuracy(const System& s, In reaction, In u) {
-    const Certificate of = certified(s, reaction, u);
-    return larger(of.residual, of.momentum_error);
+    const Certificate certificate = certified(s, reaction, u);
+    return larger(certificate.residual, certificate.momentum_error);
 }
 
 }  // namespace nscd

@@ -17,25 +17,25 @@ struct System {
     int n = 0;                           // disks
     int k = 0;                           // contacts
     int d = 2;                           // unknowns of a disk: its velocity, and its spin where k_t acts or bodies are wide
-    Places first, second;                // (k) disks, second −1 for a wall
-    Numbers nx, ny;                      // (k) unit normal, first → second
-    Numbers lever_first, lever_second;   // (k) m, of t about the centre; empty for d = 2
-    Numbers turn_first, turn_second;     // (k) m, of n, the second with the sign of its row; empty where all are disks
-    Numbers reach;                       // (n) m, the longest lever at a body; empty where all are disks
-    Numbers along, across;               // (k) kg, k_n and k_t; empty where nothing dissipates
-    Numbers mass;                        // (n·d) kg, kg m²
-    Numbers left, free;                  // (n·d) m/s and rad/s, u⁻ and û
-    Numbers offset;                      // (k) m/s, b
-    Numbers inverse_mass;                // (k) 1/kg, w = 1/m_i + 1/m_j
-    Numbers x, y;                        // (n) m, centres; empty where nobody asks
+    Indices first, second;                // (k) disks, second −1 for a wall
+    Vector nx, ny;                      // (k) unit normal, first → second
+    Vector lever_first, lever_second;   // (k) m, of t about the centre; empty for d = 2
+    Vector turn_first, turn_second;     // (k) m, of n, the second with the sign of its row; empty where all are disks
+    Vector reach;                       // (n) m, the longest lever at a body; empty where all are disks
+    Vector along, across;               // (k) kg, k_n and k_t; empty where nothing dissipates
+    Vector mass;                        // (n·d) kg, kg m²
+    Vector left, free;                  // (n·d) m/s and rad/s, u⁻ and û
+    Vector offset;                      // (k) m/s, b
+    Vector inverse_mass;                // (k) 1/kg, w = 1/m_i + 1/m_j
+    Vector x, y;                        // (n) m, centres; empty where nobody asks
     double scale = TINY;                 // m/s, ‖u⁻‖∞, in which residuals are measured
     double least_scale = TINY;           // m/s, where u⁻ is 0 and the offset is not
     bool maintained = false;             // every contact stays closed and may pull
 
     bool dissipative() const { return !along.empty(); }
-    bool wide() const { return !turn_first.empty(); }  // whether normals have levers
+    bool compound() const { return !turn_first.empty(); }  // whether normals have levers
     bool even() const;                   // whether masses are, see EVEN
-    Numbers stiffness() const;           // (k) kg, of contacts as a penalty model, up to one factor
+    Vector stiffness() const;           // (k) kg, of contacts as a penalty model, up to one factor
     void measure();                      // scale ← max |u⁻|, and the reach of wide bodies, whose spins times it count
 };
 
@@ -50,17 +50,17 @@ struct Disks {
     In spin;                              // (n) rad/s; empty where nothing acts across
 };
 // The problem of disks with contacts first, second (−1: a wall) and unit normals (k·2), inelastic: û = u⁻, b = 0.
-System system_of(const Disks& disks, Places first, Places second, In normal);
+System system_of(const Disks& disks, Indices first, Indices second, In normal);
 // The problem of the bodies of disks from that of the disks: u⁻ = û = left (b·3).
 System joined(const System& disks, In radius, const Members& of, In left);
 // The motion (b·3) of bodies whose disks of masses (n) have velocities (n·2) and spins (n), with the same momentum.
-Numbers of_bodies(const Members& of, In mass, In velocity, In spin);
+Vector of_bodies(const Members& of, In mass, In velocity, In spin);
 // The velocities (n·2) of disks at `position` (n·2) m whose bodies have velocities u (b·3).
-Numbers of_members(const Members& of, In position, In u);
+Vector of_members(const Members& of, In position, In u);
 
 // The problem of some contacts, in this order, and of some disks, in this order; place (n) tells where a
 // disk comes to be.
-System chosen(const System& whole, std::span<const Index> contact, std::span<const Index> disk, const Places& place);
+System chosen(const System& full, std::span<const Index> contact, std::span<const Index> disk, const Indices& index);
 
 void approach(const System& s, In u, Out v);                            // v = C u (k)
 void sliding(const System& s, In u, Out v);                             // v = T u (k)
@@ -70,7 +70,7 @@ double largest(In values);                                              // magni
 
 // What an answer says of itself, recomputed from it.
 struct Certificate {
-    Numbers impulse;             // (k·2) N·s, p = k D(u⁺ + u⁻) + λ n, first → second
+    Vector impulse;             // (k·2) N·s, p = k D(u⁺ + u⁻) + λ n, first → second
     double residual = 0.0;       // max |min(wλ, b − Cu)| / ‖u⁻‖∞, |b − Cu| where maintained
     double momentum_error = 0.0; // max |M(u⁺ − u⁻) + Dᵀp| / (m ‖u⁻‖∞ + Σ|p|) over disks, spins of wide ones by inertia over reach
     double energy = 0.0;         // J, ½ u⁻·Mu⁻

@@ -13,10 +13,10 @@ namespace {
 // Blocks of L: a row's columns are the paths in the elimination tree from its neighbours up to it.
 void structure_of(Rows& rows, const Graph& graph, const Ordering& ordering) {
     const int n = int(ordering.order.size());
-    Places parent(n, -1), ancestor(n, -1), mark(n, -1), path;
-    const auto for_earlier = [&](int k, auto&& act) {
+    Indices parent(n, -1), ancestor(n, -1), mark(n, -1), path;
+    const auto for_earlier = [&](int k, auto&& visit) {
         const Index disk = ordering.order[k];
-        for (auto e = graph.start[disk]; e < graph.start[disk + 1]; ++e) act(ordering.place[graph.neighbour[e]]);
+        for (auto e = graph.start[disk]; e < graph.start[disk + 1]; ++e) visit(ordering.index[graph.neighbour[e]]);
     };
     for (int k = 0; k < n; ++k)
         for_earlier(k, [&](Index i) {
@@ -27,12 +27,12 @@ void structure_of(Rows& rows, const Graph& graph, const Ordering& ordering) {
                 i = following;
             }
         });
-    const auto walk = [&](int k, auto&& act) {
+    const auto walk = [&](int k, auto&& visit) {
         mark[k] = k;
         for_earlier(k, [&](Index i) {
             for (; i < k && mark[i] != k; i = parent[i]) {
                 mark[i] = k;
-                act(i);
+                visit(i);
             }
         });
     };
@@ -82,13 +82,13 @@ template <int D>
             add_block<D>(B + D * D * j, other, other, by);
             add_block<D>(beside, i > j ? one : other, i > j ? other : one, by);
         };
-        const auto put = [&](double* at, double sign) { at[0] += sign * xx, at[1] += sign * xy, at[D] += sign * xy, at[D + 1] += sign * yy; };
-        if (D == 3 && s.wide()) {
+        const auto add_block = [&](double* at, double sign) { at[0] += sign * xx, at[1] += sign * xy, at[D] += sign * xy, at[D + 1] += sign * yy; };
+        if (D == 3 && s.compound()) {
             const double one[3] = {x, y, s.turn_first[c]}, other[3] = {-x, -y, s.turn_second[c]};
             add(one, other, weight);
         } else {
-            put(B + D * D * i, 1.0);
-            if (j >= 0) put(B + D * D * j, 1.0), put(beside, -1.0);
+            add_block(B + D * D * i, 1.0);
+            if (j >= 0) add_block(B + D * D * j, 1.0), add_block(beside, -1.0);
         }
         if (D == 2 || !dissipative || s.across[c] == 0.0) continue;
         const double one[3] = {-y, x, s.lever_first[c]}, other[3] = {y, -x, s.lever_second[c]};
@@ -154,10 +154,10 @@ LEVELS bool factorise_three(const System& s, Rows& rows, const double* theta) {
         for (int a = 0; a < S; ++a) own[a] = B[S * k + a];
         for (auto q = rows.row_start[k]; q < rows.row_start[k + 1]; ++q) {
             const Index i = rows.column[q];
-            double given[S], l[S];
-            for (int a = 0; a < S; ++a) given[a] = x[D * X * i + a / D * X + a % D];
+            double below[S], l[S];
+            for (int a = 0; a < S; ++a) below[a] = x[D * X * i + a / D * X + a % D];
             std::fill_n(x + D * X * i, D * X, 0.0);
-            divide(given, diagonal + S * i, l);
+            divide(below, diagonal + S * i, l);
             const auto slot = rows.slot[q];
             for (auto p = rows.start[i]; p < slot; ++p) {  // x_r −= l · L_riᵀ
                 double* __restrict to = x + D * X * row[p];
@@ -304,7 +304,7 @@ LEVELS void solve_two(const Rows& rows, double* __restrict b) {
 
 }  // namespace
 
-Rows rows_of(const Graph& graph, const Ordering& ordering, const Places& first, const Places& second, int d) {
+Rows rows_of(const Graph& graph, const Ordering& ordering, const Indices& first, const Indices& second, int d) {
     Rows rows;
     rows.d = d;
     structure_of(rows, graph, ordering);

@@ -11,20 +11,20 @@ namespace nscd {
 struct Rows {
     int d = 2;
     Starts a_start;        // (n+1) lower blocks of A by rows
-    Places a_column;
+    Indices a_column;
     Starts pair_block;     // (k) the block that contact c adds to, −1 for a wall
     Starts start;          // (n+1) and L by columns
-    Places row;
+    Indices row;
     Starts row_start;      // (n+1) and L by rows; slot is where each block lies by columns
-    Places column;
+    Indices column;
     Starts slot;
-    Room matrix, matrix_diagonal;  // A, blocks by rows
-    Room block, diagonal;          // L, blocks by columns; its diagonal blocks, inverted (d = 3: their diagonals only)
-    Room work;                     // (n·d²), rows of three four apart; zero between calls
+    AlignedVector matrix, matrix_diagonal;  // A, blocks by rows
+    AlignedVector block, diagonal;          // L, blocks by columns; its diagonal blocks, inverted (d = 3: their diagonals only)
+    AlignedVector work;                     // (n·d²), rows of three four apart; zero between calls
 };
 
 // Plan the rows of contacts between disks; first and second are places.
-Rows rows_of(const Graph& graph, const Ordering& ordering, const Places& first, const Places& second, int d);
+Rows rows_of(const Graph& graph, const Ordering& ordering, const Indices& first, const Indices& second, int d);
 
 // Factorise Â + CᵀΘC for theta (k) kg; false where rounding left it indefinite.
 bool factorise(const System& s, Rows& rows, In theta);

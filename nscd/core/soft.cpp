@@ -31,10 +31,10 @@ void contact_forces(Out force, In x, In v, In radius, In mass, std::span<const s
             size = radius[i] * radius[j] / radii;
             m = mass[i] * mass[j] / (mass[i] + mass[j]);
         } else {
-            const double share = share_of(walls, int(w), x[2 * i], x[2 * i + 1]);
-            if (is_of_another(walls, int(w), share, x[2 * i], x[2 * i + 1])) continue;
-            dx = walls.start[2 * w] + share * walls.along[2 * w] - x[2 * i];
-            dy = walls.start[2 * w + 1] + share * walls.along[2 * w + 1] - x[2 * i + 1];
+            const double fraction = share_of(walls, int(w), x[2 * i], x[2 * i + 1]);
+            if (is_of_another(walls, int(w), fraction, x[2 * i], x[2 * i + 1])) continue;
+            dx = walls.start[2 * w] + fraction * walls.along[2 * w] - x[2 * i];
+            dy = walls.start[2 * w + 1] + fraction * walls.along[2 * w + 1] - x[2 * i + 1];
         }
         const double distance = std::sqrt(dx * dx + dy * dy), overlap = radii - distance;
         if (overlap <= 0.0) continue;
@@ -46,7 +46,7 @@ void contact_forces(Out force, In x, In v, In radius, In mass, std::span<const s
         const double hertz = springs.hertz * std::sqrt(size * overlap);
         const double damping = (springs.dashpot + std::sqrt(5.0) * soft.ratio * std::sqrt(m * hertz)) * approach;
         const double elastic = springs.linear * overlap + hertz * overlap + springs.square * overlap * overlap;
-        const double push = elastic + (soft.apart ? std::max(0.0, damping) : damping);
+        const double push = elastic + (soft.approach_only ? std::max(0.0, damping) : damping);
         if (push <= 0.0) continue;
         force[2 * i] -= push * nx, force[2 * i + 1] -= push * ny;
         if (w < 0) force[2 * j] += push * nx, force[2 * j + 1] += push * ny;
@@ -57,8 +57,8 @@ void add_drive(Out acceleration, In x, In v, double speed, double tau, In start,
     for (std::size_t i = 0; i < x.size(); i += 2) {
         const double ax = end[i] - start[i], ay = end[i + 1] - start[i + 1], square = ax * ax + ay * ay;
         const double px = x[i] - start[i], py = x[i + 1] - start[i + 1];
-        const double share = square > 0.0 ? std::clamp((px * ax + py * ay) / square, 0.0, 1.0) : 0.0;
-        double dx = start[i] + share * ax - x[i], dy = start[i + 1] + share * ay - x[i + 1];
+        const double fraction = square > 0.0 ? std::clamp((px * ax + py * ay) / square, 0.0, 1.0) : 0.0;
+        double dx = start[i] + fraction * ax - x[i], dy = start[i + 1] + fraction * ay - x[i + 1];
         double distance = std::sqrt(dx * dx + dy * dy);
         const double beyond = (x[i] - door[i]) * outward[i] + (x[i + 1] - door[i + 1]) * outward[i + 1];
         if (beyond >= 0.0 || distance == 0.0) dx = outward[i], dy = outward[i + 1], distance = 1.0;
@@ -84,7 +84,7 @@ bool crosses(In before, In after, In start, In end) {
 
 void social_steps(Out position, Out velocity, In desired, In radius, In mass, In start, In end, const Social& law, double step, int steps) {
     const std::size_t n = radius.size();
-    Numbers force(2 * n);
+    Vector force(2 * n);
     double push[2];
     for (; steps > 0; --steps) {
         for (std::size_t c = 0; c < 2 * n; ++c) force[c] = mass[c / 2] * (desired[c] - velocity[c]) / law.tau;
@@ -99,8 +99,8 @@ void social_steps(Out position, Out velocity, In desired, In radius, In mass, In
             }
             for (std::size_t w = 0; w < start.size(); w += 2) {
                 const double ax = end[w] - start[w], ay = end[w + 1] - start[w + 1], px = x - start[w], py = y - start[w + 1];
-                const double share = std::clamp((px * ax + py * ay) / (ax * ax + ay * ay), 0.0, 1.0);
-                if (!add_social(px - share * ax, py - share * ay, u, v, radius[i], law, push)) continue;
+                const double fraction = std::clamp((px * ax + py * ay) / (ax * ax + ay * ay), 0.0, 1.0);
+                if (!add_social(px - fraction * ax, py - fraction * ay, u, v, radius[i], law, push)) continue;
                 force[2 * i] += push[0], force[2 * i + 1] += push[1];
             }
         }

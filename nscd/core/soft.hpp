@@ -12,7 +12,7 @@ struct Springs {
 struct Soft {
     Springs pair, wall;
     double ratio;  // ζ
-    bool apart;    // whether the dashpot acts on approach alone
+    bool approach_only;    // whether the dashpot acts on approach alone
 };
 
 // Contact forces (n·2) N at positions x (n·2) m and velocities v (n·2) m/s; wall (k) is −1 for a pair. A contact pushes with

@@ -13,16 +13,16 @@ template <class Sum>
 class Keyed {
 public:
     Sum& at(std::int64_t key) {
-        if (2 * (used_ + 1) > places_.size()) widen();
-        auto& [held, sum] = place_of(key);
-        if (held == 0) held = key, ++used_;
+        if (2 * (used_ + 1) > slots_.size()) widen();
+        auto& [stored_key, sum] = place_of(key);
+        if (stored_key == 0) stored_key = key, ++used_;
         return sum;
     }
     // All of them, by key; then there are none.
-    std::vector<std::pair<std::int64_t, Sum>> taken() {
+    std::vector<std::pair<std::int64_t, Sum>> take() {
         std::vector<std::pair<std::int64_t, Sum>> sums;
-        for (auto& place : places_)
-            if (place.first) sums.push_back(std::exchange(place, {}));
+        for (auto& slot : slots_)
+            if (slot.first) sums.push_back(std::exchange(slot, {}));
         std::sort(sums.begin(), sums.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
         used_ = 0;
         return sums;
@@ -30,16 +30,16 @@ public:
 
 private:
     std::pair<std::int64_t, Sum>& place_of(std::int64_t key) {
-        std::size_t place = (std::uint64_t(key) * 0x9E3779B97F4A7C1u) >> 20;
-        while (places_[place &= places_.size() - 1].first != 0 && places_[place].first != key) ++place;
-        return places_[place];
+        std::size_t slot = (std::uint64_t(key) * 0x9E3779B97F4A7C1u) >> 20;
+        while (slots_[slot &= slots_.size() - 1].first != 0 && slots_[slot].first != key) ++slot;
+        return slots_[slot];
     }
     void widen() {
-        auto held = std::exchange(places_, std::vector<std::pair<std::int64_t, Sum>>(2 * places_.size()));
-        for (auto& place : held)
-            if (place.first) place_of(place.first) = place;
+        auto entries = std::exchange(slots_, std::vector<std::pair<std::int64_t, Sum>>(2 * slots_.size()));
+        for (auto& slot : entries)
+            if (slot.first) place_of(slot.first) = slot;
     }
-    std::vector<std::pair<std::int64_t, Sum>> places_ = std::vector<std::pair<std::int64_t, Sum>>(1 << 12);
+    std::vector<std::pair<std::int64_t, Sum>> slots_ = std::vector<std::pair<std::int64_t, Sum>>(1 << 12);
     std::size_t used_ = 0;
 };
 
@@ -57,7 +57,7 @@ public:
     };
     // friction (k) N·s along (−n_y, n_x), or none.
     void add(std::span<const Index> first, std::span<const Index> second, std::span<const Index> wall, In normal, In gap, In reaction, In friction);
-    std::vector<std::pair<std::int64_t, Sum>> close() { return sums_.taken(); }  // key: first · 2³¹ + second, or n + wall
+    std::vector<std::pair<std::int64_t, Sum>> close() { return sums_.take(); }  // key: first · 2³¹ + second, or n + wall
 
 private:
     std::int64_t n_;
@@ -73,7 +73,7 @@ public:
     void add_pairs(In ids, In forces, double times);
     // Disks at a wall, numbered from 1: rows (n·columns) of whether it is touched, and the force (x, y) N on the disk.
     void add_wall(std::int64_t wall, std::span<const Index> ids, In rows, std::size_t columns, double times);
-    std::vector<std::pair<std::int64_t, Sum>> close() { return sums_.taken(); }  // key: first · 2³¹ + second; WALL + id · 2³¹ + wall
+    std::vector<std::pair<std::int64_t, Sum>> close() { return sums_.take(); }  // key: first · 2³¹ + second; WALL + id · 2³¹ + wall
 
 private:
     Keyed<Sum> sums_;

@@ -16,8 +16,8 @@ namespace nscd {
 inline constexpr int MOST_THREADS = 16;
 
 // Let others work while looking at a number that they change.
-inline void rest(int looks) {
-    if (looks < 4000) {
+inline void pause(int polls) {
+    if (polls < 4000) {
 #if defined(__x86_64__) || defined(__i386__)
         __builtin_ia32_pause();
 #endif
@@ -28,8 +28,8 @@ inline void rest(int looks) {
     }
 }
 
-inline void wait_for(const std::atomic<int>& value, int least) {
-    for (int looks = 0; value.load(std::memory_order_acquire) < least; ++looks) rest(looks);
+inline void wait_for(const std::atomic<int>& value, int target) {
+    for (int polls = 0; value.load(std::memory_order_acquire) < target; ++polls) pause(polls);
 }
 
 #ifdef __wasm__
@@ -38,7 +38,7 @@ class Team {
 public:
     explicit Team(int) {}
     int threads() const { return 1; }
-    void together(const std::function<void(int)>& work) { work(0); }
+    void run(const std::function<void(int)>& work) { work(0); }
     void meet(int) {}
 };
 #else
@@ -57,7 +57,7 @@ public:
     int threads() const { return threads_; }
 
     // Call work(number of the thread) in all of them; back when all have ended. It must not throw.
-    void together(const std::function<void(int)>& work) {
+    void run(const std::function<void(int)>& work) {
         if (threads_ == 1) return work(0);
         work_ = &work;
         left_.store(0, std::memory_order_relaxed);

@@ -69,12 +69,12 @@ const char* read_row(const char* at, const char* end, std::int64_t width, double
     }
 }
 
-// How many numbers tables have, each of which takes `least` bytes; nothing where they do not lie in the content.
-std::optional<std::int64_t> count_of(std::string_view content, std::span<const Table> tables, std::int64_t width, std::int64_t least) {
+// How many numbers tables have, each of which takes `minimum` bytes; nothing where they do not lie in the content.
+std::optional<std::int64_t> count_of(std::string_view content, std::span<const Table> tables, std::int64_t width, std::int64_t minimum) {
     std::int64_t rows = 0;
     for (const Table& table : tables) {
         if (table.start < 0 || table.end < table.start || table.end > std::int64_t(content.size()) || table.rows < 0 || width < 0) return {};
-        if (width > 0 && table.rows > (table.end - table.start) / least / width) return {};
+        if (width > 0 && table.rows > (table.end - table.start) / minimum / width) return {};
         rows += table.rows;
     }
     return rows * width;
@@ -100,16 +100,16 @@ std::int64_t words_of(std::string_view line) {
 }
 
 template <class Number>
-char* put_shortest(char* at, Number value) { return std::to_chars(at, at + 32, value).ptr; }
+char* append_shortest(char* at, Number value) { return std::to_chars(at, at + 32, value).ptr; }
 
 // 32 bytes are enough.
-char* put_cell(char* at, double value, bool csv) {
+char* append_cell(char* at, double value, bool csv) {
     if (!std::isfinite(value)) {
         if (csv) return at;
         const std::string_view word = value > 0.0 ? "inf" : value < 0.0 ? "-inf" : "nan";
         return at + word.copy(at, word.size());
     }
-    char* end = put_shortest(at, value + 0.0);  // + 0: no negative zeros
+    char* end = append_shortest(at, value + 0.0);  // + 0: no negative zeros
     if (!csv) return end;
     for (const char* sign = at; sign < end; ++sign)
         if (!is_digit(*sign) && *sign != '-') return end;
@@ -126,10 +126,10 @@ std::optional<double> number_of(std::string_view word) {
     return value;
 }
 
-std::optional<Numbers> text_rows(std::string_view content, std::span<const Table> tables, std::int64_t width) {
+std::optional<Vector> text_rows(std::string_view content, std::span<const Table> tables, std::int64_t width) {
     const auto count = count_of(content, tables, width, 2);
     if (!count) return {};
-    Numbers values(*count);
+    Vector values(*count);
     double* cell = values.data();
     for (const Table& table : tables) {
         const char *at = content.data() + table.start, *end = content.data() + table.end;
@@ -143,10 +143,10 @@ std::optional<Numbers> text_rows(std::string_view content, std::span<const Table
     return values;
 }
 
-std::optional<Numbers> binary_rows(std::string_view content, std::span<const Table> tables, std::int64_t width) {
+std::optional<Vector> binary_rows(std::string_view content, std::span<const Table> tables, std::int64_t width) {
     const auto count = count_of(content, tables, width, sizeof(double));
     if (!count) return {};
-    Numbers values(*count);
+    Vector values(*count);
     auto* to = reinterpret_cast<char*>(values.data());
     for (const Table& table : tables) {
         std::int64_t at = table.start + 4, left = 8 * table.rows * width;
@@ -197,10 +197,10 @@ std::optional<Scan::End> Scan::read_head(std::string_view block, std::string_vie
             const std::string_view word = block.substr(start, stop - start);
             here = stop;
             if (kind == STEP || kind == COUNT) {
-                std::int64_t& whole = kind == STEP ? frame.step : frame.rows;
-                const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), whole);
+                std::int64_t& count = kind == STEP ? frame.step : frame.rows;
+                const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), count);
                 if (word.empty() || !is_digit(word[0]) || end != word.data() + word.size() || error != std::errc{}) return STRANGE;
-                if (whole > (kind == STEP ? LARGEST_STEP : LARGEST_WHOLE)) return STRANGE;
+                if (count > (kind == STEP ? LARGEST_STEP : LARGEST_WHOLE)) return STRANGE;
             } else {
                 if (bounds == 7) return STRANGE;
                 const auto value = number_of(word);
@@ -232,9 +232,9 @@ Scan::End Scan::run(std::string_view block, std::int64_t before, std::string_vie
     }
 }
 
-void put_number(std::string& out, double value, bool csv) {
+void append_number(std::string& out, double value, bool csv) {
     char cell[32];
-    out.append(cell, put_cell(cell, value, csv));
+    out.append(cell, append_cell(cell, value, csv));
 }
 
 std::string table_of(std::span<const Column> columns, std::size_t rows, bool csv) {
@@ -247,17 +247,17 @@ std::string table_of(std::span<const Column> columns, std::size_t rows, bool csv
         if (out.size() < size + row_size) out.resize(2 * out.size() + row_size * std::min<std::size_t>(rows, 64));
         for (std::size_t c = 0; c < columns.size(); ++c) {
             char* at = out.data() + size;
-            if (const auto* numbers = std::get_if<In>(&columns[c])) {
-                const double value = (*numbers)[row];
+            if (const auto* floats = std::get_if<In>(&columns[c])) {
+                const double value = (*floats)[row];
                 Before& same = before[c];
                 if (same.size < 0 || std::bit_cast<std::uint64_t>(value) != std::bit_cast<std::uint64_t>(same.value)) {
                     same.value = value;
-                    same.size = int(put_cell(same.cell, value, csv) - same.cell);
+                    same.size = int(append_cell(same.cell, value, csv) - same.cell);
                 }
                 std::memcpy(at, same.cell, sizeof same.cell);
                 at += same.size;
-            } else if (const auto* whole = std::get_if<std::span<const std::int64_t>>(&columns[c])) {
-                at = put_shortest(at, (*whole)[row]);
+            } else if (const auto* integers = std::get_if<std::span<const std::int64_t>>(&columns[c])) {
+                at = append_shortest(at, (*integers)[row]);
             } else {
                 const std::string& cell = std::get<std::vector<std::string>>(columns[c])[row];
                 size = at - out.data();

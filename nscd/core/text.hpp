@@ -22,9 +22,9 @@ std::optional<double> number_of(std::string_view word);
 // Tables in a content, one below the other: start, end (bytes) and rows of each. Nothing where there is anything but
 // `width` numbers in each row.
 struct Table { std::int64_t start, end, rows; };
-std::optional<Numbers> text_rows(std::string_view content, std::span<const Table> tables, std::int64_t width);
+std::optional<Vector> text_rows(std::string_view content, std::span<const Table> tables, std::int64_t width);
 // As LAMMPS writes them: int32 processes; of each, int32 how many numbers and these, float64.
-std::optional<Numbers> binary_rows(std::string_view content, std::span<const Table> tables, std::int64_t width);
+std::optional<Vector> binary_rows(std::string_view content, std::span<const Table> tables, std::int64_t width);
 
 // Finds the frames of a dump in blocks of its bytes, where their heads are of a known form: its lines, in which the bytes
 // MARK and one of the kinds stand for a line of values.
@@ -54,6 +54,6 @@ using Column = std::variant<In, std::span<const std::int64_t>, std::vector<std::
 // CSV: commas, 1.0 where a number is none of the whole ones, empty where it is not finite. Else as in a dump: spaces, 1.
 std::string table_of(std::span<const Column> columns, std::size_t rows, bool csv);
 // A number as `table_of` writes it: as short as it can be and still the same when read.
-void put_number(std::string& out, double value, bool csv);
+void append_number(std::string& out, double value, bool csv);
 
 }  // namespace nscd

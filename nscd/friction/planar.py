@@ -54,8 +54,8 @@ def solve_planar(
     rows = w.indptr.astype(np.int32), w.indices.astype(np.int32), w.data
     free, friction = (np.ascontiguousarray(one, dtype=float) for one in (free, friction))
     r = np.zeros(len(free))
-    best, least, sweeps = r, _residual(w, free, friction, diagonal, r) / scale, 0
-    while least > tolerance and sweeps < MOST_SWEEPS:
+    best, smallest, sweeps = r, _residual(w, free, friction, diagonal, r) / scale, 0
+    while smallest > tolerance and sweeps < MOST_SWEEPS:
         _core.planar_sweeps(*rows, free, friction, r, SWEEPS)
         sweeps += SWEEPS
         tries = [r.copy()]
@@ -63,13 +63,13 @@ def solve_planar(
             tries.append(_by_states(w, free, friction, diagonal, r))
         for one in tries:
             error = _residual(w, free, friction, diagonal, one) / scale
-            if error < least:
-                best, least = one, error
+            if error < smallest:
+                best, smallest = one, error
     velocity = w @ best + free
     return PlanarAnswer(
         reaction=best.reshape(-1, 2),
         velocity=velocity.reshape(-1, 2),
-        residual=least,
+        residual=smallest,
         sweeps=sweeps,
     )
 
@@ -88,9 +88,9 @@ def _residual(w: Any, q: Floats, friction: Floats, diagonal: Floats, r: Floats) 
     """The largest |min(W_nn r_n, u_n)| and W_tt |r_t − Π(r_t − u_t/W_tt)|, Π: onto |r_t| ≤ μ
     r_n."""
     u = w @ r + q
-    most = friction * np.maximum(r[::2], 0.0)
+    limit = friction * np.maximum(r[::2], 0.0)
     weight = np.where(diagonal[1::2] > 0, diagonal[1::2], diagonal[::2])
-    wanted = np.clip(r[1::2] - u[1::2] / weight, -most, most)
+    wanted = np.clip(r[1::2] - u[1::2] / weight, -limit, limit)
     errors = [np.minimum(diagonal[::2] * r[::2], u[::2]), weight * (r[1::2] - wanted)]
     return max(float(np.abs(error).max(initial=0.0)) for error in errors)
 
@@ -100,20 +100,20 @@ def _by_states(w: Any, q: Floats, friction: Floats, diagonal: Floats, r: Floats)
     u = w @ r + q
     closed = r[::2] - u[::2] / diagonal[::2] > 0
     weight = np.where(diagonal[1::2] > 0, diagonal[1::2], diagonal[::2])
-    wanted, most = r[1::2] - u[1::2] / weight, friction * np.maximum(r[::2], 0.0)
-    sliding = closed & (np.abs(wanted) >= most)
-    kept = np.repeat(closed, 2)
+    wanted, limit = r[1::2] - u[1::2] / weight, friction * np.maximum(r[::2], 0.0)
+    sliding = closed & (np.abs(wanted) >= limit)
+    active = np.repeat(closed, 2)
     system, right = w.toarray(), -u
     rows = np.flatnonzero(sliding)
     across = 2 * rows + 1
     system[across] = 0.0
     system[across, across] = 1.0
-    share = np.sign(wanted[rows]) * friction[rows]
-    system[across, 2 * rows] = -share
-    right[across] = share * r[2 * rows] - r[across]
-    best = np.where(kept, r, 0.0)
+    fraction = np.sign(wanted[rows]) * friction[rows]
+    system[across, 2 * rows] = -fraction
+    right[across] = fraction * r[2 * rows] - r[across]
+    best = np.where(active, r, 0.0)
     # what opens gives its part of the velocity back
-    right[kept] += (system[kept][:, ~kept] @ r[~kept]) if not closed.all() else 0.0
-    step = np.linalg.lstsq(system[np.ix_(kept, kept)], right[kept], rcond=1e-12)[0]
-    best[kept] += step
+    right[active] += (system[active][:, ~active] @ r[~active]) if not closed.all() else 0.0
+    step = np.linalg.lstsq(system[np.ix_(active, active)], right[active], rcond=1e-12)[0]
+    best[active] += step
     return best

@@ -67,7 +67,7 @@ def friction_problem(
     radius, mass = snapshot.radius, snapshot.mass
     normal_inverse = contacts.inverse_mass(mass)
     spin_inverse = radius**2 / snapshot.inertia
-    along, across = law.acting(contacts, normal_inverse, left_velocity)
+    along, across = law.active_dissipation(contacts, normal_inverse, left_velocity)
     moving = float(np.abs(left_velocity).max(initial=0.0))
     rim = float(np.abs(snapshot.spin * radius).max(initial=0.0))
     return FrictionProblem(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nscd.arrays import Flags, Floats
+from nscd.arrays import Floats, Mask
 from nscd.bodies import Snapshot
 from nscd.contacts import Contacts, of_bodies
 from nscd.indeterminacy.equilibrium import Equilibrium, edges
@@ -23,11 +23,11 @@ class Determinacy:
 
     rank: int
     redundant: int
-    normal: Flags
-    tangential: Flags
+    normal: Mask
+    tangential: Mask
 
     @property
-    def determined(self) -> Flags:
+    def determined(self) -> Mask:
         """Tell (k,) whether a contact's whole percussion is the same in all of them."""
         return self.normal & self.tangential
 
@@ -47,9 +47,9 @@ def determinacy(contacts: Contacts, n: int, snapshot: Snapshot | None = None) ->
     on these contacts, and of a snapshot the bodies that disks are joined to. Raises ValueError for
     contacts that name disks beyond n."""
     contacts.check_disks(n)
-    if snapshot is not None and (wide := snapshot.wide) is not None:
+    if snapshot is not None and (compound := snapshot.compound) is not None:
         rows = edges(snapshot, contacts, np.zeros(len(contacts)))
-        factor = factorise(of_bodies(wide, contacts), len(wide), rows)
+        factor = factorise(of_bodies(compound, contacts), len(compound), rows)
     else:
         factor = factorise(contacts, n)
     return Determinacy(
@@ -60,13 +60,13 @@ def determinacy(contacts: Contacts, n: int, snapshot: Snapshot | None = None) ->
     )
 
 
-def admissible_determinacy(contacts: Contacts, answer: Percussions) -> Determinacy:
+def admissible_determinacy(contacts: Contacts, solution: Percussions) -> Determinacy:
     """Tell what balance and λ ≥ 0 together say of the reactions of an answer without friction: see
     `determinacy_of`. Raises ValueError as `Equilibrium.of` does."""
-    return determinacy_of(Equilibrium.of(contacts, answer))
+    return determinacy_of(Equilibrium.of(contacts, solution))
 
 
-def determinacy_of(held: Equilibrium) -> Determinacy:
+def determinacy_of(equilibrium: Equilibrium) -> Determinacy:
     """Tell what the balance of an answer says of its percussions.
 
     `normal` (k,) is whether the contact's interval [λ_min, λ_max] is a point. This is more than
@@ -74,13 +74,13 @@ def determinacy_of(held: Equilibrium) -> Determinacy:
     contact pull that carries nothing in any admissible percussion. `redundant` is the dimension
     of the set, `rank` the number of unknowns that can carry something, less that dimension.
     Raises ProgramError if a linear program has no usable answer."""
-    chosen = held.carrying()
-    contact = held.contact[chosen]
-    factor = held.factor_of(chosen)
+    chosen = equilibrium.carrying()
+    contact = equilibrium.contact[chosen]
+    factor = equilibrium.factor_of(chosen)
     loose = self_stresses(factor)
 
-    def known(stress: Floats) -> Flags:
-        sums = np.zeros((len(held.contacts), stress.shape[1]))
+    def known(stress: Floats) -> Mask:
+        sums = np.zeros((len(equilibrium.contacts), stress.shape[1]))
         np.add.at(sums, contact, stress)
         return np.asarray(np.abs(sums).max(1) <= ZERO_ROW)
 
@@ -88,5 +88,5 @@ def determinacy_of(held: Equilibrium) -> Determinacy:
         rank=factor.rank,
         redundant=len(chosen) - factor.rank,
         normal=known(loose),
-        tangential=known(held.along[chosen, None] * loose),
+        tangential=known(equilibrium.along[chosen, None] * loose),
     )

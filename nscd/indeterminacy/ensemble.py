@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csc_array, csr_array, hstack
 
 from nscd import _core
-from nscd.arrays import Flags, Floats, Indices, count, number
+from nscd.arrays import Floats, Indices, Mask, count, number
 from nscd.indeterminacy.equilibrium import Equilibrium
 from nscd.indeterminacy.linear import ProgramError, carrying, maximise
 from nscd.indeterminacy.orthogonal import factorise, undetermined_rows
@@ -65,13 +65,13 @@ class Ensemble:
         """Compute the standard deviation over all draws, N."""
         return np.asarray(self.draws[:, :, self._part(tangential)].std((0, 1)))
 
-    def quantile(self, share: float, *, tangential: bool = False) -> Floats:
+    def quantile(self, fraction: float, *, tangential: bool = False) -> Floats:
         """Compute the value, N, that so large a share of the draws stays below."""
-        values: Any = np.quantile(self.draws[:, :, self._part(tangential)], share, axis=(0, 1))
+        values: Any = np.quantile(self.draws[:, :, self._part(tangential)], fraction, axis=(0, 1))
         return np.asarray(values)
 
     @property
-    def converged(self) -> Flags:
+    def converged(self) -> Mask:
         """Tell (k,) whether R̂ and the effective sample size say that both forces of a contact are
         known."""
         good = (self.r_hat <= ALIKE) & (self.effective >= ENOUGH)
@@ -94,7 +94,7 @@ class Ensemble:
 
 
 def ensemble(
-    held: Equilibrium,
+    equilibrium: Equilibrium,
     scale: float,
     spread: ArrayLike = 0.0,
     *,
@@ -119,17 +119,17 @@ def ensemble(
         raise ValueError(f"scale: {scale}. A force > 0 is needed")
     chains, draws = count(chains, "chains"), count(draws, "draws")
     rounds, seed = draws, int(number(seed, "seed"))
-    chain = _chain_of(held, held.rows(spread, "spread"), f)
+    chain = _chain_of(equilibrium, equilibrium.rows(spread, "spread"), f)
     states = [chain.begin(np.random.default_rng([seed, c])) for c in range(chains)]
     total, number_ = 0, 1
     while True:
-        kept = []
+        draws_kept = []
         for c in range(chains):
             word = int(np.random.default_rng([seed, c, number_]).integers(1 << 62))
             some, states[c] = chain.go(states[c], word, rounds // draws * draws, rounds // draws)
-            kept.append(some)
+            draws_kept.append(some)
         total, number_ = total + rounds, number_ + 1
-        forces = chain.forces(np.stack(kept))
+        forces = chain.forces(np.stack(draws_kept))
         r_hat, effective = convergence(forces, NO_SPREAD * chain.size)
         found = Ensemble(draws=forces, r_hat=r_hat, effective=effective, sweeps=total, scale=f)
         if found.converged.all() or total + 2 * rounds > most_sweeps:
@@ -165,7 +165,7 @@ def convergence(draws: Floats, little: float) -> tuple[Floats, Floats]:
 class _Chain:
     """What goes from one state x (u,) to the next, forces in units of `size`."""
 
-    held: Equilibrium
+    equilibrium: Equilibrium
     size: float
     slope: float
     chosen: Indices  # unknowns that move
@@ -178,7 +178,7 @@ class _Chain:
     def forces(self, x: Floats) -> Floats:
         """Sum f_n and f_t (c,d,2k) N of x (c,d,u)."""
         c, d, u = x.shape
-        moving = self.held.sums[:, self.chosen] @ (self.size * x.reshape(c * d, u)).T
+        moving = self.equilibrium.sums[:, self.chosen] @ (self.size * x.reshape(c * d, u)).T
         return np.asarray((moving.T + self.fixed).reshape(c, d, -1))
 
     def begin(self, random: np.random.Generator) -> Floats:
@@ -208,40 +208,40 @@ class _Chain:
         return drawn.draws, drawn.last
 
 
-def _chain_of(held: Equilibrium, spread: Floats, scale: float) -> _Chain:
+def _chain_of(equilibrium: Equilibrium, spread: Floats, scale: float) -> _Chain:
     """Gibbs sampling where all balances may be open, flights where they are exact."""
-    counts, u = np.isfinite(spread), len(held.contact)
+    counts, u = np.isfinite(spread), len(equilibrium.contact)
     slope = float(np.isfinite(scale))
-    size = scale if slope else float(np.abs(held.load).max(initial=0.0)) or 1.0
+    size = scale if slope else float(np.abs(equilibrium.load).max(initial=0.0)) or 1.0
     if (spread > 0).all():
-        matrix = csr_array(held.matrix[:, counts] * (size / spread[counts]))
+        matrix = csr_array(equilibrium.matrix[:, counts] * (size / spread[counts]))
         if not slope and (matrix.power(2).sum(1) == 0).any():
             raise ValueError(NO_END)
-        load = held.load[counts] / spread[counts]
-        return _Chain(held, size, slope, np.arange(u), np.full(u, 0.5), 0.0, matrix, load)
+        load = equilibrium.load[counts] / spread[counts]
+        return _Chain(equilibrium, size, slope, np.arange(u), np.full(u, 0.5), 0.0, matrix, load)
     if (counts & (spread > 0)).any():
         raise ValueError("spread: all balances exact, or none. Infinite ones may be beside both")
-    chosen, middle = _interior(held, counts, size)
-    some, kept = held.contacts.select(held.contact[chosen]), csr_array(held.matrix[chosen] * counts)
-    factor = factorise(some, held.bodies, kept)
+    chosen, middle = _interior(equilibrium, counts, size)
+    some, rows = equilibrium.contacts.select(equilibrium.contact[chosen]), csr_array(equilibrium.matrix[chosen] * counts)
+    factor = factorise(some, equilibrium.bodies, rows)
     loose = undetermined_rows(factor)
     if loose.sum() > MOST_LOOSE:
         raise ValueError(f"contacts: {loose.sum()} loose forces. At most {MOST_LOOSE} are sampled")
     if not slope:
-        stress = maximise(np.ones(len(chosen)), csc_array(kept.T), np.zeros(len(counts)), 1.0).point
+        stress = maximise(np.ones(len(chosen)), csc_array(rows.T), np.zeros(len(counts)), 1.0).point
         if stress.max(initial=0.0) > NO_SPREAD:
             raise ValueError(NO_END)
     projector = np.ascontiguousarray(factor.self_stress(np.eye(len(chosen))[:, loose])[loose])
-    fixed = held.sums[:, chosen[~loose]] @ (size * middle[~loose])
-    return _Chain(held, size, slope, chosen[loose], middle[loose], fixed, projector=projector)
+    fixed = equilibrium.sums[:, chosen[~loose]] @ (size * middle[~loose])
+    return _Chain(equilibrium, size, slope, chosen[loose], middle[loose], fixed, projector=projector)
 
 
-def _interior(held: Equilibrium, exact: Flags, size: float) -> tuple[Indices, Floats]:
+def _interior(equilibrium: Equilibrium, exact: Mask, size: float) -> tuple[Indices, Floats]:
     """The unknowns that are more than 0 in some state with exact balances, and a state where all of
     them are, in units of `size`."""
-    balance, load = csc_array(held.matrix[:, np.flatnonzero(exact)].T), held.load[exact] / size
-    chosen = every = np.arange(len(held.contact))
-    if not held.whole:
+    balance, load = csc_array(equilibrium.matrix[:, np.flatnonzero(exact)].T), equilibrium.load[exact] / size
+    chosen = every = np.arange(len(equilibrium.contact))
+    if not equilibrium.complete:
         try:
             point = maximise(np.zeros(len(every)), balance, load).point
         except ProgramError as error:

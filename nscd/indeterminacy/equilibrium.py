@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csc_array, csr_array
 
-from nscd.arrays import Flags, Floats, Indices, numbers, read_only, whole_numbers
+from nscd.arrays import Floats, Indices, Mask, numbers, read_only, whole_numbers
 from nscd.bodies import Snapshot
 from nscd.contacts import Contacts, levers, of_bodies
 from nscd.indeterminacy.linear import NOTHING, carrying
@@ -49,7 +49,7 @@ class Equilibrium:
     matrix: (u,w·n) Eᵀ, w 2 without friction or 3: x, y, torque over arm
     load: (w·n,) N, and N of torque over arm; N·s of percussions
     point: (u,) a state in balance, where known: of an answer its own
-    whole: whether each unknown is known to be more than 0 in some such state
+    complete: whether each unknown is known to be more than 0 in some such state
     virial: −Σ load·x / Σ d (N), the mean f_n of states in balance, weighed by the distance d of the
         centres: the scale of a mean field; NaN with walls, whose forces are not among the loads"""
 
@@ -60,7 +60,7 @@ class Equilibrium:
     matrix: csr_array
     load: Floats
     point: Any = None
-    whole: bool = False
+    complete: bool = False
     virial: float = float("nan")
 
     @classmethod
@@ -84,18 +84,18 @@ class Equilibrium:
 
         Raises ValueError naming the field for a wrong shape, no finite number, a disk that does not
         exist and a negative μ."""
-        place = read_only(position, (-1, 2), "position")
-        n, whole = len(place), whole_numbers(pairs, (-1, 2), "pairs")
-        first, second = whole.T
+        points = read_only(position, (-1, 2), "position")
+        n, pairs_of = len(points), whole_numbers(pairs, (-1, 2), "pairs")
+        first, second = pairs_of.T
         k, wall = len(first), second < 0
-        if k and (first.min() < 0 or second.min() < -1 or whole.max() >= n):
+        if k and (first.min() < 0 or second.min() < -1 or pairs_of.max() >= n):
             raise ValueError(f"pairs: a disk that does not exist, where there are {n}")
         mu = np.broadcast_to(numbers(friction, "friction"), (k,))
         if not (np.isfinite(mu) & (mu >= 0)).all():
             raise ValueError("friction: μ ≥ 0 is needed")
         size = read_only(radius, (n,), "radius")
-        snapshot = Snapshot(position=place, radius=size, mass=np.ones(n))
-        branch = place[np.where(wall, 0, second)] - place[first]
+        snapshot = Snapshot(position=points, radius=size, mass=np.ones(n))
+        branch = points[np.where(wall, 0, second)] - points[first]
         if normal is None:
             if wall.any():
                 raise ValueError("normal: that of a wall is needed")
@@ -103,7 +103,7 @@ class Equilibrium:
         unit: Any = normal
         contacts = Contacts(
             first=first, second=np.where(wall, 0, second), is_wall=wall, normal=unit,
-            gap=np.zeros(k), point=place[first] + size[first, None] * np.asarray(unit),
+            gap=np.zeros(k), point=points[first] + size[first, None] * np.asarray(unit),
         )  # fmt: skip
         loads = numbers(load, "load")
         columns = loads.shape[1] if loads.ndim == 2 and loads.shape[1] in (2, 3) else 3
@@ -123,71 +123,71 @@ class Equilibrium:
             load=(loads / np.column_stack([np.ones((n, 2)), size])).ravel(),
             virial=float("nan")
             if wall.any() or not k
-            else -float((shifted * place).sum()) / length,
+            else -float((shifted * points).sum()) / length,
         )
 
     @classmethod
-    def of(cls, contacts: Contacts, answer: Percussions) -> Equilibrium:
+    def of(cls, contacts: Contacts, solution: Percussions) -> Equilibrium:
         """Make that of an answer without friction.
 
         Raises ValueError if contacts and answer do not belong together, the answer has failed or
         has friction, or reactions pull (those of maintained contacts have no such set)."""
-        if answer.friction is not None:
+        if solution.friction is not None:
             raise ValueError("answer: it has friction. Its set is Equilibrium.with_friction")
-        return cls._answered(contacts, answer)
+        return cls._answered(contacts, solution)
 
     @classmethod
-    def with_friction(cls, contacts: Contacts, answer: Percussions) -> Equilibrium:
+    def with_friction(cls, contacts: Contacts, solution: Percussions) -> Equilibrium:
         """Make that of an answer with friction and without dissipation k. Raises ValueError for
         others and for a failed answer."""
-        if answer.friction is None:
+        if solution.friction is None:
             raise ValueError("answer: one with friction is needed")
-        return cls._answered(contacts, answer)
+        return cls._answered(contacts, solution)
 
     @classmethod
-    def _answered(cls, contacts: Contacts, answer: Percussions) -> Equilibrium:
-        part, reaction = answer.friction, answer.reaction
-        least = NOTHING * (_largest(contacts, answer) or 1.0)
+    def _answered(cls, contacts: Contacts, solution: Percussions) -> Equilibrium:
+        part, reaction = solution.friction, solution.reaction
+        minimum = NOTHING * (_largest(contacts, solution) or 1.0)
         mu = tangential = np.zeros(len(contacts))
         if part is not None:
             mu, tangential = part.coefficient, part.tangential
-            apart = (answer.impulse * contacts.normal).sum(1) - reaction
-            if np.abs(apart).max(initial=0.0) > least:
+            dissipative = (solution.impulse * contacts.normal).sum(1) - reaction
+            if np.abs(dissipative).max(initial=0.0) > minimum:
                 raise ValueError(
                     "answer: intervals with friction are for laws without dissipation k"
                 )
-        small, slides = opening_speed(answer), _sliding(contacts, answer)
-        closed = contacts.approach_velocity(answer.right_velocity) >= -small
+        small, slides = opening_speed(solution), _sliding(contacts, solution)
+        closed = contacts.approach_velocity(solution.right_velocity) >= -small
         both = closed & (np.abs(slides) <= small) & (mu > 0)
         one, two = np.flatnonzero(closed & ~both), np.flatnonzero(both)
-        share = tangential[two] / mu[two]
-        halves = 0.5 * (reaction[two] + share), 0.5 * (reaction[two] - share)
+        fraction = tangential[two] / mu[two]
+        halves = 0.5 * (reaction[two] + fraction), 0.5 * (reaction[two] - fraction)
         contact = np.concatenate([one, two, two])
         along = np.concatenate([np.sign(slides[one]) * mu[one], mu[two], -mu[two]])
         point = np.maximum(np.concatenate([reaction[one], *halves]), 0.0)
-        wide, some = answer.snapshot.wide, contacts.select(contact)
-        n = len(answer.right_velocity if wide is None else wide)
-        flat = part is None and wide is None
-        matrix = some.normal_matrix(n) if flat else edges(answer.snapshot, some, along)
+        compound, some = solution.snapshot.compound, contacts.select(contact)
+        n = len(solution.right_velocity if compound is None else compound)
+        flat = part is None and compound is None
+        matrix = some.normal_matrix(n) if flat else edges(solution.snapshot, some, along)
         return cls(
-            contacts=of_bodies(wide, contacts), bodies=n, contact=contact, along=along, matrix=matrix,
+            contacts=of_bodies(compound, contacts), bodies=n, contact=contact, along=along, matrix=matrix,
             load=matrix.T @ point, point=point,
         )  # fmt: skip
 
     @classmethod
-    def of_answer(cls, contacts: Contacts, answer: Percussions) -> Equilibrium:
+    def of_answer(cls, contacts: Contacts, solution: Percussions) -> Equilibrium:
         """Make that of an answer, with the unknowns that carry something in some of its percussions.
         Raises as `of`, `with_friction` and `carrying` do."""
-        held = cls._answered(contacts, answer)
-        chosen = held.carrying()
-        matrix, point = csr_array(held.matrix[chosen]), held.point[chosen]
+        constrained = cls._answered(contacts, solution)
+        chosen = constrained.carrying()
+        matrix, point = csr_array(constrained.matrix[chosen]), constrained.point[chosen]
         return replace(
-            held, contact=held.contact[chosen], along=held.along[chosen], matrix=matrix,
-            load=matrix.T @ point, point=point, whole=True,
+            constrained, contact=constrained.contact[chosen], along=constrained.along[chosen], matrix=matrix,
+            load=matrix.T @ point, point=point, complete=True,
         )  # fmt: skip
 
     @property
-    def closed(self) -> Flags:
+    def closed(self) -> Mask:
         """Tell (k,) which contacts have unknowns: of an answer those that do not open."""
         return np.isin(np.arange(len(self.contacts)), self.contact)
 
@@ -229,11 +229,11 @@ class Equilibrium:
     def rows(self, value: ArrayLike, name: str) -> Floats:
         """Give a number ≥ 0 to each row (w·n,), of one for all, of each body's, or of each row's."""
         width = self.matrix.shape[1] // max(self.bodies, 1)
-        given = numbers(value, name)
-        if given.ndim == 1:
-            given = given.reshape(-1, width if len(given) == len(self.load) else 1)
+        array = numbers(value, name)
+        if array.ndim == 1:
+            array = array.reshape(-1, width if len(array) == len(self.load) else 1)
         try:
-            every = np.broadcast_to(given, (self.bodies, width)).ravel()
+            every = np.broadcast_to(array, (self.bodies, width)).ravel()
         except ValueError:
             there = f"{np.shape(value)} where there are {self.bodies} bodies"
             raise ValueError(f"{name}: shape {there}") from None
@@ -252,20 +252,20 @@ class Equilibrium:
     def net(self, normal: Floats, tangential: Floats) -> Floats:
         """Compute (n,w) N, what balances are open by under forces (k,)."""
         both = np.bincount(self.contact)[self.contact] > 1
-        share = tangential[self.contact] / np.where(both, self.along, np.inf)
-        x = (normal[self.contact] + share) * np.where(both, 0.5, 1.0)
+        fraction = tangential[self.contact] / np.where(both, self.along, np.inf)
+        x = (normal[self.contact] + fraction) * np.where(both, 0.5, 1.0)
         return np.asarray((self.load - self.matrix.T @ x).reshape(self.bodies, -1))
 
 
-def _largest(contacts: Contacts, answer: Percussions) -> float:
+def _largest(contacts: Contacts, solution: Percussions) -> float:
     """The largest reaction of an answer that has a set."""
-    reaction = answer.reaction
+    reaction = solution.reaction
     if reaction.shape != (len(contacts),):
         there = f"{len(reaction)} reactions where there are {len(contacts)} contacts"
         raise ValueError(f"answer: {there}")
-    contacts.check_disks(len(answer.right_velocity))
-    if answer.status == "failed":
-        raise ValueError(f"answer: failed ({answer.reason}). It has no intervals")
+    contacts.check_disks(len(solution.right_velocity))
+    if solution.status == "failed":
+        raise ValueError(f"answer: failed ({solution.reason}). It has no intervals")
     largest = float(reaction.max(initial=0.0))
     if reaction.min(initial=0.0) < -NOTHING * largest:
         worst = int(np.argmin(reaction))
@@ -274,34 +274,34 @@ def _largest(contacts: Contacts, answer: Percussions) -> float:
     return largest
 
 
-def _sliding(contacts: Contacts, answer: Percussions) -> Floats:
+def _sliding(contacts: Contacts, solution: Percussions) -> Floats:
     """T u⁺ (k,) m/s."""
-    rim = answer.snapshot.radius * answer.right_spin
+    rim = solution.snapshot.radius * solution.right_spin
     other = np.where(contacts.is_wall, 0, contacts.second)
     turning = rim[contacts.first] + np.where(contacts.is_wall, 0.0, rim[other])
-    between = contacts.deformation_velocity(answer.right_velocity)
+    between = contacts.deformation_velocity(solution.right_velocity)
     return np.asarray((contacts.tangent * between).sum(1) + turning)
 
 
 def edges(snapshot: Snapshot, contacts: Contacts, along: Floats) -> csr_array:
     """Assemble Eᵀ (u,3n): the impulse n + along · t of each unknown (u,) on its disks, spins over
     radius; or on the bodies, spins over √(I/m)."""
-    wide, turn = snapshot.wide, np.column_stack([along, along])
-    n = len(snapshot if wide is None else wide)
-    if wide is not None:
+    compound, turn = snapshot.compound, np.column_stack([along, along])
+    n = len(snapshot if compound is None else compound)
+    if compound is not None:
         normal, across = levers(snapshot, contacts)
-        contacts, arm = of_bodies(wide, contacts), np.sqrt(wide.inertia / wide.mass)
+        contacts, arm = of_bodies(compound, contacts), np.sqrt(compound.inertia / compound.mass)
         other = np.where(contacts.is_wall, 0, contacts.second)
         turn = (normal + turn * across) / np.column_stack([arm[contacts.first], arm[other]])
     push = contacts.normal + along[:, None] * contacts.tangent
     return contacts.rows(np.c_[push, turn[:, 0]], np.c_[-push, turn[:, 1]], n)
 
 
-def opening_speed(answer: Percussions) -> float:
+def opening_speed(solution: Percussions) -> float:
     """Compute the speed (m/s) that counts as opening or sliding: a share OPENING (or ten times
     the residual, if that is more) of the larger of max |u⁺| and 2 |ΔE| / Σλ, the mean approach
     before the impact."""
-    speed = float(np.abs(answer.right_velocity).max(initial=0.0))
-    if (total := float(answer.reaction.sum())) > 0:
-        speed = max(speed, 2 * abs(answer.energy_change) / total)
-    return max(OPENING, 10 * answer.residual) * speed
+    speed = float(np.abs(solution.right_velocity).max(initial=0.0))
+    if (total := float(solution.reaction.sum())) > 0:
+        speed = max(speed, 2 * abs(solution.energy_change) / total)
+    return max(OPENING, 10 * solution.residual) * speed

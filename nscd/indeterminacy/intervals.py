@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csc_array, eye_array, hstack
 
-from nscd.arrays import Flags, Floats, Indices, read_only
+from nscd.arrays import Floats, Indices, Mask, read_only
 from nscd.contacts import Contacts
 from nscd.indeterminacy.equilibrium import Equilibrium
 from nscd.indeterminacy.linear import Optimum, ProgramError, maximise
@@ -62,7 +62,7 @@ class Interval:
         return self.upper - self.lower
 
 
-def interval(contacts: Contacts, answer: Percussions, weights: ArrayLike) -> Interval:
+def interval(contacts: Contacts, solution: Percussions, weights: ArrayLike) -> Interval:
     """Find the interval of Σ w_c λ_c for the answer of one problem; of many quantities:
     `Intervals`.
 
@@ -71,7 +71,7 @@ def interval(contacts: Contacts, answer: Percussions, weights: ArrayLike) -> Int
 
     Raises ValueError for weights of the wrong shape and whatever `Equilibrium.of` does, ProgramError
     if a linear program has no usable answer."""
-    return Intervals(Equilibrium.of(contacts, answer)).of(weights)
+    return Intervals(Equilibrium.of(contacts, solution)).of(weights)
 
 
 def weights_of_contacts(contacts: Contacts, *indices: int) -> Floats:
@@ -86,8 +86,8 @@ def weights_of_contacts(contacts: Contacts, *indices: int) -> Floats:
 
 def weights_of_disk(contacts: Contacts, disk: int) -> Floats:
     """Weigh (k,) a disk's total: the sum of the reactions of all its contacts."""
-    touching = (contacts.first == disk) | (~contacts.is_wall & (contacts.second == disk))
-    return np.asarray(touching, dtype=np.float64)
+    in_contact = (contacts.first == disk) | (~contacts.is_wall & (contacts.second == disk))
+    return np.asarray(in_contact, dtype=np.float64)
 
 
 def weights_of_wall(contacts: Contacts, wall: int) -> Floats:
@@ -121,7 +121,7 @@ class _Part:
         return maximise(weights, self.balance, np.zeros(len(self.rows)), upper=1.0).point
 
     @cached_property
-    def limits(self) -> tuple[Flags, float]:
+    def limits(self) -> tuple[Mask, float]:
         """(p,) what some self-stress r ≥ 0 loads (max Σ min(r_c, 1), attained with 1 at each), and a
         proven bound of Σ x over all others."""
         p, wedged = len(self.columns), np.zeros(len(self.columns), dtype=bool)
@@ -140,25 +140,25 @@ class _Part:
 class Intervals:
     """Find the intervals of any number of quantities for the percussions of an answer."""
 
-    def __init__(self, held: Equilibrium) -> None:
-        if held.point is None:
+    def __init__(self, equilibrium: Equilibrium) -> None:
+        if equilibrium.point is None:
             raise ValueError(
                 "held: no state of it is known. Its bounds are those of WithinTolerance"
             )
-        self.held, self.scale = held, held.scale
-        chosen = held.contacts.select(held.contact[held.core])
-        self._part_of = chosen.islands(held.bodies)[chosen.first]
-        self._core_factor = held.factor_of(held.core)
+        self.equilibrium, self.scale = equilibrium, equilibrium.scale
+        chosen = equilibrium.contacts.select(equilibrium.contact[equilibrium.core])
+        self._part_of = chosen.islands(equilibrium.bodies)[chosen.first]
+        self._core_factor = equilibrium.factor_of(equilibrium.core)
         self._parts: dict[int, _Part] = {}
 
     def of(self, weights: ArrayLike, *, tangential: bool = False) -> Interval:
         """Find the interval of Σ w_c λ_c, or of Σ w_c τ_c, for weights (k,). Raises as `interval` does,
         and ProgramError where no state is within a tolerance."""
-        held = self.held
-        given = read_only(weights, (len(held.contacts),), "weights")[held.contact]
-        given = held.along * given if tangential else given
-        (upper, above_gap, above), (lower, below_gap, below) = map(self._largest, (given, -given))
-        gap, size = max(above_gap, below_gap), float(np.abs(given).max(initial=0.0))
+        constrained = self.equilibrium
+        weights_of = read_only(weights, (len(constrained.contacts),), "weights")[constrained.contact]
+        weights_of = constrained.along * weights_of if tangential else weights_of
+        (upper, above_gap, above), (lower, below_gap, below) = map(self._largest, (weights_of, -weights_of))
+        gap, size = max(above_gap, below_gap), float(np.abs(weights_of).max(initial=0.0))
         finite = np.isfinite([lower, upper]).all()
         status = IntervalStatus.PROVEN if finite else IntervalStatus.UNBOUNDED
         return Interval(
@@ -173,50 +173,50 @@ class Intervals:
     def _largest(self, weights: Floats) -> tuple[float, float, Floats]:
         """The upper end of Σ w x for weights (u,) of the unknowns, its gap, and the velocities that
         prove it, (n,2) or with spins (n,3)."""
-        held = self.held
-        on_core, start = weights[held.core], held.point[held.core]
-        velocity = np.zeros(held.matrix.shape[1])
+        constrained = self.equilibrium
+        on_core, start = weights[constrained.core], constrained.point[constrained.core]
+        velocity = np.zeros(constrained.matrix.shape[1])
         attained = start.copy()
         total = 0.0
         for number in np.unique(self._part_of[on_core != 0]).tolist():
             part = self._part(number)
             wanted = on_core[part.columns]
-            wedged, most = part.limits
+            wedged, maximum = part.limits
             if wanted[wedged].any() and self._grows(part, wanted):
-                return float("inf"), 0.0, np.zeros_like(velocity).reshape(held.bodies, -1)
+                return float("inf"), 0.0, np.zeros_like(velocity).reshape(constrained.bodies, -1)
             found = part.largest(wanted)
             velocity[part.rows] = found.multiplier
-            attained[part.columns] = found.point * held.scale
-            total += most * held.scale + WEDGE_MULTIPLE * float(held.point.sum()) * wedged.any()
+            attained[part.columns] = found.point * constrained.scale
+            total += maximum * constrained.scale + WEDGE_MULTIPLE * float(constrained.point.sum()) * wedged.any()
         # on the core Σ w x ≤ velocity·E x + excess Σ x; the other unknowns are known
-        pressing = held.balance.T @ velocity
+        pressing = constrained.balance.T @ velocity
         excess = float((on_core - pressing).max(initial=0.0))
-        known = float(weights @ held.point)
+        known = float(weights @ constrained.point)
         bound = known + float((pressing - on_core) @ start) + excess * total
         moved = self._core_factor.self_stress(attained - start)  # balanced to rounding
         gap = max(bound - known - float(on_core @ moved), 0.0)
         gap += max(-float((start + moved).min(initial=0.0)), 0.0)
         # what is known follows the impulses too: the velocity that closes it, and no unknown of the
         # core
-        missing = weights - held.matrix @ velocity
-        missing[held.core] = 0.0
-        velocity += held.factor.least_squares(missing)
-        return bound, gap, velocity.reshape(held.bodies, -1)
+        missing = weights - constrained.matrix @ velocity
+        missing[constrained.core] = 0.0
+        velocity += constrained.factor.least_squares(missing)
+        return bound, gap, velocity.reshape(constrained.bodies, -1)
 
     def _part(self, number: int) -> _Part:
         if number not in self._parts:
-            held = self.held
+            constrained = self.equilibrium
             columns = np.flatnonzero(self._part_of == number)
-            balance = csc_array(held.balance[:, columns])
+            balance = csc_array(constrained.balance[:, columns])
             rows = np.unique(balance.indices).astype(np.int64)
             balance = csc_array(balance.tocsr()[rows])
-            impulse = balance @ held.point[held.core[columns]] / held.scale
+            impulse = balance @ constrained.point[constrained.core[columns]] / constrained.scale
             self._parts[number] = _Part(columns, rows, balance, impulse, 0 * impulse)
         return self._parts[number]
 
     def _grows(self, part: _Part, weights: Floats) -> bool:
         """Whether a self-stress that only pushes adds to Σ w λ."""
-        stress = np.zeros(len(self.held.core))
+        stress = np.zeros(len(self.equilibrium.core))
         stress[part.columns] = part.stress(weights)
         stress = self._core_factor.self_stress(stress)[part.columns]
         return bool(weights @ stress > PROVEN * np.abs(weights).max() and stress.min() > -PROVEN)
@@ -229,24 +229,24 @@ class WithinTolerance(Intervals):
 
     tolerance: N (N·s of percussions), see `equilibrium`"""
 
-    def __init__(self, held: Equilibrium, tolerance: ArrayLike) -> None:
-        self.held, most = held, held.rows(tolerance, "tolerance")
-        self.scale = float(np.abs(held.load).max(initial=0.0)) or float(most.max(initial=1.0))
-        rows, every = np.flatnonzero(np.isfinite(most)), np.arange(len(held.contact))
-        balance, load = csc_array(held.matrix.T.tocsr()[rows]), held.load[rows] / self.scale
-        self._whole = _Part(every, rows, balance, load, most[rows] / self.scale)
+    def __init__(self, equilibrium: Equilibrium, tolerance: ArrayLike) -> None:
+        self.equilibrium, maximum = equilibrium, equilibrium.rows(tolerance, "tolerance")
+        self.scale = float(np.abs(equilibrium.load).max(initial=0.0)) or float(maximum.max(initial=1.0))
+        rows, every = np.flatnonzero(np.isfinite(maximum)), np.arange(len(equilibrium.contact))
+        balance, load = csc_array(equilibrium.matrix.T.tocsr()[rows]), equilibrium.load[rows] / self.scale
+        self._complete = _Part(every, rows, balance, load, maximum[rows] / self.scale)
 
     def _largest(self, weights: Floats) -> tuple[float, float, Floats]:
         """The upper end, how far it is from one that is attained, and the velocity that proves it."""
-        velocity, part = np.zeros(len(self.held.load)), self._whole
-        shape = (self.held.bodies, -1)
+        velocity, part = np.zeros(len(self.equilibrium.load)), self._complete
+        shape = (self.equilibrium.bodies, -1)
         if weights @ part.stress(weights) > PROVEN * np.abs(weights).max(initial=0.0):
             return float("inf"), 0.0, velocity.reshape(shape)
         point, v = part.largest(weights)
         bound = float(v @ part.load + np.abs(v) @ part.most)
         if (excess := float((weights - part.balance.T @ v).max(initial=0.0))) > 0:
-            wedged, most = part.limits
-            bound += excess * (most + WEDGE_MULTIPLE * len(weights) * wedged.any())
+            wedged, maximum = part.limits
+            bound += excess * (maximum + WEDGE_MULTIPLE * len(weights) * wedged.any())
         velocity[part.rows] = v
         gap = max(bound - float(weights @ point), 0.0) * self.scale
         return bound * self.scale, gap, velocity.reshape(shape)

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import linprog
 from scipy.sparse import csc_array, hstack
 
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Floats, Indices, Mask
 
 # Reactions below this share of the largest may be rounding of the solver.
 NOTHING = 1e-7
@@ -30,7 +30,7 @@ class Optimum(NamedTuple):
     multiplier: Floats
 
 
-def carrying(point: Floats, core: Indices, balance: csc_array) -> Flags:
+def carrying(point: Floats, core: Indices, balance: csc_array) -> Mask:
     """Find the unknowns (u,) that are more than 0 in some x ≥ 0 with balance x_core = balance
     point_core.
 
@@ -42,9 +42,9 @@ def carrying(point: Floats, core: Indices, balance: csc_array) -> Flags:
     that the rest never carry. The mean of the optima is positive at all others."""
     carries = np.asarray(point > NOTHING)
     impulse, c = balance @ point[core], len(core)
-    share = float(np.median(point[carries])) if carries.any() else 1.0
+    fraction = float(np.median(point[carries])) if carries.any() else 1.0
     while len(idle := np.flatnonzero(~carries[core])):
-        upper = np.concatenate([np.full(c, np.inf), np.full(len(idle), share)])
+        upper = np.concatenate([np.full(c, np.inf), np.full(len(idle), fraction)])
         columns = csc_array(hstack([balance, balance[:, idle]]))
         weights = np.concatenate([np.zeros(c), np.ones(len(idle))])
         found = maximise(weights, columns, impulse, upper)
@@ -67,8 +67,8 @@ def maximise(
     # the interior point with crossover is several times faster on large packings, the simplex more
     # robust
     for method in ("highs-ipm", "highs-ds"):
-        given = {"A_eq": matrix, "b_eq": right, "bounds": bounds, "options": options}
-        found = linprog(-weights, method=method, **given)
+        program = {"A_eq": matrix, "b_eq": right, "bounds": bounds, "options": options}
+        found = linprog(-weights, method=method, **program)
         if found.status == 0:
             break
     else:

@@ -40,7 +40,7 @@ class ForceState:
 
 
 def nearest(
-    held: Equilibrium, force: ArrayLike, sigma: ArrayLike, tolerance: ArrayLike
+    equilibrium: Equilibrium, force: ArrayLike, sigma: ArrayLike, tolerance: ArrayLike
 ) -> ForceState:
     """Find the state of least Σ ((f_n − F)/σ)² + (f_t/σ)² with |net| ≤ tolerance in each balance.
 
@@ -49,14 +49,14 @@ def nearest(
 
     Raises ValueError for shapes, a σ that is not positive, and where no state has so small a net: then
     it names the least tolerance, the same for all bodies that have one."""
-    k = len(held.contacts)
+    k = len(equilibrium.contacts)
     wanted, spread = read_only(force, (k,), "force"), read_only(sigma, (k,), "sigma")
     if k and not spread.min() > 0:
         raise ValueError(f"sigma: {spread.min():g} N at contact {int(spread.argmin())}")
-    return least_of(held, np.tile(1 / spread**2, 2), np.append(wanted, np.zeros(k)), tolerance)
+    return least_of(equilibrium, np.tile(1 / spread**2, 2), np.append(wanted, np.zeros(k)), tolerance)
 
 
-def least_energy_within(held: Equilibrium, spread: ArrayLike = 0.0) -> ForceState:
+def least_energy_within(equilibrium: Equilibrium, spread: ArrayLike = 0.0) -> ForceState:
     """Find the state of least Σ f_n² + f_t²/TANGENTIAL, which soft contacts choose that are loaded from rest
     and hold or slide as the unknowns say: with `Equilibrium.of_answer` the canonical percussions of an
     answer with friction.
@@ -65,19 +65,19 @@ def least_energy_within(held: Equilibrium, spread: ArrayLike = 0.0) -> ForceStat
         of the loads (`virial`); 0: they may not
 
     Raises ValueError as `nearest` does."""
-    k, soft = len(held.contacts), held.rows(spread, "spread")
+    k, soft = len(equilibrium.contacts), equilibrium.rows(spread, "spread")
     weights = np.append(np.ones(k), np.full(k, 1 / TANGENTIAL))
     if not soft.any():
-        return least_of(held, weights, np.zeros(2 * k), 0.0)
-    if not held.virial > 0:
-        raise ValueError(f"load: virial {held.virial:g} N. Loads that press, all known, are needed")
+        return least_of(equilibrium, weights, np.zeros(2 * k), 0.0)
+    if not equilibrium.virial > 0:
+        raise ValueError(f"load: virial {equilibrium.virial:g} N. Loads that press, all known, are needed")
     with np.errstate(divide="ignore"):
-        price = (held.virial / soft) ** 2
-    return least_of(held, weights, np.zeros(2 * k), 0.0, price)
+        cost = (equilibrium.virial / soft) ** 2
+    return least_of(equilibrium, weights, np.zeros(2 * k), 0.0, cost)
 
 
 def least_energy(
-    contacts: Contacts, answer: Percussions, stiffness: ArrayLike | None = None
+    contacts: Contacts, solution: Percussions, stiffness: ArrayLike | None = None
 ) -> Floats:
     """Find λ* (k,) N·s, of the least λᵀK⁻¹λ of all admissible percussions of an answer without
     friction; with friction: `least_energy_within`.
@@ -90,47 +90,47 @@ def least_energy(
     k = len(contacts)
     every = read_only(np.ones(k) if stiffness is None else stiffness, (k,), "stiffness")
     if not (every > 0).all():
-        least = int(np.argmin(every))
-        raise ValueError(f"stiffness: {every[least]:g} N/m at contact {least}")
-    if answer.friction is not None:
+        minimum = int(np.argmin(every))
+        raise ValueError(f"stiffness: {every[minimum]:g} N/m at contact {minimum}")
+    if solution.friction is not None:
         raise ValueError("answer: it has friction. Its state is that of least_energy_within")
-    held = Equilibrium.of_answer(contacts, answer)
-    if not len(held.contact):
+    equilibrium = Equilibrium.of_answer(contacts, solution)
+    if not len(equilibrium.contact):
         return np.zeros(k)
-    found = least_of(held, np.tile(every.max() / every, 2), np.zeros(2 * k), 0.0)
+    found = least_of(equilibrium, np.tile(every.max() / every, 2), np.zeros(2 * k), 0.0)
     if found.status != "solved":
         raise ProgramError(f"least energy: the error may be {found.error:.1e} of the percussions")
     return found.normal
 
 
 def least_of(
-    held: Equilibrium,
+    equilibrium: Equilibrium,
     weights: Floats,
     wanted: Floats,
     tolerance: ArrayLike,
-    price: Floats | None = None,
+    cost: Floats | None = None,
 ) -> ForceState:
     """Find the state of least Σ weights (f − wanted)² + Σ price net², (2k,) and (w·n,). Raises as
     `nearest` does."""
-    u, k, most = len(held.contact), len(held.contacts), held.rows(tolerance, "tolerance")
-    sums = held.sums
-    known = held.load[:0] if held.point is None else held.point
-    size = float(np.abs(np.concatenate([held.load, wanted, known])).max(initial=0.0)) or 1.0
-    balance, load, unit = csr_array(held.matrix.T), held.load / size, float(weights.min()) or 1.0
+    u, k, maximum = len(equilibrium.contact), len(equilibrium.contacts), equilibrium.rows(tolerance, "tolerance")
+    sums = equilibrium.sums
+    known = equilibrium.load[:0] if equilibrium.point is None else equilibrium.point
+    size = float(np.abs(np.concatenate([equilibrium.load, wanted, known])).max(initial=0.0)) or 1.0
+    balance, load, unit = csr_array(equilibrium.matrix.T), equilibrium.load / size, float(weights.min()) or 1.0
     quadratic = sums.T @ diags_array(weights / unit) @ sums
     linear = -(sums.T @ (weights / unit * wanted)) / size
-    if price is not None:
-        soft = np.isfinite(price)
-        priced = np.where(soft, price, 0.0)
+    if cost is not None:
+        soft = np.isfinite(cost)
+        priced = np.where(soft, cost, 0.0)
         quadratic = quadratic + balance.T @ diags_array(priced / unit) @ balance
         linear = linear - balance.T @ (priced / unit * load)
-        most = np.where(soft & (most == 0), np.inf, most)
-    equal, within = np.flatnonzero(most == 0), np.flatnonzero((most > 0) & np.isfinite(most))
-    some, near, open_by = balance[within], load[within], most[within] / size
+        maximum = np.where(soft & (maximum == 0), np.inf, maximum)
+    equal, within = np.flatnonzero(maximum == 0), np.flatnonzero((maximum > 0) & np.isfinite(maximum))
+    some, near, open_by = balance[within], load[within], maximum[within] / size
     sides = vstack([-eye_array(u), some, -some])
     ends = np.concatenate([np.zeros(u), near + open_by, open_by - near])
     x, error = minimise(quadratic, linear, (balance[equal], load[equal]), (sides, ends))
-    if error > ACCURATE and (needed := least_tolerance(held, most)) > 0:
+    if error > ACCURATE and (needed := least_tolerance(equilibrium, maximum)) > 0:
         raise ValueError(f"tolerance: no state is within it. {needed:.3g} N more are needed")
     forces = sums @ np.maximum(x, 0.0) * size
     square = float((weights * (forces - wanted) ** 2).sum()) / max(k, 1)
@@ -140,16 +140,16 @@ def least_of(
     )
 
 
-def least_tolerance(held: Equilibrium, tolerance: ArrayLike = 0.0) -> float:
+def least_tolerance(equilibrium: Equilibrium, tolerance: ArrayLike = 0.0) -> float:
     """Compute by how much (N) the tolerance must rise, of all bodies that have a finite one, that some
     state be within it; 0 where one is. Raises ProgramError if HiGHS does not solve it."""
-    most = held.rows(tolerance, "tolerance")
-    rows = np.flatnonzero(np.isfinite(most))
-    size = float(np.abs(held.load).max(initial=0.0)) or 1.0
-    balance, load = csr_array(held.matrix.T)[rows], held.load[rows] / size
-    one, open_by = csr_array(-np.ones((len(rows), 1))), most[rows] / size
+    maximum = equilibrium.rows(tolerance, "tolerance")
+    rows = np.flatnonzero(np.isfinite(maximum))
+    size = float(np.abs(equilibrium.load).max(initial=0.0)) or 1.0
+    balance, load = csr_array(equilibrium.matrix.T)[rows], equilibrium.load[rows] / size
+    one, open_by = csr_array(-np.ones((len(rows), 1))), maximum[rows] / size
     found = linprog(
-        np.append(np.zeros(len(held.contact)), 1.0),
+        np.append(np.zeros(len(equilibrium.contact)), 1.0),
         A_ub=vstack([hstack([balance, one]), hstack([-balance, one])]),
         b_ub=np.concatenate([load + open_by, open_by - load]),
         method="highs",

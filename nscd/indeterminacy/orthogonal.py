@@ -9,7 +9,7 @@ from scipy.linalg import solve_triangular
 from scipy.linalg.lapack import dgeqp3, dgeqrf, dormqr
 from scipy.sparse import csr_array
 
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Floats, Indices, Mask
 from nscd.contacts import Contacts
 
 # A pivot below this, relative to the longest row of C (unit vectors), is rounding.
@@ -56,7 +56,7 @@ class OrthogonalFactor:
         self-stresses"""
 
     rank: int
-    null: Flags
+    null: Mask
     fronts: tuple[_Front, ...]
     width: int
 
@@ -104,7 +104,7 @@ def factorise(contacts: Contacts, n: int, matrix: csr_array | None = None) -> Or
     waiting = defaultdict[int, list[tuple[Indices, Indices, Floats]]](list)
     fronts: list[_Front] = []
     null = np.ones(k, dtype=bool)
-    place = np.zeros(matrix.shape[1], dtype=np.intp)
+    position = np.zeros(matrix.shape[1], dtype=np.intp)
     for number, disks in enumerate(nodes):
         mine = by_home[begin[number] : begin[number + 1]]
         own = matrix[mine]
@@ -113,16 +113,16 @@ def factorise(contacts: Contacts, n: int, matrix: csr_array | None = None) -> Or
         if not len(slots):
             continue
         ending = np.repeat(width * disks, width) + np.tile(np.arange(width), len(disks))
-        seen = np.unique(np.concatenate([own.indices, *(part[1] for part in parts)]))
-        later = seen[node_of[seen // width] > number]
-        place[ending] = np.arange(len(ending))
-        place[later] = len(ending) + np.arange(len(later))
+        present = np.unique(np.concatenate([own.indices, *(part[1] for part in parts)]))
+        later = present[node_of[present // width] > number]
+        position[ending] = np.arange(len(ending))
+        position[later] = len(ending) + np.arange(len(later))
         dense = np.zeros((len(slots), len(ending) + len(later)), order="F")
         row = np.repeat(np.arange(len(mine)), np.diff(own.indptr))
-        dense[row, place[own.indices]] = own.data
+        dense[row, position[own.indices]] = own.data
         at = len(mine)
         for part in parts:
-            dense[at : at + len(part[0]), place[part[1]]] = part[2]
+            dense[at : at + len(part[0]), position[part[1]]] = part[2]
             at += len(part[0])
         front, passed = _eliminate(dense, slots, ending, later, tolerance)
         null[slots[: front.rank]] = False
@@ -142,7 +142,7 @@ def self_stresses(factor: OrthogonalFactor) -> Floats:
     return factor.self_stress(np.random.default_rng(0).normal(size=(len(factor.null), PROBES)))
 
 
-def undetermined_rows(factor: OrthogonalFactor) -> Flags:
+def undetermined_rows(factor: OrthogonalFactor) -> Mask:
     """Find the contacts (k,) that some self-stress loads."""
     return np.asarray(np.abs(self_stresses(factor)).max(1) > ZERO_ROW)
 

@@ -20,30 +20,30 @@ TO_BOUNDARY = 0.995
 
 
 def minimise(
-    quadratic: Any, linear: Floats, equal: tuple[Any, Floats], most: tuple[Any, Floats]
+    quadratic: Any, linear: Floats, equal: tuple[Any, Floats], maximum: tuple[Any, Floats]
 ) -> tuple[Floats, float]:
     """Find x (u,) of least ½ xᵀP x + q·x with A x = b and G x ≤ h, and its error: the largest residual
     of optimality and feasibility, and the root of the gap of duality, which bounds the distance from
     the minimum, relative to the terms that make them up.
 
     quadratic, linear: P (u,u) sparse and positive semidefinite, q (u,)
-    equal, most: A (r,u) and b, G (g,u) and h; rows of A may be redundant, none may be without sense"""
-    (a, b), (g, h) = (csc_array(equal[0]), equal[1]), (csc_array(most[0]), most[1])
+    equal, maximum: A (r,u) and b, G (g,u) and h; rows of A may be redundant, none may be without sense"""
+    (a, b), (g, h) = (csc_array(equal[0]), equal[1]), (csc_array(maximum[0]), maximum[1])
     p, u, r = csc_array(quadratic), len(linear), len(b)
     x, y = np.zeros(u), np.zeros(r)
     s, z = np.maximum(h - g @ x, 1.0), np.ones(len(h))
-    best, least, reached = x, float("inf"), 0
+    best, minimum, reached = x, float("inf"), 0
     for step in range(MOST_STEPS):
         dual = p @ x + linear + a.T @ y + g.T @ z
         primal, over, gap = a @ x - b, g @ x + s - h, s * z
         error = max(
-            _share(dual, p @ x, linear, g.T @ z),
-            _share(primal, b),
-            _share(over, h, s),
+            _scaled_residual(dual, p @ x, linear, g.T @ z),
+            _scaled_residual(primal, b),
+            _scaled_residual(over, h, s),
             np.sqrt(float(gap.sum()) / (1.0 + abs(float(linear @ x)) + float(x @ (p @ x)))),
         )
-        if error < least:
-            best, least, reached = x, error, step
+        if error < minimum:
+            best, minimum, reached = x, error, step
         if error < EXACT or not np.isfinite(error) or step > reached + IDLE:
             break
         weight = z / s
@@ -71,10 +71,10 @@ def minimise(
             target = gap + ds * dz - centre
         length = min(1.0, TO_BOUNDARY * length)
         x, y, s, z = x + length * dx, y + length * dy, s + length * ds, z + length * dz
-    return best, least
+    return best, minimum
 
 
-def _share(residual: Floats, *terms: Floats) -> float:
+def _scaled_residual(residual: Floats, *terms: Floats) -> float:
     size = 1.0 + max(float(np.abs(term).max(initial=0.0)) for term in terms)
     return float(np.abs(residual).max(initial=0.0)) / size
 

@@ -78,11 +78,11 @@ class Arms(NamedTuple):
         self, position: Floats, radius: Floats, segments: _core.Walls
     ) -> tuple[Neighbours, Floats]:
         """Find who reaches whom or which wall, k of them, and the push (k,) N along the normal."""
-        near = neighbours(position, radius, segments, self.reach)
-        return near, self.push(near.gap)
+        reachable = neighbours(position, radius, segments, self.reach)
+        return reachable, self.push(reachable.gap)
 
     def forces(self, position: Floats, radius: Floats, segments: _core.Walls) -> Floats:
         """Compute the sum (n,2) N of the pushes on each disk."""
-        near, push = self.reached(position, radius, segments)
-        given = push[:, None] * near.normal
-        return sum_at_disks(near.first, near.second, -given, given, len(radius))
+        neighbours, push = self.reached(position, radius, segments)
+        forces = push[:, None] * neighbours.normal
+        return sum_at_disks(neighbours.first, neighbours.second, -forces, forces, len(radius))

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nscd import _core
-from nscd.arrays import Flags, Floats, Indices, instance, number, read_only
+from nscd.arrays import Floats, Indices, Mask, instance, number, read_only
 from nscd.bodies import Snapshot, Walls
 from nscd.contacts import NO_WALLS, connected
 from nscd.solve import CHOICES
@@ -115,7 +115,7 @@ class WindowImpulses:
 
     first: Indices
     second: Indices
-    is_wall: Flags
+    is_wall: Mask
     normal: Floats
     gap: Floats
     impulse: Floats
@@ -132,10 +132,10 @@ class WindowSums:
         self._start = start
         self._sums = _core.WindowSums(n)
 
-    def add(self, near: Neighbours, reaction: Floats, friction: Floats | None = None) -> None:
+    def add(self, neighbours: Neighbours, reaction: Floats, friction: Floats | None = None) -> None:
         """Add the reactions, and frictions along (−n_y, n_x), (k,) N·s of one step at its
         neighbours."""
-        self._sums.add(*near, reaction, friction)
+        self._sums.add(*neighbours, reaction, friction)
 
     def close(self, end: float) -> WindowImpulses:
         """Give the impulses since the last window was closed (or the start); the next window
@@ -200,9 +200,9 @@ class Motion:
         self.spin, self.step = np.array(snapshot.spin), step
         self.radius, self.mass = snapshot.radius, snapshot.mass
         self._walls, push = segments_of(walls), push or Push()
-        self._desired, self._wide = push.desired, snapshot.wide
-        for name, asked in (("arms", push.arms), ("period_x", (walls or NO_WALLS).period_x)):
-            if asked and self._wide is not None:
+        self._desired, self._compound = push.desired, snapshot.compound
+        for name, value in (("arms", push.arms), ("period_x", (walls or NO_WALLS).period_x)):
+            if value and self._compound is not None:
                 raise ValueError(f"{name}: bodies of several disks have none")
         self._law = _core.Law(
             step, push.relaxation_time, *push.acceleration, restitution, friction, tolerance,
@@ -223,21 +223,21 @@ class Motion:
         """Begin the next step without the percussions of this one, as a new motion from this state
         does: with friction they are where the search for the next ones begins."""
         self._core.forget()
-        if (wide := self._wide) is not None:  # they begin anew where their disks are
-            state = self.snapshot().joined(wide.ids[wide.number], inertia=wide.inertia)
+        if (width := self._compound) is not None:  # they begin anew where their disks are
+            state = self.snapshot().joined(width.ids[width.number], inertia=width.inertia)
             self._begin(state, self.time)
 
     def _begin(self, state: Snapshot, time: float) -> None:
         """Make the core's motion, and take over the bodies of several disks of a state."""
-        of = self._wide = state.bodies if self._wide else None
-        told = (of.told(of.mass), of.motion(state, state.velocity)) if of else ()
+        of = self._compound = state.bodies if self._compound else None
+        bodies = (of.as_core_arguments(of.mass), of.motion(state, state.velocity)) if of else ()
         self.velocity = np.array(state.velocity)
-        self._core = _core.Motion(self.radius, self.mass, self._walls, self._law, time, *told)
+        self._core = _core.Motion(self.radius, self.mass, self._walls, self._law, time, *bodies)
 
     @property
     def overlap(self) -> float:
         """Find the deepest overlap (m) of two disks, or of disk and wall; 0 where none overlap."""
-        body = None if self._wide is None else self._wide.number
+        body = None if self._compound is None else self._compound.number
         gap = neighbours(self.position, self.radius, self._walls, 0.0, body).gap
         return max(0.0, -float(gap.min(initial=0.0)))
 
@@ -248,10 +248,10 @@ class Motion:
         min ½|x|²_M subject to C x ≤ gap, again until nothing overlaps: a full gap in the first step
         would instead throw them apart. Raises StepError if that does not end."""
         self._core.take(self.position, self.velocity, self.spin)
-        if (most := self._core.separate()) < 0:
+        if (maximum := self._core.separate()) < 0:
             raise StepError("the disks cannot be pushed apart: they do not fit between the walls")
         self._see()
-        return most
+        return maximum
 
     def _see(self) -> None:
         """Take over the state of the core."""
@@ -260,7 +260,7 @@ class Motion:
 
     def snapshot(self) -> Snapshot:
         """Give the state as a snapshot, with ids from 1 on."""
-        of = self._wide
+        of = self._compound
         return Snapshot(
             position=self.position, velocity=self.velocity, radius=self.radius, mass=self.mass,
             spin=self.spin, bodies=of and replace(of, centre=self._core.centre),

@@ -28,8 +28,8 @@ SHARES, STIFFER = (0.25, 1.0, 4.0, 8.0), (1.0, 1e1, 1e2, 1e3, 1e4)
 START, PER_STEP = 1e-6, 3e-7
 
 
-def advise(scene, error, *, library, chart=None, **asked):
-    return choose(scene, Question(error=error, **asked), library=library, chart=chart)
+def advise(scene, error, *, library, chart=None, **requested):
+    return choose(scene, Question(error=error, **requested), library=library, chart=chart)
 
 
 def changed(scene, **arrays):
@@ -40,28 +40,28 @@ def changed(scene, **arrays):
 
 
 def point(scene, numerical, model, seconds, **setting):
-    given = {
+    arguments = {
         "scene": scene.name, "disks": len(scene.snapshot), "method": "lammps", "law": "hooke", "solver": "",
         "time_step_s": None, "time_step_share": None, "stiffness_N_per_m": None, "tolerance": None,
         "cpu_seconds": seconds, "quantity": "disk_force", "unit": "N", "numerical_error": numerical,
         "numerical_bar": 0.0, "model_error": model, "model_bar": 0.0, "total_error": numerical + model,
         "status": PointStatus.OK, "reason": "", "machine": "made up", "date": "2026-01-01",
     }  # fmt: skip
-    return Point(**given | setting)
+    return Point(**arguments | setting)
 
 
-def entry(scene, numerical=lambda share, _: 0.01 * share, model=lambda stiffer: 0.3 / stiffer**0.5):
+def entry(scene, numerical=lambda fraction, _: 0.01 * fraction, model=lambda stiffer: 0.3 / stiffer**0.5):
     """Of a driven scene: errors by formula, cost START + PER_STEP·disks·steps; one rigid
     solution."""
     like, window = likeness_of(scene), 0.02
     points = []
     for stiffer in STIFFER:
         safe = 1e-3 / stiffer**0.5
-        for share in SHARES:
-            seconds = START + PER_STEP * like.disks * window / (share * safe)
-            how = {"time_step_share": share, "stiffness_N_per_m": stiffer * 1e6}
-            errors = numerical(share, stiffer), model(stiffer)
-            points.append(point(scene, *errors, seconds, time_step_s=share * safe, **how))
+        for fraction in SHARES:
+            seconds = START + PER_STEP * like.disks * window / (fraction * safe)
+            how = {"time_step_share": fraction, "stiffness_N_per_m": stiffer * 1e6}
+            errors = numerical(fraction, stiffer), model(stiffer)
+            points.append(point(scene, *errors, seconds, time_step_s=fraction * safe, **how))
     rigid = {"method": "rigid", "law": "", "solver": "auto", "tolerance": 1e-8}
     found = *points, point(scene, 1e-9, 0.0, 0.001, **rigid)
     about = {"name": scene.name, "likeness": like, "window_s": window}
@@ -81,8 +81,8 @@ def sure(scene):
 
 
 def test_an_error_is_read():
-    shares = [asked_error(text) for text in ("5%", "5 %", "0.05", "99.9%")]
-    assert shares == pytest.approx([0.05, 0.05, 0.05, 0.999])
+    fractions = [asked_error(text) for text in ("5%", "5 %", "0.05", "99.9%")]
+    assert fractions == pytest.approx([0.05, 0.05, 0.05, 0.999])
 
 
 BAD = "0", "0%", "-5%", "100%", "1", "five", "", "%", "nan", "inf%"
@@ -148,8 +148,8 @@ def test_what_failed_near_is_not_advised(scene):
 
 
 def test_price_is_that_of_the_runs(scene):
-    price = price_of("lammps", "hooke", [entry(scene)])
-    assert (price.start_s, price.disk_step_s) == pytest.approx((START, PER_STEP), rel=1e-6)
+    cost = price_of("lammps", "hooke", [entry(scene)])
+    assert (cost.start_s, cost.disk_step_s) == pytest.approx((START, PER_STEP), rel=1e-6)
     for (engine, law), known in PRICES.items():  # those that are said before a run
         if engine != "rigid":
             fitted = price_of(engine, law, stored_library().entries)
@@ -189,7 +189,7 @@ def test_rates_make_up_for_what_was_off(scene):
     """Of two scenes that look alike one has errors thrice as large, predicted from the other; the
     factor makes up for it."""
     twin = scene.model_copy(update={"name": "twin"})
-    other = entry(twin, lambda share, _: 0.03 * share, lambda stiffer: 0.9 / stiffer**0.5)
+    other = entry(twin, lambda fraction, _: 0.03 * fraction, lambda stiffer: 0.9 / stiffer**0.5)
     pair = [entry(scene), other]
     rates = rates_of(pair)
     curves = Curves(likeness=pair[1].likeness, load="disk", entries=pair[:1])
@@ -202,17 +202,17 @@ def test_rates_make_up_for_what_was_off(scene):
 
 def test_bad_questions(scene, sure):
     jam, other = {"chart": entry(make("jam", 40)).points}, make("four_disks")
-    rough, rubbing = (one.with_contact(friction=0.3) for one in (scene, make("pair")))
-    for asked, more, says in (
+    frictional, friction_work = (one.with_contact(friction=0.3) for one in (scene, make("pair")))
+    for requested, more, says in (
         (scene, {"quantity": "noise"}, "quantity: unknown 'noise'"),
         (other, {"quantity": "wall-load"}, "wall-load: nobody touches a wall"),
         (other, {"quantity": "displacement"}, "displacement is for driven"),
-        (rough, {}, r"contact\.friction"),
-        (rubbing, {}, r"friction: 0\.3, but advice is for frictionless"),
+        (frictional, {}, r"contact\.friction"),
+        (friction_work, {}, r"friction: 0\.3, but advice is for frictionless"),
         (scene, jam, "chart: no points of scene arch"),
     ):
         with pytest.raises(ValueError, match=says):
-            advise(asked, 0.05, library=sure, **more)
+            advise(requested, 0.05, library=sure, **more)
     # nothing in the library is like a crowd before so wide a door: no guess
     drive = scene.drive.model_copy(update={"door_start_m": (0, -40), "door_end_m": (0, 40)})
     unlike = scene.model_copy(update={"drive": drive})
@@ -222,7 +222,7 @@ def test_bad_questions(scene, sure):
 
 
 def test_a_chart_of_the_scene_is_read_as_it_is(scene, sure):
-    worse = entry(scene, lambda share, _: 0.02 * share)
+    worse = entry(scene, lambda fraction, _: 0.02 * fraction)
     advice = advise(scene, 0.05, methods=("lammps",), library=sure, chart=worse.points)
     assert advice.own
     assert (advice.choice.stiffness_N_per_m, advice.choice.time_step_share) == (1e8, 1.0)
@@ -243,14 +243,14 @@ def test_the_stored_rates_belong_to_the_stored_scenes():
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("name", "asked"),
+    ("name", "requested"),
     [("pair", 0.05), ("chain", 0.01), ("corridor", 0.3)]
-    + [(name, asked) for name in ("arch", "gate") for asked in (0.01, 0.05, 0.3)],
+    + [(name, requested) for name in ("arch", "gate") for requested in (0.01, 0.05, 0.3)],
 )
-def test_no_choice_breaks_its_promise_or_is_needlessly_dear(name, asked):
-    advice = advise(read_scene(name), asked, library=stored_library())
-    assert advice.choice.promised_error <= asked
-    within = [c for c in advice.curve if c.promised_error <= asked]
+def test_no_choice_breaks_its_promise_or_is_needlessly_dear(name, requested):
+    advice = advise(read_scene(name), requested, library=stored_library())
+    assert advice.choice.promised_error <= requested
+    within = [c for c in advice.curve if c.promised_error <= requested]
     assert advice.choice.cpu_seconds <= (1 + MARGIN) * min(c.cpu_seconds for c in within)
     assert (np.diff([c.cpu_seconds for c in advice.curve]) >= 0).all()
     assert (np.diff([c.promised_error for c in advice.curve]) <= 0).all()
@@ -260,8 +260,8 @@ def test_no_choice_breaks_its_promise_or_is_needlessly_dear(name, asked):
 def test_what_a_scene_has_no_need_of(tmp_path):
     """Two pairs and a single disk: one pair collides, the other rests."""
     base = make("pair")
-    place, velocity = [[0, 0], [0.5, 0], [5, 0], [5.5, 0], [9, 0]], [[2, 0], *[[0, 0]] * 4]
-    resting = changed(base, position=place, velocity=velocity, radius=[0.25] * 5, mass=[75.0] * 5)
+    anchor, velocity = [[0, 0], [0.5, 0], [5, 0], [5.5, 0], [9, 0]], [[2, 0], *[[0, 0]] * 4]
+    resting = changed(base, position=anchor, velocity=velocity, radius=[0.25] * 5, mass=[75.0] * 5)
     lines = [*left_out(resting, tmp_path)]
     assert any("10 unknown velocities instead of 15" in line for line in lines)
     assert "disks that touch nothing: 1 of 5" in lines

@@ -124,12 +124,12 @@ def test_the_command(tmp_path, monkeypatch):
     assert "bodies of 120 kN/m" in made.output
     content = json.loads((tmp_path / "advice/advice.json").read_text())
     assert content["command"] in made.output
-    for more, said in (
+    for more, message in (
         ("--quantity flow --body ghost", "body: unknown 'ghost'. There are: chest"),
         ("--quantity disk-load --body chest", "quantity: disk-load is not known of soft bodies"),
     ):
         made = CliRunner().invoke(app, shlex.split(f"advise gate --error 5% {more}"))
-        assert said in str(made.exception)
+        assert message in str(made.exception)
     made = CliRunner().invoke(
         app, shlex.split("advise pair --error 5% --quantity flow --body chest")
     )

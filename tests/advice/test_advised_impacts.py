@@ -33,13 +33,13 @@ def pool():
 def test_a_promise_is_kept_and_not_ten_times_what_is_measured(name, engine, pool, tmp_path):
     require(engine)
     scene = IMPACTS[name]()
-    shares = SHARES if engine == "lammps" else SHARES[1:2]
+    fractions = SHARES if engine == "lammps" else SHARES[1:2]
     window, stiffness = impact_window(scene), scene.contact.stiffness_N_per_m
     settings = [
         Method(
-            method=engine, law=scene.contact.law, stiffness_N_per_m=stiffness, time_step_share=share
+            method=engine, law=scene.contact.law, stiffness_N_per_m=stiffness, time_step_share=ratio
         )
-        for share in shares
+        for ratio in fractions
     ]
     points = measure(window, name, settings, tmp_path, pool).points
     measured = {
@@ -50,8 +50,8 @@ def test_a_promise_is_kept_and_not_ten_times_what_is_measured(name, engine, pool
     question = Question(error=0.9, against="model", methods=(engine,))
     advice = advise(scene, question, library=stored_library())
     promised = {c.time_step_share: c.promised_error for c in advice.found}
-    for share in shares:
-        assert 1 <= promised[share] / measured[share] <= 3, share
+    for fraction in fractions:
+        assert 1 <= promised[fraction] / measured[fraction] <= 3, fraction
 
 
 @pytest.mark.parametrize("name", ["chain_8_hertz", "chain_masses_15_e0.7", "corridor_e0.3"])

@@ -19,8 +19,8 @@ PROGRAMS = Path(__file__).parent / "programs"
 SNAPSHOTS, TABLES = pressed()
 
 
-def judged(tables, snapshots=SNAPSHOTS, **given):
-    return audit(snapshots, tables, **{"external": weight, "walls": CORNER, "friction": FRICTION} | given)
+def judged(tables, snapshots=SNAPSHOTS, **arguments):
+    return audit(snapshots, tables, **{"external": weight, "walls": CORNER, "friction": FRICTION} | arguments)
 
 
 def scaled(factor):
@@ -144,7 +144,7 @@ def test_random_files_are_named_and_never_wrongly():
 
 
 @pytest.mark.parametrize(
-    ("tables", "snapshots", "given", "why"),
+    ("tables", "snapshots", "inputs", "why"),
     [
         (TABLES, SNAPSHOTS, {"external": None}, "acceleration of (-2, -1.4) m/s², which was not given"),
         (TABLES[:1], SNAPSHOTS[:1], {}, "2 frames or more"),
@@ -152,8 +152,8 @@ def test_random_files_are_named_and_never_wrongly():
         (TABLES[::20], SNAPSHOTS[::20], {}, "too far for forces that change so fast"),
     ],
 )
-def test_what_cannot_be_judged_is_said_why(tables, snapshots, given, why):
-    found = judged(tables, snapshots, **given)
+def test_what_cannot_be_judged_is_said_why(tables, snapshots, inputs, why):
+    found = judged(tables, snapshots, **inputs)
     assert (found.status, found.exit_status) == ("unknown", 2)
     assert why in found.words
 
@@ -175,8 +175,8 @@ def test_a_data_frame_and_spins():
     assert judged(every).status == "agrees"
     with pytest.raises(ValueError, match="time_s: rows at instants"):
         judged(every.assign(time_s=every.time_s + 1e-4))
-    (said,) = [one for one in judged(TABLES).remarks if "spins" in one]
-    assert said == "spins agree with the torques to 0 %, with an inertia of 0.5 m r² (disc 0.5, sphere 0.4)"
+    (sentences,) = [one for one in judged(TABLES).remarks if "spins" in one]
+    assert sentences == "spins agree with the torques to 0 %, with an inertia of 0.5 m r² (disc 0.5, sphere 0.4)"
 
 
 @pytest.mark.parametrize("bad", [{"second": [99]}, {"second": [1]}, {"force": [[np.nan, 0.0]]}])
@@ -222,11 +222,11 @@ def test_lammps_says_normal_forces_of_pairs_alone_unless_asked(percussions, tmp_
     along (-2, -1.4); walls by fix wall/gran … contacts."""
     run_program("lammps", tmp_path, "-in", PROGRAMS / "corner.in", "-log", "none")
     (tmp_path / "room.toml").write_text(ROOM.format(*np.array([-2, -1.4]) * 3 / np.hypot(2, 1.4)))
-    whole, text = f"{PAIR},tx=c_pl[4],ty=c_pl[5]", (tmp_path / "bodies.dump").read_text()
-    read(percussions, tmp_path, whole, "pairs.dump", 0, [])
+    complete, text = f"{PAIR},tx=c_pl[4],ty=c_pl[5]", (tmp_path / "bodies.dump").read_text()
+    read(percussions, tmp_path, complete, "pairs.dump", 0, [])
     read(percussions, tmp_path, PAIR, "pairs.dump", 1, ["normal part only"])
     (tmp_path / "bodies.dump").write_text(text.replace("f_wl[8]", "other").replace("f_wf[8]", "another"))
-    read(percussions, tmp_path, whole, "pairs.dump", 1, ["walls missing"])
+    read(percussions, tmp_path, complete, "pairs.dump", 1, ["walls missing"])
 
 
 @pytest.mark.long
@@ -241,7 +241,7 @@ def test_yade_tells_its_interactions(percussions, tmp_path):
 
 
 def test_the_fixture_of_pytest_says_what_is_wrong(assert_forces_balance):
-    given = {"external": weight, "walls": CORNER}
-    assert_forces_balance(SNAPSHOTS, TABLES, **given)
+    arguments = {"external": weight, "walls": CORNER}
+    assert_forces_balance(SNAPSHOTS, TABLES, **arguments)
     with pytest.raises(AssertionError, match="they are impulses"):
-        assert_forces_balance(SNAPSHOTS, [scaled(STEP_S)(t, 0) for t in TABLES], **given)
+        assert_forces_balance(SNAPSHOTS, [scaled(STEP_S)(t, 0) for t in TABLES], **arguments)

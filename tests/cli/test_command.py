@@ -99,7 +99,7 @@ def test_friction_and_restitution_are_of_the_law_that_is_solved(
 
 
 def test_empty_contact_set(percussions, tmp_path):
-    (tmp_path / "far.dump").write_text(two_people(apart=5))
+    (tmp_path / "far.dump").write_text(two_people(difference=5))
     (tmp_path / "contacts.csv").write_text("earlier\n")
     failed(
         percussions("solve", "far.dump", "--time-step", 1), "far.dump", "no contact in any frame"
@@ -162,8 +162,8 @@ COUNT = ["0", "-3", "2.5", "many"], "a whole number above 0 is needed"
 def test_numbers_that_an_option_does_not_take(refused, words, kind):
     values, needed = kind
     for value in values:
-        said = refused(*words.split(), value)
-        assert said == f"percussions: {words.split()[-1]}: {value}: {needed}"
+        message = refused(*words.split(), value)
+        assert message == f"percussions: {words.split()[-1]}: {value}: {needed}"
 
 
 @pytest.mark.parametrize(
@@ -216,15 +216,15 @@ def test_friction_of_one_wall_is_no_key_of_a_scene(refused, tmp_path):
 
 def test_more_than_fits_on_the_disk(refused, tmp_path):
     path = make("arch", 100).with_run(frames=10**9, time_step_s=1.0).write(tmp_path)
-    said = refused("run", path)
-    assert "run.frames: 1000000000 frames of 100 disks need about 5e+04 GB" in said
+    message = refused("run", path)
+    assert "run.frames: 1000000000 frames of 100 disks need about 5e+04 GB" in message
 
 
 def test_a_table_does_not_replace_its_dump(refused, tmp_path):
     dump = tmp_path / "a.dump"
     dump.write_text("anything")
-    said = refused("solve", "a.dump", "--out", tmp_path / "." / "a.dump")
-    assert "a.dump: the table would replace what it is made of" in said
+    message = refused("solve", "a.dump", "--out", tmp_path / "." / "a.dump")
+    assert "a.dump: the table would replace what it is made of" in message
     assert dump.read_text() == "anything"
 
 

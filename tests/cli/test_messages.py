@@ -135,10 +135,10 @@ def test_an_interrupt_while_libraries_are_imported(tmp_path, after):
     # Python itself still reads the package's first lines before `main` begins
     time.sleep(0.05 + after)
     process.send_signal(signal.SIGINT)
-    _, said = process.communicate(timeout=300)
+    _, message = process.communicate(timeout=300)
     assert process.returncode in (130, 1)
-    assert "Traceback" not in said
-    assert len(said.splitlines()) == 1, said
+    assert "Traceback" not in message
+    assert len(message.splitlines()) == 1, message
 
 
 def test_a_run_imports_little():

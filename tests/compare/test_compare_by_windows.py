@@ -64,10 +64,10 @@ def test_one_pair_of_runs_has_no_verdict(percussions, rigid, tmp_path):
     other = shutil.copytree(rigid, tmp_path / "again")
     made = percussions("compare", rigid, other, "--window", 0.1)
     assert made.returncode == 0
-    said = re.sub(r"\s+", " ", made.stdout)
-    assert "one pair of runs: no verdict" in said
-    assert "differ " not in said
-    assert "90 %" not in said
+    message = re.sub(r"\s+", " ", made.stdout)
+    assert "one pair of runs: no verdict" in message
+    assert "differ " not in message
+    assert "90 %" not in message
     walls = json.loads((other / "windows.json").read_text())["measures"]["walls"]
     assert set(walls) == {
         "unit", "first", "second", "second_above_first", "autocorrelation", "independent_windows",
@@ -111,9 +111,9 @@ def test_stiffer_runs_begin_where_the_softest_rests(jam):
     for run in stiffer:
         first = run.scene.snapshot
         # overlaps of the soft run are gone, nobody has gone far, and nobody moves
-        apart = np.hypot(*(first.position[:, None] - first.position[None]).T)
-        np.fill_diagonal(apart, np.inf)
-        assert (apart - np.add.outer(first.radius, first.radius)).min() > -1e-9
+        distance = np.hypot(*(first.position[:, None] - first.position[None]).T)
+        np.fill_diagonal(distance, np.inf)
+        assert (distance - np.add.outer(first.radius, first.radius)).min() > -1e-9
         assert not first.velocity.any()
         assert run.balance.unbalanced < 0.01
     # a disk that rests sinks by F/k: from one stiffness to the next by centimetres at most

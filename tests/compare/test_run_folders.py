@@ -73,7 +73,7 @@ def test_friction_is_a_sentence(tmp_path):
     folder = ran(scene, tmp_path / "rough")
     found = compare_run(folder)
     known, k = int(found.match.determined.sum()), len(found.match.determined)
-    assert found.answer.friction.coefficient.tolist() == [0.3] * len(found.answer.reaction)
+    assert found.solution.friction.coefficient.tolist() == [0.3] * len(found.solution.reaction)
     assert [*remarks(found)] == [
         "both models have friction 0.3: the balance leaves forces open where contacts stick, "
         f"{known} of {k} are determined"
@@ -88,8 +88,8 @@ def test_few_frames_are_said_and_fewer_refused(tmp_path):
     scene = make("pair").with_contact(restitution=0.5)
     found = compare_run(ran(scene.with_run(duration_s=0.05, frames=16), tmp_path / "few"))
     assert 0.01 < found.balance.closure_error < 0.05
-    (said,) = remarks(found)
-    needed = int(re.search(r"About (\d+) frames", said)[1])
+    (message,) = remarks(found)
+    needed = int(re.search(r"About (\d+) frames", message)[1])
     better = ran(scene.with_run(duration_s=0.05, frames=needed), tmp_path / "enough")
     assert compare_run(better).balance.closure_error < 0.01
     assert [*remarks(compare_run(better))] == []

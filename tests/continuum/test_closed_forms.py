@@ -27,12 +27,12 @@ def orders(errors):
     return np.log2(np.array(errors[-2]) / np.array(errors[-1]))
 
 
-def errors(answer, exact, slope):
+def errors(solution, exact, slope):
     """L² norms of the errors of u⁺ and of ∂w/∂x."""
-    basis = answer.space.basis
+    basis = solution.space.basis
     x = np.asarray(basis.global_coordinates())[0]
-    value = answer.right_field[0] - exact(x)
-    gradient = np.asarray(answer.sum_field.grad)[0, 0] - slope(x)
+    value = solution.right_field[0] - exact(x)
+    gradient = np.asarray(solution.sum_field.grad)[0, 0] - slope(x)
     return [np.sqrt((field**2 * basis.dx).sum()) for field in (value, gradient)]
 
 
@@ -46,18 +46,18 @@ def test_orders_of_chain(order, surface, sticks):
     exact = Chain(medium=medium(surface), length=LENGTH, left_velocity=SPEED)
     found, wall = [], []
     for cells in (40, 80, 160):
-        answer = collide(Space(chain_mesh(LENGTH, cells), order), medium(surface), [SPEED])
-        assert answer.status is Status.SOLVED
-        assert answer.energy.error < 1e-10
+        solution = collide(Space(chain_mesh(LENGTH, cells), order), medium(surface), [SPEED])
+        assert solution.status is Status.SOLVED
+        assert solution.energy.error < 1e-10
         slope = lambda x: -exact.internal_percussion(x) / 9  # noqa: E731
-        found.append(errors(answer, exact.right_velocity, slope))
-        wall.append(abs(answer.wall_percussion[0] - exact.wall_percussion))
-        assert answer.active.all() == sticks
+        found.append(errors(solution, exact.right_velocity, slope))
+        wall.append(abs(solution.wall_percussion[0] - exact.wall_percussion))
+        assert solution.active.all() == sticks
     assert orders(found) == pytest.approx([order + 1, order], abs=0.03)
     if sticks:
         assert orders(wall) == pytest.approx(2 * order, abs=0.05)
     else:
-        assert answer.wall_percussion[0] == 0.0
+        assert solution.wall_percussion[0] == 0.0
 
 
 def test_closed_form_holds_its_own_equation():
@@ -87,10 +87,10 @@ def test_plane_mode_of_chain_that_leaves_its_wall(waves, order):
     ratio = (1 - (H * q) ** 2) / (1 + (H * q) ** 2)
     found = []
     for cells in (40, 80):
-        answer = collide(Space(chain_mesh(LENGTH, cells), order), medium(), lambda x: np.cos(q * x))
-        assert not answer.active.any()
+        solution = collide(Space(chain_mesh(LENGTH, cells), order), medium(), lambda x: np.cos(q * x))
+        assert not solution.active.any()
         slope = lambda x: -(1 + ratio) * q * np.sin(q * x)  # noqa: E731
-        found.append(errors(answer, lambda x: ratio * np.cos(q * x), slope))
+        found.append(errors(solution, lambda x: ratio * np.cos(q * x), slope))
     assert orders(found) == pytest.approx([order + 1, order], abs=0.05)
 
 
@@ -109,13 +109,13 @@ def test_push_at_the_free_end():
     """r_ext at x = 0 of a resting chain: w = r_ext h/k_v · (cosh((l − x)/h) − …) with w(l) = 0:
     sinh((l − x)/h)/cosh L."""
     push, space = 5.0, Space(chain_mesh(LENGTH, 200), 2)
-    answer = collide(space, medium(), [0.0], external=[push])
+    solution = collide(space, medium(), [0.0], external=[push])
     x = space.nodes[:, 0]
     exact = push * H / 9 * np.sinh((LENGTH - x) / H) / np.cosh(LENGTH / H)
-    assert answer.velocity_sum[:, 0] == pytest.approx(exact, abs=1e-6)
-    assert answer.wall_percussion == pytest.approx(push / np.cosh(LENGTH / H), rel=1e-4)
-    assert answer.energy.external > 0
-    assert answer.energy.error < 1e-10
+    assert solution.velocity_sum[:, 0] == pytest.approx(exact, abs=1e-6)
+    assert solution.wall_percussion == pytest.approx(push / np.cosh(LENGTH / H), rel=1e-4)
+    assert solution.energy.external > 0
+    assert solution.energy.error < 1e-10
 
 
 MEDIUM = table_1_medium(surface=0.0, person=1.0)
@@ -125,19 +125,19 @@ EXACT = HalfAnnulus(medium=MEDIUM, inner=1.0, outer=4.0, speed=1.5, push=2.0)
 def measured(order, cells):
     """Errors of w in L², of D(w) in L², of p in L², and of the whole force on the walls."""
     space = Space(EXACT.mesh(cells, curved=order == 2), order)
-    answer = collide(space, MEDIUM, EXACT.left_velocity, external=EXACT.external)
-    assert answer.status is Status.SOLVED
-    assert answer.active.all()
-    assert (answer.wall_percussion > 0).all()
-    assert answer.energy.error < 1e-11
+    solution = collide(space, MEDIUM, EXACT.left_velocity, external=EXACT.external)
+    assert solution.status is Status.SOLVED
+    assert solution.active.all()
+    assert (solution.wall_percussion > 0).all()
+    assert solution.energy.error < 1e-11
     x, dx = np.asarray(space.basis.global_coordinates()), space.basis.dx
-    gradient = np.asarray(answer.sum_field.grad)
-    value = np.asarray(answer.sum_field) - EXACT.velocity_sum(x)
+    gradient = np.asarray(solution.sum_field.grad)
+    value = np.asarray(solution.sum_field) - EXACT.velocity_sum(x)
     strain = 0.5 * (gradient + gradient.swapaxes(0, 1)) - EXACT.strain(x)
-    p = pressure(answer) - EXACT.pressure(x)
+    p = pressure(solution) - EXACT.pressure(x)
     squares = (value**2).sum(0), (strain**2).sum((0, 1)), p**2
     norm = (np.sqrt((square * dx).sum()) for square in squares)
-    return [*norm, abs(answer.wall_force.sum() - EXACT.wall_force)]
+    return [*norm, abs(solution.wall_force.sum() - EXACT.wall_force)]
 
 
 def test_closed_form_holds_the_equation():

@@ -55,11 +55,11 @@ def test_crowd_that_walks_into_a_wall_and_one_that_leaves_it(equation, into, awa
     """p = Ux and u⁺ = 0; as printed nobody is pressed and everybody walks through. Who leaves goes
     with p ≥ 0; the equality's wall pulls him back, p = −Ux."""
     mesh = chain_mesh(10.0, 40)
-    for speed, share in ((U, into), (-U, away)):
+    for speed, fraction in ((U, into), (-U, away)):
         flow = first_order_flow(mesh, [speed], equation=equation)
         assert flow.status is Status.SOLVED
-        np.testing.assert_allclose(flow.pressure, share * U * mesh.p[0], atol=1e-11)
-        np.testing.assert_allclose(flow.right_velocity, speed - share * U, atol=1e-11)
+        np.testing.assert_allclose(flow.pressure, fraction * U * mesh.p[0], atol=1e-11)
+        np.testing.assert_allclose(flow.right_velocity, speed - fraction * U, atol=1e-11)
     assert flow.pressed.any() == (equation != "complementarity")
 
 
@@ -134,7 +134,7 @@ def test_first_order_refuses_bad_input(room):
     closed = mesh_of(room_of_outline([[0, 0], [1, 0], [1, 1], [0, 1]]), 0.5)
     curved = MeshTri2.from_mesh(mesh).with_boundaries(mesh.boundaries)
     cells = np.zeros((mesh.nelements, 2))
-    for where, desired, given, says in (
+    for where, desired, inputs, says in (
         (mesh, [0, U], {"equation": "exact"}, "equation: unknown 'exact'"),
         (mesh, np.zeros((3, 2)), {}, r"^desired_velocity: shape \(3, 2\)"),
         (mesh, lambda x: x[:, 0], {}, "desired_velocity: the function gives shape"),
@@ -145,7 +145,7 @@ def test_first_order_refuses_bad_input(room):
         (curved, [0, U], {}, "curved"),
     ):
         with pytest.raises(ValueError, match=says):
-            first_order_flow(where, desired, **given)
+            first_order_flow(where, desired, **inputs)
 
 
 def test_first_order_tells_that_it_is_not_solved():
@@ -254,21 +254,21 @@ def test_rotating_crowd_is_braked_by_its_rough_wall():
     errors = []
     for cells in (2, 4, 8):
         mesh = ring(cells)
-        given = {"pressure": np.full(mesh.nvertices, pressure), "friction": beta}
-        law, how = TurbulenceLaw(**given, mass_per_person=mass), {"time_step": step}
+        arguments = {"pressure": np.full(mesh.nvertices, pressure), "friction": beta}
+        law, how = TurbulenceLaw(**arguments, mass_per_person=mass), {"time_step": step}
         turning = lambda x: omega * np.stack([-x[:, 1], x[:, 0]], axis=1)  # noqa: E731
-        answer = turbulence_step(mesh, people, turning, law, **how, tolerance=1e-8)
-        assert answer.status is Status.SOLVED, answer.reason
-        np.testing.assert_allclose(answer.pressed_velocity, answer.left_velocity)
-        change = answer.right_velocity - (1 - brake / omega) * answer.left_velocity
+        solution = turbulence_step(mesh, people, turning, law, **how, tolerance=1e-8)
+        assert solution.status is Status.SOLVED, solution.reason
+        np.testing.assert_allclose(solution.pressed_velocity, solution.left_velocity)
+        change = solution.right_velocity - (1 - brake / omega) * solution.left_velocity
         area = Cells(mesh).measure
         errors.append(np.sqrt(area @ (change**2).sum(1) / area.sum()) / (brake * OUTER))
     orders = np.log2(np.divide(errors[:-1], errors[1:]))
     assert errors[-1] < 0.02
     assert orders[-1] == pytest.approx(1.0, abs=0.1)
     on_wall = np.isclose(np.hypot(*mesh.p), OUTER)
-    assert answer.sliding[on_wall].all()
-    assert not answer.sliding[np.hypot(*mesh.p) < 0.9 * OUTER].any()
+    assert solution.sliding[on_wall].all()
+    assert not solution.sliding[np.hypot(*mesh.p) < 0.9 * OUTER].any()
 
 
 def test_friction_against_a_general_optimiser():
@@ -280,23 +280,23 @@ def test_friction_against_a_general_optimiser():
     people, pressure = rng.uniform(4, 8, mesh.nvertices), rng.uniform(0, 400, mesh.nvertices)
     velocity, beta, step = rng.normal(0, 1.5, (mesh.nelements, 2)), 0.75, 0.02
     law = TurbulenceLaw(pressure=pressure, friction=beta, mass_per_person=1.0)
-    answer = turbulence_step(mesh, people, velocity, law, time_step=step, tolerance=1e-9)
-    assert answer.status is Status.SOLVED, answer.reason
+    solution = turbulence_step(mesh, people, velocity, law, time_step=step, tolerance=1e-9)
+    assert solution.status is Status.SOLVED, solution.reason
     inside = np.flatnonzero(~cells.open)
     gx, gy = (g.toarray()[:, inside] for g in cells.slopes)
-    start = velocity - step / answer.density[:, None] * cells.gradient(pressure)
+    start = velocity - step / solution.density[:, None] * cells.gradient(pressure)
 
     def after(s):
         xx, xy = s.reshape(2, -1)
         force = np.stack([gx @ xx + gy @ xy, gx @ xy - gy @ xx], axis=1)
-        return start - step / answer.density[:, None] * force
+        return start - step / solution.density[:, None] * force
 
     def energy(s):
         v = after(s)
         weighted = -step * cells.measure[:, None] * v
         x, y = weighted.T
         slope = np.concatenate([gx.T @ x - gy.T @ y, gy.T @ x + gx.T @ y])
-        return 0.5 * (cells.measure * answer.density) @ (v**2).sum(1), slope
+        return 0.5 * (cells.measure * solution.density) @ (v**2).sum(1), slope
 
     def room_left(s):
         return (beta * pressure[inside]) ** 2 - (s.reshape(2, -1) ** 2).sum(0)
@@ -304,13 +304,13 @@ def test_friction_against_a_general_optimiser():
     def room_slope(s):
         return np.hstack([np.diag(-2 * part) for part in s.reshape(2, -1)])
 
-    held = {"type": "ineq", "fun": room_left, "jac": room_slope}
+    constrained = {"type": "ineq", "fun": room_left, "jac": room_slope}
     how = {"jac": True, "method": "SLSQP", "options": {"maxiter": 1000, "ftol": 1e-15}}
-    found = minimize(energy, np.zeros(2 * len(inside)), constraints=held, **how)
-    assert 0 < answer.sliding.sum() < len(inside)
-    np.testing.assert_allclose(answer.right_velocity, after(found.x), atol=2e-5)
+    found = minimize(energy, np.zeros(2 * len(inside)), constraints=constrained, **how)
+    assert 0 < solution.sliding.sum() < len(inside)
+    np.testing.assert_allclose(solution.right_velocity, after(found.x), atol=2e-5)
     # and no worse than what the general optimiser found
-    assert energy(answer.deviator[inside].T.ravel())[0] <= found.fun * (1 + 1e-9)
+    assert energy(solution.deviator[inside].T.ravel())[0] <= found.fun * (1 + 1e-9)
 
 
 def by_cone(problem):
@@ -346,10 +346,10 @@ def test_gradient_agrees_with_a_conic_solver(room, pressure):
     expected = problem.velocity(y).reshape(2, -1).T
     size = np.sqrt(area @ (first.pressed_velocity**2).sum(1))
     tight = turbulence_step(mesh, 7.0, field, law, time_step=0.01, tolerance=1e-8)
-    for quick, most in ((first, 3e-4), (tight, 1e-6)):
+    for quick, maximum in ((first, 3e-4), (tight, 1e-6)):
         assert quick.status is Status.SOLVED
         difference = np.sqrt(area @ ((quick.right_velocity - expected) ** 2).sum(1)) / size
-        assert difference < most
+        assert difference < maximum
         assert difference <= quick.error_bound + problem.error_bound(y)
 
 
@@ -362,13 +362,13 @@ def test_frictionless_congestion_against_a_bounded_optimiser(room):
     step, mass = 0.05, 70.0
     full = Congestion(greatest_density=5.5)
     law = TurbulenceLaw(pressure=full, friction=0.0, mass_per_person=mass)
-    answer = turbulence_step(mesh, people, toward_exit(room, U), law, time_step=step)
-    assert answer.status is Status.SOLVED
-    assert not answer.deviator.any()
+    solution = turbulence_step(mesh, people, toward_exit(room, U), law, time_step=step)
+    assert solution.status is Status.SOLVED
+    assert not solution.deviator.any()
     inside = np.flatnonzero(~cells.open)
     slopes = sparse.vstack([g[:, inside] for g in cells.slopes]).tocsr()
-    rho, area = np.tile(answer.density, 2), np.tile(cells.measure, 2)
-    start = answer.left_velocity.T.ravel()
+    rho, area = np.tile(solution.density, 2), np.tile(cells.measure, 2)
+    start = solution.left_velocity.T.ravel()
     gap = cells.integral(np.maximum(5.5 / people - 1, 0) / step)[inside]
 
     def energy(pi):
@@ -378,9 +378,9 @@ def test_frictionless_congestion_against_a_bounded_optimiser(room):
     ends = {"maxiter": 5000, "ftol": 1e-16, "gtol": 1e-11, "maxcor": 50}
     how = {"jac": True, "method": "L-BFGS-B", "bounds": [(0, None)] * len(inside), "options": ends}
     found = minimize(energy, np.zeros(len(inside)), **how)
-    np.testing.assert_allclose(answer.pressure[inside] * step, found.x, atol=1e-4 * found.x.max())
-    assert energy(answer.pressure[inside] * step)[0] <= found.fun + 1e-9 * abs(found.fun)
-    assert 0 < (answer.pressure[inside] == 0).mean() < 1
+    np.testing.assert_allclose(solution.pressure[inside] * step, found.x, atol=1e-4 * found.x.max())
+    assert energy(solution.pressure[inside] * step)[0] <= found.fun + 1e-9 * abs(found.fun)
+    assert 0 < (solution.pressure[inside] == 0).mean() < 1
 
 
 def test_congested_crowd_without_friction_is_the_first_order_flow(room):
@@ -390,9 +390,9 @@ def test_congested_crowd_without_friction_is_the_first_order_flow(room):
     flow = first_order_flow(mesh, toward_exit(room, U))
     for step, mass in ((0.01, 1.0), (0.3, 75.0)):
         law = TurbulenceLaw(pressure=Congestion(), friction=0.0, mass_per_person=mass)
-        answer = turbulence_step(mesh, 7.0, toward_exit(room, U), law, time_step=step)
-        np.testing.assert_allclose(answer.right_velocity, flow.right_velocity, atol=1e-9)
-        np.testing.assert_allclose(answer.pressure * step / (7.0 * mass), flow.pressure, atol=1e-9)
+        solution = turbulence_step(mesh, 7.0, toward_exit(room, U), law, time_step=step)
+        np.testing.assert_allclose(solution.right_velocity, flow.right_velocity, atol=1e-9)
+        np.testing.assert_allclose(solution.pressure * step / (7.0 * mass), flow.pressure, atol=1e-9)
 
 
 def test_time_step_decides_with_a_law_and_not_in_congestion(room):

@@ -191,13 +191,13 @@ def test_crowd_around_pillars():
     centre = np.mean(PILLARS[0], axis=0)
     beside = np.abs(space.wall.point - centre).max(1) < 0.51
     assert (((centre - space.wall.point) * space.wall.normal).sum(1)[beside] > 0).all()
-    answer = collide(space, Medium(density=7, volume_dissipation=9), [0.5, -1.0])
-    assert answer.residual < 1e-12
-    assert answer.energy.error < 1e-12
-    gained = (percussion_density(answer) * space.basis.dx).sum((1, 2))
-    given = -(answer.wall_force[:, None] * space.wall.normal).sum(0)
-    assert gained == pytest.approx(given, abs=1e-9)
-    assert answer.wall_force[beside].sum() > 0
+    solution = collide(space, Medium(density=7, volume_dissipation=9), [0.5, -1.0])
+    assert solution.residual < 1e-12
+    assert solution.energy.error < 1e-12
+    gained = (percussion_density(solution) * space.basis.dx).sum((1, 2))
+    inputs = -(solution.wall_force[:, None] * space.wall.normal).sum(0)
+    assert gained == pytest.approx(inputs, abs=1e-9)
+    assert solution.wall_force[beside].sum() > 0
 
 
 def test_walls_carry_each_corner_twice_and_their_length_once():
@@ -234,6 +234,6 @@ def test_random_speeds_have_their_mean_and_deviation_and_know_no_mesh():
     other = random_speeds(room, east, mean=1.34, deviation=0.26, seed=4, cell=0.38)
     assert not np.array_equal(other(points), drawn)
     for name, bad in (("deviation", {"deviation": -1.0}), ("cell", {"cell": 0.0})):
-        given = {"mean": 1.0, "deviation": 0.1, "seed": 0, "cell": 1.0} | bad
+        arguments = {"mean": 1.0, "deviation": 0.1, "seed": 0, "cell": 1.0} | bad
         with pytest.raises(ValueError, match=name):
-            random_speeds(room, east, **given)
+            random_speeds(room, east, **arguments)

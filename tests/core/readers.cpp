@@ -14,11 +14,11 @@ namespace {
 
 std::mt19937_64 draw(1);
 
-std::size_t below(std::size_t most) { return draw() % most; }
+std::size_t below(std::size_t limit) { return draw() % limit; }
 
-bool told(const char* what, std::string_view text, bool sound) {
-    if (!sound) std::printf("%s: wrong for %.*s\n", what, int(std::min<std::size_t>(text.size(), 200)), text.data());
-    return sound;
+bool report(const char* what, std::string_view text, bool passed) {
+    if (!passed) std::printf("%s: wrong for %.*s\n", what, int(std::min<std::size_t>(text.size(), 200)), text.data());
+    return passed;
 }
 
 bool same(double a, double b) { return std::memcmp(&a, &b, sizeof a) == 0 || (std::isnan(a) && std::isnan(b)); }
@@ -39,7 +39,7 @@ std::string text_dump(int frames, int rows) {
     for (int f = 0; f < frames; ++f) {
         dump += "ITEM: TIMESTEP\n" + std::to_string(10 * f) + "\nITEM: TIME\n" + std::to_string(0.1 * f) + "\nITEM: NUMBER OF ATOMS\n" +
                 std::to_string(rows) + "\nITEM: BOX BOUNDS ff ff pp\n-1.0e+00 5\n0 7.25\n-0.5 0.5\nITEM: ATOMS id x y\n";
-        Numbers x, y;
+        Vector x, y;
         std::vector<std::int64_t> id;
         for (int i = 0; i < rows; ++i) id.push_back(i + 1), x.push_back(any_number()), y.push_back(any_number());
         dump += table_of(std::vector<Column>{std::span<const std::int64_t>(id), In(x), In(y)}, rows, false);
@@ -73,13 +73,13 @@ void spoil(std::string& text) {
 // All frames, the file in blocks of a size; and their tables.
 int scanned(const std::string& dump, std::size_t block, const std::string& head) {
     Scan scan;
-    std::vector<char> kept;
+    std::vector<char> stored;
     std::int64_t before = 0;
     int frames = 0;
     for (std::size_t at = 0; at <= dump.size(); at += block) {
-        kept = exact(std::string(kept.begin() + scan.at, kept.end()) + dump.substr(at, block));
+        stored = exact(std::string(stored.begin() + scan.at, stored.end()) + dump.substr(at, block));
         before += scan.at, scan.at = 0;
-        if (scan.run(view(kept), before, head, 3) != Scan::MORE) break;
+        if (scan.run(view(stored), before, head, 3) != Scan::MORE) break;
     }
     for (const Scan::Frame& frame : scan.frames) {
         const Table table{frame.offset, frame.offset + frame.length, frame.rows};
@@ -89,48 +89,48 @@ int scanned(const std::string& dump, std::size_t block, const std::string& head)
 }
 
 bool words() {
-    bool sound = true;
+    bool passed = true;
     for (int i = 0; i < 100'000; ++i) {
         std::string word;
-        put_number(word, any_number(), below(2));
+        append_number(word, any_number(), below(2));
         if (word.empty()) continue;  // CSV has no NaN
         const auto value = number_of(word);
-        sound = told("number", word, value && same(*value, std::strtod(word.c_str(), nullptr))) && sound;
+        passed = report("number", word, value && same(*value, std::strtod(word.c_str(), nullptr))) && passed;
         spoil(word);
         // what strtod reads besides: spaces in front, hexadecimals, infinity, nan(1)
         const bool plain = word.find_first_not_of("0123456789+-.eE") == word.npos && !word.empty();
         char* end = nullptr;
         const double wanted = std::strtod(word.c_str(), &end);
         const auto found = number_of(word);
-        if (plain) sound = told("word", word, found.has_value() == (*end == 0) && (!found || same(*found, wanted))) && sound;
+        if (plain) passed = report("word", word, found.has_value() == (*end == 0) && (!found || same(*found, wanted))) && passed;
     }
     const std::string zeros(400, '0');
     for (const std::string& word : {"-1e999"s, "-1e-999"s, "0." + zeros + "1e50", "1" + zeros + "e-50", "1e99999999999999999999"s, "1e-99999999999999999999"s})
-        sound = told("beyond", word, number_of(word) && same(*number_of(word), std::strtod(word.c_str(), nullptr))) && sound;
+        passed = report("beyond", word, number_of(word) && same(*number_of(word), std::strtod(word.c_str(), nullptr))) && passed;
     for (const char* word : {"", "+", ".", "e5", "infinity", "nan(1)", "0x1p3", "+-1", "1e", "1_0"})
-        sound = told("no number", word, !number_of(word)) && sound;
-    return sound;
+        passed = report("no number", word, !number_of(word)) && passed;
+    return passed;
 }
 
 bool texts() {
-    bool sound = told("dump", "of text", scanned(text_dump(3, 20), 100, form()) == 3);
+    bool passed = report("dump", "of text", scanned(text_dump(3, 20), 100, form()) == 3);
     for (int i = 0; i < 20'000; ++i) {
         std::string dump = text_dump(int(below(4)), int(below(6))), head = form();
         spoil(dump);
         if (below(5) == 0) spoil(head);
         scanned(dump, 1 + below(400), head);
     }
-    return sound;
+    return passed;
 }
 
 // A table, whole and spoiled, by both readers.
 bool tables() {
-    bool sound = true;
+    bool passed = true;
     for (int i = 0; i < 20'000; ++i) {
         const bool binary = below(2);
         const std::int64_t width = 1 + below(4), rows = below(9);
         std::string dump(binary ? 4 : 0, '\0');
-        Numbers values;
+        Vector values;
         for (std::int64_t left = rows * width; left > 0;) {
             const std::int64_t some = binary ? 1 + below(left) : width;
             const auto count = std::int32_t(some);
@@ -138,7 +138,7 @@ bool tables() {
             for (std::int64_t n = 0; n < some; ++n) {
                 values.push_back(any_number());
                 if (binary) dump.append(reinterpret_cast<const char*>(&values.back()), 8);
-                else put_number(dump, values.back() += 0.0, false), dump += n + 1 < some ? ' ' : '\n';
+                else append_number(dump, values.back() += 0.0, false), dump += n + 1 < some ? ' ' : '\n';
             }
             left -= some;
         }
@@ -148,19 +148,19 @@ bool tables() {
         const auto found = read(dump, {0, std::int64_t(dump.size()), rows});
         bool all = found && found->size() == values.size();
         for (std::size_t n = 0; all && n < values.size(); ++n) all = same((*found)[n], values[n]);
-        sound = told("table", dump, all) && sound;
+        passed = report("table", dump, all) && passed;
         spoil(dump);
         const std::vector<char> content = exact(dump);
         const auto size = std::int64_t(content.size());
         read(view(content), {0, size, rows});
         read(view(content), {std::int64_t(below(9)), size + std::int64_t(below(3)), std::int64_t(draw() >> below(64))});
     }
-    return sound;
+    return passed;
 }
 
 }  // namespace
 
 int main() {
-    const bool sound[] = {words(), texts(), tables()};
-    return sound[0] && sound[1] && sound[2] ? 0 : 1;
+    const bool passed[] = {words(), texts(), tables()};
+    return passed[0] && passed[1] && passed[2] ? 0 : 1;
 }

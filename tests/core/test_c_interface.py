@@ -28,8 +28,8 @@ def test_the_example_gives_what_python_gives(tmp_path):
         [compiler, *flags, str(EXAMPLE), "-lnscd", f"-Wl,-rpath,{HOME}", "-o", str(program)],
         check=True,
     )
-    said = subprocess.run([program], check=True, capture_output=True, text=True).stdout
-    lines = [line.split() for line in said.splitlines()]
+    output = subprocess.run([program], check=True, capture_output=True, text=True).stdout
+    lines = [line.split() for line in output.splitlines()]
     crowd = Snapshot(
         position=[[0.25, 0.0], [0.75, 0.0], [1.2, 0.2]],
         velocity=[[-1.0, 0.0], [-1.0, 0.0], [-1.0, -0.5]],
@@ -40,15 +40,15 @@ def test_the_example_gives_what_python_gives(tmp_path):
     contacts = find_contacts(crowd, wall, tolerance=0.001)
     assert len(contacts) == 3
     for friction in (0.0, 0.4):
-        answer = solve(crowd, contacts, law=ContactLaw(friction=friction))
+        solution = solve(crowd, contacts, law=ContactLaw(friction=friction))
         mine = [words[1:] for words in lines if float(words[0]) == friction]
         percussions = {(int(a), int(b)): (float(x), float(y)) for a, b, x, y in mine[:3]}
         for i, j, wall, p in zip(
-            contacts.first, contacts.second, contacts.is_wall, answer.impulse, strict=True
+            contacts.first, contacts.second, contacts.is_wall, solution.impulse, strict=True
         ):
             np.testing.assert_allclose(percussions[i, -1 if wall else j], p, atol=1e-6)
         after = [[float(word) for word in words[1:]] for words in mine[3:]]
-        np.testing.assert_allclose(after, answer.right_velocity, atol=1e-8)
+        np.testing.assert_allclose(after, solution.right_velocity, atol=1e-8)
 
 
 @pytest.fixture
@@ -96,21 +96,21 @@ def test_dissipation_returns_half_the_speed(library):
 
 def test_what_is_wrong_is_said(library):
     two = ctypes.c_size_t(2)
-    place, still, round_, heavy = doubles(0, 0, 0.5, 0), doubles(0, 0, 0, 0), [0.25, 0.25], [75, 75]
+    anchor, still, round_, heavy = doubles(0, 0, 0.5, 0), doubles(0, 0, 0, 0), [0.25, 0.25], [75, 75]
 
-    def said():
+    def message():
         return library.nscd_message().decode()
 
-    assert not library.nscd_new(two, place, still, doubles(0.25, 0.0), doubles(*heavy))
-    assert said() == "radius: entry 1 is not a usable number"
+    assert not library.nscd_new(two, anchor, still, doubles(0.25, 0.0), doubles(*heavy))
+    assert message() == "radius: entry 1 is not a usable number"
     assert not library.nscd_new(
         two, doubles(0, 0, np.nan, 0), still, doubles(*round_), doubles(*heavy)
     )
-    assert said() == "position: entry 1 is not a usable number"
+    assert message() == "position: entry 1 is not a usable number"
     assert not library.nscd_new(ctypes.c_size_t(0), None, None, None, None)
     assert not library.nscd_drive_new(doubles(*[0] * 13), ctypes.c_size_t(13))
-    assert said() == "drive: these are not its numbers"
-    crowd = ctypes.c_void_p(library.nscd_new(two, place, still, doubles(*round_), doubles(*heavy)))
+    assert message() == "drive: these are not its numbers"
+    crowd = ctypes.c_void_p(library.nscd_new(two, anchor, still, doubles(*round_), doubles(*heavy)))
     for first, second, x, words in (
         (0, 2, 1.0, "contact: disk 0 with 2 of 2"),
         (1, 1, 1.0, "contact: disk 1 with 1 of 2"),
@@ -118,9 +118,9 @@ def test_what_is_wrong_is_said(library):
     ):
         at = ctypes.c_ssize_t(first), ctypes.c_ssize_t(second), real(x), real(0.0)
         assert not library.nscd_contact(crowd, *at)
-        assert said() == words
+        assert message() == words
     assert not library.nscd_friction(crowd, real(-0.1), None)
     assert not library.nscd_dissipation(crowd, real(np.inf), real(0.0))
     assert not library.nscd_solve(crowd, real(0.0))
-    assert said() == "tolerance: between 1e-14 and 1 is needed"
+    assert message() == "tolerance: between 1e-14 and 1 is needed"
     library.nscd_free(crowd)

@@ -24,13 +24,13 @@ def _height(pivots):
 def in_chunks(matrix, pivots):
     """A front as `eliminate` takes it, at an address that is a multiple of 64 bytes."""
     rest = len(matrix) - pivots
-    wide, more, height = -(-pivots // 8), -(-rest // 8), _height(pivots)
-    panel = np.zeros((height, 8 * (wide + more)))
+    width, more, height = -(-pivots // 8), -(-rest // 8), _height(pivots)
+    panel = np.zeros((height, 8 * (width + more)))
     panel[:pivots, :pivots] = np.triu(matrix[:pivots, :pivots])
-    panel[:pivots, 8 * wide : 8 * wide + rest] = matrix[:pivots, pivots:]
+    panel[:pivots, 8 * width : 8 * width + rest] = matrix[:pivots, pivots:]
     others = np.zeros((8 * more, 8 * more))
     others[:rest, :rest] = matrix[pivots:, pivots:]
-    parts = [panel.reshape(height, wide + more, 8).transpose(1, 0, 2).ravel()]
+    parts = [panel.reshape(height, width + more, 8).transpose(1, 0, 2).ravel()]
     parts += [others[: 8 * c + 8, 8 * c : 8 * c + 8].ravel() for c in range(more)]
     numbers = np.concatenate(parts)
     room = np.empty(len(numbers) + 7)
@@ -42,16 +42,16 @@ def in_chunks(matrix, pivots):
 def from_chunks(front, size, pivots):
     """Lᵀ of the pivots (pivots, size), and the upper half of the Schur complement."""
     rest = size - pivots
-    wide, more, height = -(-pivots // 8), -(-rest // 8), _height(pivots)
-    at = 8 * (wide + more) * height
-    rows = front[:at].reshape(wide + more, height, 8).transpose(1, 0, 2).reshape(height, -1)
+    width, more, height = -(-pivots // 8), -(-rest // 8), _height(pivots)
+    at = 8 * (width + more) * height
+    rows = front[:at].reshape(width + more, height, 8).transpose(1, 0, 2).reshape(height, -1)
     upper = np.triu(rows[:pivots, :pivots])
     np.fill_diagonal(upper, 1.0 / np.diag(upper))
     others = np.zeros((8 * more, 8 * more))
     for c in range(more):
         others[: 8 * c + 8, 8 * c : 8 * c + 8] = front[at : at + 64 * (c + 1)].reshape(-1, 8)
         at += 64 * (c + 1)
-    beside = rows[:pivots, 8 * wide : 8 * wide + rest]
+    beside = rows[:pivots, 8 * width : 8 * width + rest]
     return np.hstack([upper, beside]), np.triu(others[:rest, :rest])
 
 
@@ -90,7 +90,7 @@ def test_a_tiny_matrix_is_no_indefinite_one():
 def matrix_of(first, second, rows, weights, mass):
     """M + Σ wᵀ r rᵀ over rows (k,2d) of the two disks of each contact."""
     n, d = mass.shape
-    whole = sparse.diags_array(mass.ravel()).tocsr()
+    full = sparse.diags_array(mass.ravel()).tocsr()
     for row, weight in zip(rows, weights, strict=True):
         matrix = sparse.lil_array((len(weight), n * d))
         for c in range(len(weight)):
@@ -98,8 +98,8 @@ def matrix_of(first, second, rows, weights, mass):
             if second[c] >= 0:
                 matrix[c, second[c] * d + np.arange(d)] = row[c, d:]
         matrix = matrix.tocsr()
-        whole += matrix.T @ sparse.diags_array(weight) @ matrix
-    return whole.tocsc()
+        full += matrix.T @ sparse.diags_array(weight) @ matrix
+    return full.tocsc()
 
 
 @pytest.mark.parametrize(("fronts", "threads"), [(False, 1), (True, 1), (True, 2)])
@@ -153,7 +153,7 @@ def dissected(case, position, leaf):
 def test_separators_are_a_tree_that_holds_every_border():
     case = FAMILIES["heap"](300)
     first, second, (order, node_first, node_end, above) = dissected(case, case.snapshot.position, 8)
-    n, place = len(order), np.argsort(order)
+    n, position = len(order), np.argsort(order)
     np.testing.assert_array_equal(np.sort(order), np.arange(n))
     np.testing.assert_array_equal(node_first[1:], node_end[:-1])
     assert (node_first[0], node_end[-1]) == (0, n)
@@ -162,7 +162,7 @@ def test_separators_are_a_tree_that_holds_every_border():
     # what a node reaches is eliminated by those above it
     node = np.searchsorted(node_end, np.arange(n), side="right")
     reached = [set() for _ in above]
-    for a, b, other in zip(place[first], place[second], second, strict=True):
+    for a, b, other in zip(position[first], position[second], second, strict=True):
         if other >= 0:
             reached[node[min(a, b)]].add(int(max(a, b)))
     for s in range(len(above)):
@@ -184,14 +184,14 @@ STRIP_SHARE = 0.15
 def fewest(edges, left, strip, right, n):
     """The fewest disks of the strip that part left from right: each can be passed once, from its
     gate a to its gate n + a."""
-    source, sink, wide = 2 * n, 2 * n + 1, n
+    source, sink, width = 2 * n, 2 * n + 1, n
     begin = [*strip, *np.concatenate([edges[:, 0], edges[:, 1]]) + n]
     end = [*np.asarray(strip) + n, *np.concatenate([edges[:, 1], edges[:, 0]])]
-    capacity = [1] * len(strip) + [wide] * (2 * len(edges))
+    capacity = [1] * len(strip) + [width] * (2 * len(edges))
     for disks, of in ((left, source), (right, sink)):
         begin += [of] * len(disks) if of == source else [*disks]
         end += [*np.asarray(disks) + n] if of == source else [sink] * len(disks)
-        capacity += [wide] * len(disks)
+        capacity += [width] * len(disks)
     graph = sparse.csr_array((capacity, (begin, end)), shape=(2 * n + 2, 2 * n + 2), dtype=np.int32)
     return maximum_flow(graph, source, sink).flow_value
 
@@ -216,9 +216,9 @@ def test_the_first_cut_is_as_small_as_any_in_its_strip(name, n, turned):
     assert set(cut) <= set(rank[one:two])
 
     left = np.setdiff1d(np.arange(n), cut)
-    kept = edges[~np.isin(edges, cut).any(axis=1)]
+    selected = edges[~np.isin(edges, cut).any(axis=1)]
     _, part = connected_components(
-        sparse.coo_array((np.ones(len(kept)), kept.T), shape=(n, n)), directed=False
+        sparse.coo_array((np.ones(len(selected)), selected.T), shape=(n, n)), directed=False
     )
     halves = part[np.intersect1d(left, rank[:one])], part[np.intersect1d(left, rank[two:])]
     assert not np.intersect1d(*halves).size

@@ -106,8 +106,8 @@ def accepted(schema):
     if "enum" in schema:
         return " or ".join(f"`{word}`" for word in schema["enum"])
     if "prefixItems" in schema:
-        whole = schema["prefixItems"][0]["type"] == "integer"
-        return f"two {accepted(schema['prefixItems'][0])}" if whole else "(x, y)"
+        full = schema["prefixItems"][0]["type"] == "integer"
+        return f"two {accepted(schema['prefixItems'][0])}" if full else "(x, y)"
     if schema["type"] == "array":
         many = {"integer": "whole numbers", "number": "numbers", "string": "texts"}
         kind = schema["items"].get("type")
@@ -126,8 +126,8 @@ def accepted(schema):
         ends = f"{low:g} to {high:g}"
     else:
         ends = "" if low is None else f"≥ {low:g}"
-    whole = "whole" if schema["type"] == "integer" else ""
-    return ", ".join(word for word in (whole, ends) if word) or "any"
+    full = "whole" if schema["type"] == "integer" else ""
+    return ", ".join(word for word in (full, ends) if word) or "any"
 
 
 def unit_of(key):

@@ -49,7 +49,7 @@ def test_my_room(example):
     found = example("my_room")
     push = 60 * 100.0
     assert 0.0 < found["wall_load"] < 2 * push
-    assert found["last"].answer.status == "solved"
+    assert found["last"].solution.status == "solved"
     assert Path("my_room.png").stat().st_size > 1000
 
 
@@ -128,7 +128,7 @@ def test_my_solver(example):
 
 def test_exchange(example):
     found = example("exchange")
-    assert found["found"].answer.status == "solved"
+    assert found["found"].solution.status == "solved"
     assert found["apart"] < 1e-12
 
 

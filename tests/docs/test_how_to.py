@@ -80,8 +80,8 @@ def test_a_figure_of_your_own(tmp_path, monkeypatch):
     monkeypatch.setattr(page, "DISCRETE", (*page.DISCRETE, part))
     discrete = page.PAGES["discrete"]._replace(parts=page.DISCRETE)
     monkeypatch.setitem(page.PAGES, "discrete", discrete)
-    places = tmp_path / "paper", tmp_path / "runs"
-    pages, warnings = page.write_pages(["discrete"], *places, "percussions paper", ["0"])
+    positions = tmp_path / "paper", tmp_path / "runs"
+    pages, warnings = page.write_pages(["discrete"], *positions, "percussions paper", ["0"])
     assert warnings == []
     text = pages[0].read_text(encoding="utf-8")
     assert "Two people of 75\xa0kg touch. One wants to walk at 2\xa0m/s" in text
@@ -100,15 +100,15 @@ def test_a_law_of_your_own(tmp_path, monkeypatch):
     written = {block.file: block.text for block in blocks("docs/how_to/law.md") if block.file}
     for folder, name in (("lammps_inputs", "law.in"), ("yade_scripts", "scene_file.py")):
         shutil.copytree(ROOT / folder, tmp_path / folder)
-        place = tmp_path / folder / name
-        before, squared, after = place.read_text().partition('if "${apart} == yes" then "variable')
-        place.write_text(before + written[name] + squared + after)
+        path = tmp_path / folder / name
+        before, squared, after = path.read_text().partition('if "${apart} == yes" then "variable')
+        path.write_text(before + written[name] + squared + after)
     exec(written["law.py"], vars(law))
     for one in engines.PENALTY:
         monkeypatch.setattr(one, "DECKS", str(tmp_path / one.DECKS))
     try:
         scene = few("square", None)
-        for name in [known.NAME for known in engines.PENALTY if known.find()]:
+        for name in [each.NAME for each in engines.PENALTY if each.find()]:
             simulate(scene, name, tmp_path / name)
             last = snapshot_of(open_bodies(tmp_path / name / "bodies.dump").trajectory[-1])
             moved = last.position - scene.snapshot.position
@@ -139,5 +139,5 @@ def test_the_example_compiles(tmp_path):
     core = ROOT / "nscd" / "core"
     words = [compiler, "-std=c++20", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", f"-I{core}"]
     subprocess.run([*words, str(tmp_path / "one.cpp")], check=True)
-    ladder = (core / "answer.cpp").read_text()
+    ladder = (core / "impact_solver.cpp").read_text()
     assert BRANCH.splitlines()[0].split("==")[0] in ladder  # it stands among those that it names

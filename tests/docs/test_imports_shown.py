@@ -79,6 +79,6 @@ def test_folders_of_the_same_names(tmp_path, program, status, says):
     with errors.open("w") as file:
         how = {"cwd": tmp_path, "stdout": file, "stderr": file}
         made = subprocess.run([sys.executable, *words], **how, check=False)
-    said = errors.read_text()
-    assert made.returncode == status, said
-    assert re.search(says, said, re.DOTALL), said
+    output = errors.read_text()
+    assert made.returncode == status, output
+    assert re.search(says, output, re.DOTALL), output

@@ -28,19 +28,19 @@ def test_length_of_a_page(page):
 
 
 def test_length_of_all():
-    for folder, most in (("docs", LARGEST_ALL), ("analysis", LARGEST_TEMPLATES)):
+    for folder, maximum in (("docs", LARGEST_ALL), ("analysis", LARGEST_TEMPLATES)):
         pages = [*ROOT.glob(f"{folder}/**/*.md"), *([README] if folder == "docs" else [])]
         texts = [page.read_text(encoding="utf-8") for page in pages]
         words = sum(len(re.findall(r"\w+", block)) for text in texts for block in prose(text))
-        assert 5_000 < words <= most, folder
+        assert 5_000 < words <= maximum, folder
 
 
 @pytest.mark.parametrize("page", RESULTS, ids=lambda page: page.stem)
 def test_a_result_has_its_answer_first_how_sure_and_the_command(page):
     text = page.read_text(encoding="utf-8")
-    question, answer = text.split("\n\n")[:2]
+    question, solution = text.split("\n\n")[:2]
     assert question.startswith("# ")
     assert question.endswith("?")
-    assert answer.startswith("**Answer**")
+    assert solution.startswith("**Answer**")
     assert re.search("how sure", text, re.IGNORECASE)
     assert re.search(r"(^|`)(nice -n 19 )?(percussions|python)\s", text, re.MULTILINE)

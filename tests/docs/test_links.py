@@ -53,10 +53,10 @@ def test_links_lead_somewhere(page):
         target, _, anchor = unquote(link).partition("#")
         if re.match(r"https?:|mailto:", target):
             continue
-        place = (page.parent / target).resolve() if target else page
-        assert place.exists(), f"{link} of {page.name}"
-        if anchor and place.suffix == ".md":
-            assert anchor in anchors(place), f"{link} of {page.name}"
+        position = (page.parent / target).resolve() if target else page
+        assert position.exists(), f"{link} of {page.name}"
+        if anchor and position.suffix == ".md":
+            assert anchor in anchors(position), f"{link} of {page.name}"
 
 
 def test_docs_named_in_texts_exist():
@@ -66,18 +66,18 @@ def test_docs_named_in_texts_exist():
 
 
 def test_every_doc_is_reached_from_the_index():
-    seen, todo = set(), [ROOT / "docs/index.md"]
+    visited, todo = set(), [ROOT / "docs/index.md"]
     while todo:
         page = todo.pop()
-        if page in seen:
+        if page in visited:
             continue
-        seen.add(page)
+        visited.add(page)
         for link in links(page):
-            place = (page.parent / link.partition("#")[0]).resolve()
-            if place.suffix == ".md" and place.exists():
-                todo.append(place)
+            position = (page.parent / link.partition("#")[0]).resolve()
+            if position.suffix == ".md" and position.exists():
+                todo.append(position)
     docs = {page for page in PAGES if (ROOT / "docs") in page.parents}
-    assert docs - seen == set()
+    assert docs - visited == set()
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))

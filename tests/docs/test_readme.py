@@ -56,9 +56,9 @@ def folder(tmp_path_factory):
     if engines.engine("lammps").find() is None:
         pytest.skip("LAMMPS is not installed")
     for line in lines_of("README.md"):
-        status, said, _ = in_fork(partial(as_program, line, here), 600)
-        assert status == 0, f"{line}: {said}"
-        assert "Warning" not in said, said  # of Python
+        status, message, _ = in_fork(partial(as_program, line, here), 600)
+        assert status == 0, f"{line}: {message}"
+        assert "Warning" not in message, message  # of Python
     return here
 
 
@@ -89,9 +89,9 @@ def test_every_command_of_the_page_runs_after_those_of_readme(folder):
     lines = lines_of("docs/commands.md")
     for line in lines:
         begin, ends = (until_it_begins, BEGUN) if line[0] in LONG else (as_program, 0)
-        status, said, _ = in_fork(partial(begin, line, folder), 600)
-        assert status == ends, f"{line}: {said}"
-        assert "Warning" not in said, said  # of Python
+        status, message, _ = in_fork(partial(begin, line, folder), 600)
+        assert status == ends, f"{line}: {message}"
+        assert "Warning" not in message, message  # of Python
     assert {line[0] for line in lines} > LONG
 
 

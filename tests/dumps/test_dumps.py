@@ -121,21 +121,21 @@ def test_damaged_bz2_where_its_decompressor_ends_with_the_first_error(tmp_path, 
         def __getattr__(self, name):
             return getattr(self.real, name)
 
-        def decompress(self, *given):
+        def decompress(self, *inputs):
             if self.broken:
                 raise ValueError("Decompressor is unusable after a previous error")
             self.broken = True
-            found = self.real.decompress(*given)
+            found = self.real.decompress(*inputs)
             self.broken = False
             return found
 
     monkeypatch.setattr(bz2, "BZ2Decompressor", OnceOnly)
     path = tmp_path / "packed"
-    whole = bytearray(bz2.compress("".join(frame(n, rows()) for n in range(3)).encode()))
-    path.write_bytes(whole)
+    full = bytearray(bz2.compress("".join(frame(n, rows()) for n in range(3)).encode()))
+    path.write_bytes(full)
     index = index_dump(path)
-    whole[len(whole) // 2] ^= 255
-    path.write_bytes(whole)
+    full[len(full) // 2] ^= 255
+    path.write_bytes(full)
     with pytest.raises(DumpError, match="packed: damaged: Invalid data stream"):
         index_dump(path)
     for _ in range(2):
@@ -323,10 +323,10 @@ run 50
 """
 
 
-def binary(frames, names=NAMES, **given):
+def binary(frames, names=NAMES, **arguments):
     """The bytes of frames (step, rows) as LAMMPS' dump custom writes them on two processes."""
     parts = {"order": "<", "magic": b"DUMPCUSTOM", "revision": 2, "triclinic": 0, "edges": (1,) * 6}
-    parts |= {"units": b"", "time": None} | given
+    parts |= {"units": b"", "time": None} | arguments
     order, columns, found = parts["order"], " ".join(names).encode(), []
     for step, rows in frames:
         magic, rows = parts["magic"], np.asarray(rows, dtype=float).reshape(-1, len(names))
@@ -386,10 +386,10 @@ def test_times_in_the_dump_count(tmp_path):
 
 
 def test_a_file_that_is_cut_off_is_refused_wherever_it_is_cut(tmp_path):
-    whole, first = binary(TWO), len(binary(TWO[:1]))
-    assert len(index_dump(written(tmp_path, whole)).frames) == 2
-    for length in range(8, len(whole)):
-        path = written(tmp_path, whole[:length])
+    full, first = binary(TWO), len(binary(TWO[:1]))
+    assert len(index_dump(written(tmp_path, full)).frames) == 2
+    for length in range(8, len(full)):
+        path = written(tmp_path, full[:length])
         if length == first:
             assert len(index_dump(path).frames) == 1
             continue
@@ -398,7 +398,7 @@ def test_a_file_that_is_cut_off_is_refused_wherever_it_is_cut(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("given", "what"),
+    ("inputs", "what"),
     [
         ({"magic": b"DUMPATOM"}, "not a LAMMPS dump of atoms with named columns"),
         ({"order": ">"}, "not a LAMMPS dump of atoms with named columns"),
@@ -410,9 +410,9 @@ def test_a_file_that_is_cut_off_is_refused_wherever_it_is_cut(tmp_path):
         ({"names": ("id", *NAMES[:-1])}, "step 10: column id occurs twice"),
     ],
 )
-def test_what_is_not_read_is_said(tmp_path, given, what):
+def test_what_is_not_read_is_said(tmp_path, inputs, what):
     with pytest.raises(DumpError, match=what):
-        index_dump(written(tmp_path, binary(TWO, **given)))
+        index_dump(written(tmp_path, binary(TWO, **inputs)))
 
 
 @pytest.mark.parametrize(
@@ -444,9 +444,9 @@ def test_frames_that_a_table_could_not_tell_apart(tmp_path, times, what):
     frames = [binary([frame], time=time) for frame, time in zip(TWO, times, strict=True)]
     text = ""
     for (step, _), time in zip(TWO, times, strict=True):
-        said = "" if time is None else f"ITEM: TIME\n{time * step}\n"
+        message = "" if time is None else f"ITEM: TIME\n{time * step}\n"
         text += (
-            f"ITEM: TIMESTEP\n{step}\n{said}ITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS ff ff pp\n"
+            f"ITEM: TIMESTEP\n{step}\n{message}ITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS ff ff pp\n"
         )
         text += "-9 9\n-9 9\n-9 9\nITEM: ATOMS id x y radius mass vx vy\n1 0 0 0.2 75 0 0\n"
     for content in (b"".join(frames), text.encode()):

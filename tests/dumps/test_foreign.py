@@ -41,8 +41,8 @@ def test_python_takes_fixed_types_trajectories_and_no_transformations(tmp_path):
     path = tmp_path / "hit.dump"
     path.write_text(frame(0, STACK, COLUMNS))
     universe = open_bodies(path, fixed_type=[2])
-    for given in (universe, universe.trajectory):
-        results = PercussionAnalysis(given).run().results
+    for inputs in (universe, universe.trajectory):
+        results = PercussionAnalysis(inputs).run().results
         assert results.percussions[0].reaction == pytest.approx([75, 75])
         assert results.ids[0].tolist() == [2, 3]
     with pytest.raises(ValueError, match=r"AtomGroup\. A Universe of all disks is needed"):

@@ -34,9 +34,9 @@ def frames_of(count, seed=1):
         )
         head += "ITEM: ATOMS id x y\n"
         table = "".join(f"{i} {i / 3!r} 0\n" for i in range(rows))
-        place = len(text) + len(head)
+        position = len(text) + len(head)
         line = (text + head).count("\n") + 1
-        wanted.append((step, step / 7, (low, high), (-1.0, 1e3), rows, line, place, len(table)))
+        wanted.append((step, step / 7, (low, high), (-1.0, 1e3), rows, line, position, len(table)))
         text += head + table
     return text, wanted
 
@@ -49,10 +49,10 @@ def test_where_frames_are(tmp_path, monkeypatch, block, pack):
     path = tmp_path / "some.dump"
     path.write_bytes(pack(text.encode()))
     found = index_dump(path)
-    for frame, (step, time, x, y, *place) in zip(found.frames, wanted, strict=True):
+    for frame, (step, time, x, y, *position) in zip(found.frames, wanted, strict=True):
         assert (frame.step, frame.time) == (step, time)
         assert (frame.low, frame.high) == ((x[0], y[0]), (float(f"{x[1]:.16e}"), y[1]))
-        assert [frame.rows, frame.line, frame.offset, frame.length] == place
+        assert [frame.rows, frame.line, frame.offset, frame.length] == position
     for number in (*range(30), 3, 17, 18, 19, 2):  # in order, then from anywhere
         rows = wanted[number][4]
         np.testing.assert_array_equal(found.table(number)[:, 0], np.arange(rows))

@@ -9,9 +9,9 @@ from analysis.engines import engine
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def lammps(**given):
+def lammps(**arguments):
     """The plain command of LAMMPS with these variables."""
-    variables = [word for name, value in given.items() for word in ("-var", name, str(value))]
+    variables = [word for name, value in arguments.items() for word in ("-var", name, str(value))]
     return ["lmp", "-in", "lammps_inputs/crowd.in", "-log", "none", *variables]
 
 

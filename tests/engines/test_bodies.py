@@ -14,9 +14,9 @@ ALONG = HALF * np.array([np.cos(TILT), np.sin(TILT)])
 CONTACT = {"stiffness_N_per_m": 1e8, "restitution": 1.0}
 
 
-def dumbbell(centre, velocity, along=ALONG, **given):
+def dumbbell(centre, velocity, along=ALONG, **arguments):
     """Two disks of 30 kg and radius 0.2 m that are one body."""
-    crowd = disks_at([centre - along, centre + along], velocity, 0.2, MASS / 2, **given)
+    crowd = disks_at([centre - along, centre + along], velocity, 0.2, MASS / 2, **arguments)
     return crowd.joined([7, 7], inertia=[INERTIA])
 
 
@@ -52,12 +52,12 @@ def test_contacts_of_bodies_are_the_forces_that_engines_applied(simulate, name, 
     found = simulate(name, two_that_meet(friction, many))
     ids, touched = found["id"][0], 0
     for frame, contacts in enumerate(found.contacts):
-        given = np.zeros((many, 2))
-        np.add.at(given, np.searchsorted(ids, contacts.second), contacts.force)
-        np.add.at(given, np.searchsorted(ids, contacts.first), -contacts.force)
+        values = np.zeros((many, 2))
+        np.add.at(values, np.searchsorted(ids, contacts.second), contacts.force)
+        np.add.at(values, np.searchsorted(ids, contacts.first), -contacts.force)
         applied = np.column_stack([found["fx"][frame], found["fy"][frame]])
         near = 1e-8 * np.abs(applied).max(initial=1)
-        np.testing.assert_allclose(given, applied, rtol=0, atol=near)
+        np.testing.assert_allclose(values, applied, rtol=0, atol=near)
         touched += len(contacts.first)
     assert touched > 5
     mass = found["mass"][0]

@@ -25,8 +25,8 @@ def driven(name, snapshot, walls, drive, stiffness, duration):
 def end_of(simulation, scene):
     """The disks of the last frame."""
     names = ("x", "y"), ("vx", "vy")
-    place, velocity = (np.column_stack([simulation[k][-1] for k in two]) for two in names)
-    return disks_at(place, velocity, simulation["radius"][-1], scene.snapshot.mass)
+    position, velocity = (np.column_stack([simulation[k][-1] for k in two]) for two in names)
+    return disks_at(position, velocity, simulation["radius"][-1], scene.snapshot.mass)
 
 
 def percussions_of(simulation, contacts):
@@ -67,15 +67,15 @@ def test_stiff_forces_of_a_packing_loaded_from_rest_tend_to_the_least_energy(sim
     """Observed order 1 in 1/k over three decades."""
     scene = channel(1e5)
     contacts = find_contacts(scene.snapshot, scene.wall_segments(), tolerance=1e-9)
-    answer = solve(
+    solution = solve(
         scene.snapshot,
         contacts,
         left_velocity=scene.drive.desired_velocity(scene.snapshot.position),
         tolerance=1e-10,
     )
-    known = admissible_determinacy(contacts, answer)
+    known = admissible_determinacy(contacts, solution)
     assert (len(contacts), known.redundant, known.determined.any()) == (25, 5, False)
-    chosen = least_energy(contacts, answer)
+    chosen = least_energy(contacts, solution)
     errors = []
     for stiffness in (1e5, 1e6, 1e7, 1e8):
         simulation = simulate("lammps", channel(stiffness))
@@ -107,13 +107,13 @@ def check_inside(simulation, scene):
     snapshot = end_of(simulation, scene)
     contacts = find_contacts(snapshot, scene.wall_segments(), tolerance=0.0)
     left = scene.drive.desired_velocity(snapshot.position)
-    answer = solve(snapshot, contacts, left_velocity=left, tolerance=1e-10)
-    assert answer.status == "solved"
-    seen = percussions_of(simulation, contacts)
+    solution = solve(snapshot, contacts, left_velocity=left, tolerance=1e-10)
+    assert solution.status == "solved"
+    observed = percussions_of(simulation, contacts)
     assert len(contacts) == len(simulation.contacts[-1])
-    admissible = Equilibrium.of(contacts, answer)
-    assert not seen[~admissible.closed].any()
-    change = (contacts.normal_matrix(len(snapshot)).T @ (seen - admissible.reaction)).reshape(-1, 2)
+    admissible = Equilibrium.of(contacts, solution)
+    assert not observed[~admissible.closed].any()
+    change = (contacts.normal_matrix(len(snapshot)).T @ (observed - admissible.reaction)).reshape(-1, 2)
     assert np.abs(change).max() < 1e-7
     intervals = Intervals(admissible)
     rows = [*np.eye(len(contacts))]
@@ -124,15 +124,15 @@ def check_inside(simulation, scene):
         found = intervals.of(weights)
         assert found.status is IntervalStatus.PROVEN
         below, above = (found.lower_velocity * change).sum(), (found.upper_velocity * change).sum()
-        assert max(abs(below), abs(above)) < 1e-9 * seen.max()
-        rounding = 1e-12 * seen.sum()
-        assert found.lower + below - rounding <= weights @ seen <= found.upper + above + rounding
+        assert max(abs(below), abs(above)) < 1e-9 * observed.max()
+        rounding = 1e-12 * observed.sum()
+        assert found.lower + below - rounding <= weights @ observed <= found.upper + above + rounding
         every.append(found)
-    return contacts, seen, least_energy(contacts, answer), every[: len(contacts)]
+    return contacts, observed, least_energy(contacts, solution), every[: len(contacts)]
 
 
-def difference(seen, chosen):
-    return np.linalg.norm(seen - chosen) / np.linalg.norm(chosen)
+def difference(observed, chosen):
+    return np.linalg.norm(observed - chosen) / np.linalg.norm(chosen)
 
 
 def test_forces_of_a_jammed_hexagonal_packing_lie_in_the_intervals(simulate):
@@ -140,19 +140,19 @@ def test_forces_of_a_jammed_hexagonal_packing_lie_in_the_intervals(simulate):
     scene = hexagonal(0.0)
     simulation = simulate("lammps", scene)
     assert np.hypot(simulation["vx"][-1], simulation["vy"][-1]).max() < 1e-10
-    contacts, seen, chosen, intervals = check_inside(simulation, scene)
+    contacts, observed, chosen, intervals = check_inside(simulation, scene)
     known = determinacy(contacts, 30)
     assert (len(contacts), known.rank, known.determined.sum()) == (73, 59, 8)
-    assert np.median([one.width for one in intervals]) > 0.5 * seen.max()
-    assert difference(seen, chosen) < 2e-5
+    assert np.median([one.width for one in intervals]) > 0.5 * observed.max()
+    assert difference(observed, chosen) < 2e-5
 
 
 def test_radii_that_nobody_can_measure_change_the_forces_within_the_intervals(simulate):
     """Radii of 0.6 m ± 0.6 mm: a third of the forces is another, all are admissible."""
     scene = hexagonal(1e-3)
-    contacts, seen, chosen, _ = check_inside(simulate("lammps", scene), scene)
+    contacts, observed, chosen, _ = check_inside(simulate("lammps", scene), scene)
     assert determinacy(contacts, 30).redundant == 10
-    assert 0.2 < difference(seen, chosen) < 0.5
+    assert 0.2 < difference(observed, chosen) < 0.5
 
 
 def test_history_moves_the_forces_away_from_the_least_energy_but_not_out(simulate):
@@ -161,7 +161,7 @@ def test_history_moves_the_forces_away_from_the_least_energy_but_not_out(simulat
     start = scene.snapshot
     snapshot = disks_at(start.position * [1.5, 1.0], start.velocity, start.radius, start.mass)
     scene = scene.model_copy(update={"snapshot": snapshot})
-    contacts, seen, chosen, intervals = check_inside(simulate("lammps", scene), scene)
+    contacts, observed, chosen, intervals = check_inside(simulate("lammps", scene), scene)
     assert determinacy(contacts, 40).redundant >= 3
-    assert np.median([one.width for one in intervals]) > 0.03 * seen.max()
-    assert 0.05 < difference(seen, chosen) < 0.3
+    assert np.median([one.width for one in intervals]) > 0.03 * observed.max()
+    assert 0.05 < difference(observed, chosen) < 0.3

@@ -60,17 +60,17 @@ def test_dumps_are_read_whatever_the_status(tmp_path, pair_run):
 def test_dumps_of_other_disks_are_refused(tmp_path, pair_run, name, column, value, says):
     folder, record, scene = pair_run
     lines = (folder / f"{name}.dump").read_text().splitlines()
-    heads = [at for at, line in enumerate(lines[:-1]) if re.match("ITEM: (ATOMS|ENTR)", line)]
-    at = next(at for at in heads if not lines[at + 1].startswith("ITEM"))
+    positions = [at for at, line in enumerate(lines[:-1]) if re.match("ITEM: (ATOMS|ENTR)", line)]
+    at = next(at for at in positions if not lines[at + 1].startswith("ITEM"))
     row = lines[at + 1].split()
     row[lines[at].split()[2:].index(column)] = value
     lines[at + 1] = " ".join(row)
     (tmp_path / f"{name}.dump").write_text("\n".join(lines) + "\n")
     energies = check_bodies(folder / "bodies.dump", record, scene)
-    given = (record, scene) if name == "bodies" else (energies, record, scene)
+    inputs = (record, scene) if name == "bodies" else (energies, record, scene)
     check = check_bodies if name == "bodies" else check_contacts
     with pytest.raises(EngineError, match=says):
-        check(tmp_path / f"{name}.dump", *given)
+        check(tmp_path / f"{name}.dump", *inputs)
 
 
 def test_missing_columns_of_a_dump_are_named(tmp_path, pair_run):
@@ -85,8 +85,8 @@ def test_energy_besides_the_motion_is_that_of_overlaps_and_spins():
     """½ k δ² of one pair; ⅖ K √R δ^2.5 by integrating the force; ½ (½ m r²) ω² a spin."""
     scene = disks(read_scene("pair"), position=np.array([[0.0, 0.0], [0.4, 0.0]]))
     assert energy_besides(scene) == pytest.approx(0.5 * 1e6 * 0.1**2)
-    apart = np.array([[0.0, 0.0], [9.0, 0.0]])
-    spinning = disks(read_scene("pair"), position=apart, spin=np.array([3.0, 0.0]))
+    difference = np.array([[0.0, 0.0], [9.0, 0.0]])
+    spinning = disks(read_scene("pair"), position=difference, spin=np.array([3.0, 0.0]))
     assert energy_besides(spinning) == pytest.approx(0.25 * 75 * 0.25**2 * 9)
     # tangent stiffness 1e6 at an overlap of 1 % of the mean radius, R_eff = r/2
     overlap = np.linspace(0.0, 0.1, 20001)

@@ -67,12 +67,12 @@ def test_an_engine_ends_with_the_command_that_started_it(tmp_path, name, number)
     assert wait(lambda: list(tmp_path.glob("out/arch/.*/bodies.dump")))
     assert len(working_in(tmp_path)) > 1
     process.send_signal(number)
-    _, said = process.communicate(timeout=300)
+    _, message = process.communicate(timeout=300)
     assert wait(lambda: not working_in(tmp_path), 10.0), working_in(tmp_path)
     if number == signal.SIGKILL:
         return
     assert process.returncode == 128 + number
-    assert said.splitlines()[-1] == (
+    assert message.splitlines()[-1] == (
         f"percussions: ended by {number.name}. Earlier results are untouched"
     )
     assert not [path for path in (tmp_path / "out").rglob("*") if path.is_file()]
@@ -117,8 +117,8 @@ def test_workers_and_their_engines_end_with_a_killed_parent(tmp_path):
     assert wait(lambda: len(list(tmp_path.glob("out/arch/.*/bodies.dump"))) == 2)
     assert len(working_in(tmp_path)) >= 5
     process.kill()
-    with process.stderr as held:  # until the last of them has ended
-        held.read()  # Python warns of the semaphores that a killed process leaves
+    with process.stderr as constrained:  # until the last of them has ended
+        constrained.read()  # Python warns of the semaphores that a killed process leaves
     process.wait(300)
     assert wait(lambda: not working_in(tmp_path), 10.0), working_in(tmp_path)
 
@@ -130,8 +130,8 @@ def test_two_runs_into_one_folder_at_the_same_time(tmp_path, name):
     make("arch", 100).with_run(duration_s=2.0, frames=10).write(tmp_path)
     command = "from analysis.cli import main; main()"
     both = [started(command, tmp_path, "run", "arch.toml", "--engine", name) for _ in range(2)]
-    said = [process.communicate(timeout=600)[1] for process in both]
-    assert [process.returncode for process in both] == [0, 0], said
+    sentences = [process.communicate(timeout=600)[1] for process in both]
+    assert [process.returncode for process in both] == [0, 0], sentences
     (folder,) = (tmp_path / "out/arch").iterdir()
     assert (folder / "run.json").exists()
 
@@ -143,12 +143,12 @@ def test_a_run_whose_dump_is_damaged_is_run_again(tmp_path):
     assert len(study(scene, ["lammps"], stiffnesses, tmp_path).comparisons) == 2
     folder = run_folder(tmp_path, scene.with_contact(stiffness_N_per_m=2e5), "lammps")
     dump = folder / "bodies.dump"
-    whole = dump.read_text()
-    dump.write_text(whole[: len(whole) // 2])
+    full = dump.read_text()
+    dump.write_text(full[: len(full) // 2])
     made = study(scene, ["lammps"], stiffnesses, tmp_path)
     assert len(made.comparisons) == 2
     assert not made.failures
-    assert dump.read_text() == whole
+    assert dump.read_text() == full
 
 
 @pytest.mark.parametrize(
@@ -183,12 +183,12 @@ def test_a_limit_of_the_system_is_named(tmp_path, name, limit, says):
         "    sys.exit(str(error))\n"
     )
     process = started(program, tmp_path, name, *limit.split())
-    _, said = process.communicate(timeout=600)
+    _, message = process.communicate(timeout=600)
     assert process.returncode == 1
-    assert re.search(says, said), said
-    assert "time step" not in said
-    assert ".next" not in said
-    assert "run_engine" not in said
+    assert re.search(says, message), message
+    assert "time step" not in message
+    assert ".next" not in message
+    assert "run_engine" not in message
 
 
 def test_a_file_that_cannot_be_written_is_named_as_it_would_be(tmp_path):
@@ -305,8 +305,8 @@ def test_a_killed_lammps_leaves_no_shared_memory_behind_the_next_run(tmp_path):
     os.killpg(lammps.pid, signal.SIGKILL)
     lammps.communicate()
     assert all(path.exists() for path in left)
-    kept = Path("/proc") / str(int(left[0].name.split("_")[2], 16)) / "maps"
-    assert wait(lambda: not kept.exists() or not kept.read_text())  # the killed one is dead
+    selected = Path("/proc") / str(int(left[0].name.split("_")[2], 16)) / "maps"
+    assert wait(lambda: not selected.exists() or not selected.read_text())  # the killed one is dead
     LAMMPS.write_input(make("pair"), tmp_path / "decks")
     assert not any(path.exists() for path in left)
 

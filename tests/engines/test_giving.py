@@ -40,10 +40,10 @@ def moved(scene, name, folder):
 def test_a_load_that_is_put_on_overshoots_as_a_damped_oscillator_does(tmp_path):
     """Disk and wall move as one: (M + m) s'' + c s' + k s = m g. The largest deflection is 1 + exp(−π ζ/√(1
     − ζ²)) of m g/k. Two engines write the same numbers."""
-    g, spring, damper, together = 2.0, 1e4, 300.0, 105.0
+    g, spring, damper, combined = 2.0, 1e4, 300.0, 105.0
     scene = before_a_wall(0.0, g, stiffness_N_per_m=spring, damping_N_s_per_m=damper)
-    omega = np.sqrt(spring / together)
-    zeta = damper / (2 * together * omega)
+    omega = np.sqrt(spring / combined)
+    zeta = damper / (2 * combined * omega)
     root = np.sqrt(1 - zeta**2)
     found = [moved(scene, name, tmp_path / name) for name in ENGINES]
     time = np.linspace(0.0, 0.5, 51)
@@ -107,11 +107,11 @@ def test_walls_resonate_with_a_periodic_load(tmp_path, name, monkeypatch):
     for spring, wall in zip(springs, walls, strict=True):
         _, s, v = np.loadtxt(tmp_path / name / f"wall_{wall.name}.txt").T
         time = np.linspace(0.0, 4.0, 401)
-        answer = LOAD_N / (spring - mass * OMEGA**2 + 1j * damper * OMEGA)
-        turning, late = answer * np.exp(1j * OMEGA * time), time > 3.0
-        np.testing.assert_allclose(s[late], turning.real[late], rtol=0, atol=2e-3 * abs(answer))
+        solution = LOAD_N / (spring - mass * OMEGA**2 + 1j * damper * OMEGA)
+        turning, late = solution * np.exp(1j * OMEGA * time), time > 3.0
+        np.testing.assert_allclose(s[late], turning.real[late], rtol=0, atol=2e-3 * abs(solution))
         speed = (1j * OMEGA * turning).real[late]
-        np.testing.assert_allclose(v[late], speed, rtol=0, atol=2e-3 * OMEGA * abs(answer))
+        np.testing.assert_allclose(v[late], speed, rtol=0, atol=2e-3 * OMEGA * abs(solution))
 
 
 @pytest.mark.parametrize("name", ENGINES)
@@ -153,7 +153,7 @@ def test_what_cannot_have_walls_that_give_says_so(tmp_path, refused):
 
 
 @pytest.mark.parametrize(
-    ("keys", "said"),
+    ("keys", "message"),
     [
         ("stiffness_N_per_m = 1e4", "walls.0: stiffness_N_per_m: a wall that gives needs a mass"),
         ("damping_N_s_per_m = 1.0", "walls.0: damping_N_s_per_m: a wall that gives needs a mass"),
@@ -162,9 +162,9 @@ def test_what_cannot_have_walls_that_give_says_so(tmp_path, refused):
         ("mass_kg = 50.0", "walls.0: lower gives (mass_kg) and meets another wall: end it 1 mm"),
     ],
 )
-def test_a_wall_that_cannot_give_is_refused_by_its_key(tmp_path, keys, said):
+def test_a_wall_that_cannot_give_is_refused_by_its_key(tmp_path, keys, message):
     path, barrier = read_scene("terrace").write(tmp_path), '\n\n[[walls]]\nname = "barrier"'
     path.write_text(path.read_text(encoding="utf-8").replace(barrier, f"\n{keys}{barrier}"))
     with pytest.raises(SceneError) as refused:
         read_scene(path)
-    assert str(refused.value).startswith(f"{path}: {said}")
+    assert str(refused.value).startswith(f"{path}: {message}")

@@ -54,9 +54,9 @@ def test_percussions_at_rest_carry_the_weight_of_all_above():
 def test_people_at_rest_on_a_slope_with_friction_are_not_stopped_for_rounding(simulate):
     """Three in a row against a wall overlap by 5e-11 m at the start: pushed apart, they are as much
     higher up."""
-    places = (0.25 + 0.5 * np.arange(3)) * (1 - 1e-10)
+    positions = (0.25 + 0.5 * np.arange(3)) * (1 - 1e-10)
     scene = scene_at(
-        disks_at(np.column_stack([places, np.zeros(3)])), [([0, -1], [0, 1])], name="rest",
+        disks_at(np.column_stack([positions, np.zeros(3)])), [([0, -1], [0, 1])], name="rest",
         contact={"stiffness_N_per_m": 1e6, "restitution": 0.1, "friction": 0.3},
         run={"duration_s": 0.05, "frames": 2, "rigid_step_s": 0.005},
         body_force=BodyForce(slope_deg=10.0, downhill=(-1.0, 0.0)),
@@ -70,7 +70,7 @@ NEEDED = "body_force: acceleration_m_per_s2, or slope_deg and downhill, are need
 
 
 @pytest.mark.parametrize(
-    ("lines", "said"),
+    ("lines", "message"),
     [
         ("slope_deg = 91.0\ndownhill = [1.0, 0.0]", "body_force.slope_deg: "),
         (f"{SLOPE}\ndownhill = [1.0, 1.0]", "body_force: downhill must be a unit vector"),
@@ -78,7 +78,7 @@ NEEDED = "body_force: acceleration_m_per_s2, or slope_deg and downhill, are need
         (f"{SLOPE}\ndownhill = [1.0, 0.0]\nacceleration_m_per_s2 = [1.0, 0.0]", NEEDED),
     ],
 )
-def test_half_a_slope_is_refused_by_its_key(tmp_path, lines, said):
+def test_half_a_slope_is_refused_by_its_key(tmp_path, lines, message):
     scene = read_scene("terrace")
     path = scene.write(tmp_path)
     text = path.read_text(encoding="utf-8")
@@ -86,4 +86,4 @@ def test_half_a_slope_is_refused_by_its_key(tmp_path, lines, said):
     path.write_text(text.replace(old, f"{lines}\n\n"), encoding="utf-8")
     with pytest.raises(SceneError) as refused:
         read_scene(path)
-    assert str(refused.value).startswith(f"{path}: {said}")
+    assert str(refused.value).startswith(f"{path}: {message}")

@@ -107,12 +107,12 @@ def test_the_plain_command_stops_with_the_reason_and_the_time(tmp_path, command,
     scene = provoked()
     done = of_commands(name, scene, tmp_path, command)
     assert done.returncode == 3, done.stdout[-2000:] + done.stderr[-2000:]
-    said = SAID.findall(done.stdout)
-    assert len(said) == 1
-    assert said[0][0] == kind
-    step = int(said[0][2])
+    message = SAID.findall(done.stdout)
+    assert len(message) == 1
+    assert message[0][0] == kind
+    step = int(message[0][2])
     assert first <= step <= last
-    assert float(said[0][1]) == pytest.approx(step * scene.run.time_step_s, rel=1e-5)
+    assert float(message[0][1]) == pytest.approx(step * scene.run.time_step_s, rel=1e-5)
 
 
 @pytest.mark.parametrize("name", ENGINES)
@@ -217,8 +217,8 @@ def test_what_is_not_a_number_stops_lammps(tmp_path, monkeypatch):
     ],
 )  # fmt: skip
 def test_a_sound_run_is_not_stopped(simulate, name, scene, contact, run):
-    sound = read_scene(scene).with_contact(**contact).with_run(**({"time_step_s": None} | run))
-    assert simulate(name, sound).record.exit_state == "finished"
+    valid = read_scene(scene).with_contact(**contact).with_run(**({"time_step_s": None} | run))
+    assert simulate(name, valid).record.exit_state == "finished"
 
 
 @pytest.mark.parametrize("name", [*ENGINES, "rigid"])
@@ -231,11 +231,11 @@ def test_the_drive_gives_the_same_to_who_spins(simulate, name):
 def test_the_guard_changes_nothing(tmp_path, command, name):
     require(name)
     for guard in ("yes", "no"):
-        given = {"duration": 0.2, "frames": 4, "out": tmp_path / guard, "guard": guard}
+        arguments = {"duration": 0.2, "frames": 4, "out": tmp_path / guard, "guard": guard}
         if name == "yade":
-            words = yade("gate", *(f"{key}={value}" for key, value in given.items()))
+            words = yade("gate", *(f"{key}={value}" for key, value in arguments.items()))
         else:
-            words = lammps(scene="gate", **given)
+            words = lammps(scene="gate", **arguments)
         done = command(words, ROOT, PYTHONPATH="yade_scripts", PYTHONDONTWRITEBYTECODE="1")
         assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
     assert (tmp_path / "yes/bodies.dump").read_bytes() == (tmp_path / "no/bodies.dump").read_bytes()
@@ -252,8 +252,8 @@ def test_a_stopped_run_is_shown_refused_replaced_and_replaces_nothing(tmp_path):
     says = r"run: the run stopped at t = \S+ s: energy: kinetic energy"
     with pytest.raises(EngineError, match=says):
         RunRecord.read(folder)
-    sound = timing(read_scene("pair"), 1e-5, 0.01)
-    assert run_engine(sound, "lammps", folder).exit_state == "finished"
+    valid = timing(read_scene("pair"), 1e-5, 0.01)
+    assert run_engine(valid, "lammps", folder).exit_state == "finished"
     before = {path.name: path.read_bytes() for path in folder.iterdir()}
     with pytest.raises(EngineError, match="stopped by its guard"):
         run_engine(hot(), "lammps", folder)
@@ -263,9 +263,9 @@ def test_a_stopped_run_is_shown_refused_replaced_and_replaces_nothing(tmp_path):
 
 def test_the_engines_hold_the_limits_that_are_documented():
     deck = (ROOT / "lammps_inputs/guard.in").read_text()
-    sound = next(line for line in deck.splitlines() if line.startswith("variable guard_sound"))
-    assert f"(v_guard_stride<={STEP_SHARE:g})" in sound
-    assert f"(v_guard_apart>={CENTRES_SHARE:g})" in sound
+    valid = next(line for line in deck.splitlines() if line.startswith("variable guard_sound"))
+    assert f"(v_guard_stride<={STEP_SHARE:g})" in valid
+    assert f"(v_guard_apart>={CENTRES_SHARE:g})" in valid
     assert f"{ENERGY_SHARE:g}*(v_guard_start+v_guard_desired)" in deck
     script = (ROOT / "yade_scripts/crowd_guard.py").read_text()
     for name, value in (("STEP", STEP_SHARE), ("CENTRES", CENTRES_SHARE), ("ENERGY", ENERGY_SHARE)):

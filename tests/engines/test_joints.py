@@ -26,14 +26,14 @@ INSIDE = (1.0, 1.0)
 SQUARE = [((0, 0), (2, 0)), ((2, 0), (2, 2)), ((2, 2), (0, 2)), ((0, 2), (0, 0))]
 
 
-def scene_of(walls, place, friction):
+def scene_of(walls, position, friction):
     contact = {"stiffness_N_per_m": 1e6, "restitution": 0.1, "friction": friction}
     run = {"duration_s": 0.1, "frames": 2}
-    return scene_at(disks_at([place], radius=0.2), walls, contact=contact, run=run)
+    return scene_at(disks_at([position], radius=0.2), walls, contact=contact, run=run)
 
 
 @pytest.mark.parametrize(
-    ("walls", "place", "joints"),
+    ("walls", "position", "joints"),
     [
         (SQUARE, INSIDE, 0),  # corners that a disk sits in
         (SQUARE, (4.0, 1.0), 2),  # the two corners that point at it
@@ -42,11 +42,11 @@ def scene_of(walls, place, friction):
         ([((0, 0), (3, 0))], INSIDE, 0),
     ],
 )
-def test_joints_that_a_disk_slides_over_are_counted(walls, place, joints):
-    said = friction_at_joints(scene_of(walls, place, 0.5))
-    assert bool(said) == bool(joints)
-    assert not joints or said.startswith(f"friction at {joints} joints of walls")
-    assert not friction_at_joints(scene_of(walls, place, 0.0))
+def test_joints_that_a_disk_slides_over_are_counted(walls, position, joints):
+    message = friction_at_joints(scene_of(walls, position, 0.5))
+    assert bool(message) == bool(joints)
+    assert not joints or message.startswith(f"friction at {joints} joints of walls")
+    assert not friction_at_joints(scene_of(walls, position, 0.0))
 
 
 def test_the_length_is_that_of_the_spring():
@@ -104,13 +104,13 @@ def test_what_rigid_disks_overstate_is_the_table_of_the_page():
 
 
 @pytest.mark.parametrize(
-    ("stiffness", "said"),
+    ("stiffness", "message"),
     [(1e6, None), (1.2e5, "ones do. Above 17 do not use forces"), (4e4, "not valid for forces: people will be deep"),
      (1e4, "not a crowd")],
 )  # fmt: skip
-def test_a_soft_crowd_is_named_before_it_runs(stiffness, said):
+def test_a_soft_crowd_is_named_before_it_runs(stiffness, message):
     found = softness_warning(read_scene("arch").with_contact(stiffness_N_per_m=stiffness))
-    assert found is None if said is None else said in found
+    assert found is None if message is None else message in found
 
 
 def test_a_run_says_it(tmp_path, caplog, monkeypatch):

@@ -114,7 +114,7 @@ def test_two_engines_agree_while_nobody_was_pushed_twice(simulate):
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         ({"period_x_m": (0.0, 0.8)}, "period_x_m: 0.8 m. More than two diameters"),
         ({"period_x_m": (0.0, 7.5)}, "is not in it, from 0 to 7.5 m"),
@@ -123,7 +123,7 @@ def test_two_engines_agree_while_nobody_was_pushed_twice(simulate):
         ({"high": (7.9, 2.0)}, "wall upper comes within 0.43453 m of x = 0 m"),
     ],
 )
-def test_what_does_not_go_round_is_refused(change, said):
+def test_what_does_not_go_round_is_refused(change, message):
     scene = make("two_way")
     if end := change.pop("high", None):
         wall = scene.walls[1].model_copy(update={"end_m": end})
@@ -131,7 +131,7 @@ def test_what_does_not_go_round_is_refused(change, said):
     changed = scene.model_copy(update=change)
     with pytest.raises(SceneError) as refused:
         changed.check("made")
-    assert said in str(refused.value)
+    assert message in str(refused.value)
 
 
 def test_who_cannot_take_a_period_says_so(tmp_path):

@@ -29,15 +29,15 @@ def checkout(tmp_path_factory):
     return folder
 
 
-def numbers(said):
+def numbers(message):
     """What an engine says of its law: damping, dashpots, restitutions, time steps, steps, interval."""
     pattern = (
         r"damping ratio (\S+), dashpots (\S+) N s/m between disks, (\S+) N s/m at walls[^\n]*\n"
         r"restitution: asked \S+, obtained (\S+) to (\S+) over the masses\n"
         r"time step: (\S+) s, safe up to (\S+) s, (\d+) steps, a frame every (\d+)"
     )
-    match = re.search(pattern, said)
-    assert match, said[-2000:]
+    match = re.search(pattern, message)
+    assert match, message[-2000:]
     return [float(word) for word in match.groups()]
 
 
@@ -102,10 +102,10 @@ def test_plain_yade_runs_each_scene(checkout, command, name):
 @pytest.mark.parametrize("restitution", [0.0, 0.05, 0.3, 0.95, 1.0])
 def test_the_deck_finds_the_damping_of_restitutions(checkout, command, tmp_path, restitution, law):
     require("lammps")
-    given = {"restitution": restitution, "law": law, "friction": 0.4}
+    arguments = {"restitution": restitution, "law": law, "friction": 0.4}
     more = {"stiffness": 3e7, "dt": 0, "duration": 0.001, "frames": 3, "out": tmp_path}
-    done = command(lammps(scene="chain_masses", **given, **more), checkout)
-    scene = read_scene("chain_masses").with_contact(stiffness_N_per_m=3e7, **given)
+    done = command(lammps(scene="chain_masses", **arguments, **more), checkout)
+    scene = read_scene("chain_masses").with_contact(stiffness_N_per_m=3e7, **arguments)
     scene = scene.with_run(duration_s=0.001, frames=3, time_step_s=None)
     assert done.returncode == 0, done.stdout[-2000:]
     assert numbers(done.stdout) == expected(scene)
@@ -118,8 +118,8 @@ def test_plain_commands_do_not_know_what_people_want_who_keep_their_distance(
     require(name)
     path = (scene := spaced(read_scene("arch"))).write(tmp_path)
     (tmp_path / "arch.in").write_text(scene_deck(scene))
-    given = {"deck": tmp_path / "arch.in", "data": path.with_suffix(".data"), "out": tmp_path}
-    words = lammps(**given) if name == "lammps" else yade(path, f"out={tmp_path}")
+    arguments = {"deck": tmp_path / "arch.in", "data": path.with_suffix(".data"), "out": tmp_path}
+    words = lammps(**arguments) if name == "lammps" else yade(path, f"out={tmp_path}")
     done = command(words, checkout, PYTHONPATH="yade_scripts")
     assert done.returncode == 1
     says = r"ERROR: .*drive\.time_gap_s: people who keep their distance run by `percussions run` only"
@@ -177,8 +177,8 @@ def test_no_port_is_open_while_yade_runs(checkout, tmp_path, started):
     added = {"PYTHONPATH": "yade_scripts"} if started == "as documented" else {}
     words += ["arch", "duration=3", "frames=6", f"out={tmp_path}"]
     log = tmp_path / "log"
-    with log.open("w") as said:
-        where = {"cwd": checkout, "env": os.environ | added, "stdout": said, "stderr": said}
+    with log.open("w") as message:
+        where = {"cwd": checkout, "env": os.environ | added, "stdout": message, "stderr": message}
         process = subprocess.Popen(words, **where)
         try:
             looked = 0

@@ -98,17 +98,17 @@ def test_a_jam_at_rest_stays_at_rest(tmp_path):
 def test_the_same_scene_gives_the_same_bytes_and_an_interrupted_run_goes_on(
     tmp_path, friction, keeps
 ):
-    whole, parted = tmp_path / "whole", tmp_path / "parted"
+    complete, parted = tmp_path / "whole", tmp_path / "parted"
     scene = crowd().with_contact(friction=friction).model_copy(update={"name": "scene"})
     scene = spaced(scene, jostling_m_per_s=0.1, heading_sd_rad=0.2) if keeps else scene
-    for folder in (whole, parted):
+    for folder in (complete, parted):
         scene.write(folder)
-    assert main([str(whole / "scene.toml"), "--out", str(whole)]) == 0
+    assert main([str(complete / "scene.toml"), "--out", str(complete)]) == 0
     names = (*NAMES, "energy.csv")
-    wanted = [(whole / name).read_bytes() for name in names]
+    wanted = [(complete / name).read_bytes() for name in names]
     # the dumps of a run that was killed while it wrote: each broken off somewhere else
-    for name, content, share in zip(names, wanted, (0.6, 0.9, 0.45, 0.7, 0.8), strict=True):
-        (parted / name).write_bytes(content[: int(share * len(content))])
+    for name, content, fraction in zip(names, wanted, (0.6, 0.9, 0.45, 0.7, 0.8), strict=True):
+        (parted / name).write_bytes(content[: int(fraction * len(content))])
     assert main([str(parted / "scene.toml"), "--out", str(parted)]) == 0
     assert [(parted / name).read_bytes() for name in names] == wanted
 
@@ -123,8 +123,8 @@ def test_a_killed_run_is_resumed_by_the_next_one(tmp_path):
     assert wait(lambda: not working_in(tmp_path / ".run.next"))
     # the same record, so that the next one takes it up; its end would be far
     process = started(RUN % (600.0, 6000), tmp_path)
-    said = tmp_path / ".run.next" / "screen.log"
-    assert wait(lambda: said.exists() and "RESUMED at t = " in said.read_text())
+    message = tmp_path / ".run.next" / "screen.log"
+    assert wait(lambda: message.exists() and "RESUMED at t = " in message.read_text())
     os.kill(process.pid, signal.SIGKILL)
     process.communicate()
 
@@ -147,8 +147,8 @@ def test_a_step_without_an_answer_stops_the_run(tmp_path, monkeypatch):
     scene = crowd().model_copy(update={"name": "scene"})
     scene.write(tmp_path)
 
-    def unsolved(*given):
-        motion = motion_of(*given)
+    def unsolved(*inputs):
+        motion = motion_of(*inputs)
         motion._core.stalled = -1.0
         return motion
 

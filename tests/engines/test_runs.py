@@ -71,12 +71,12 @@ def quick():
 @pytest.mark.parametrize("name", ENGINES)
 def test_a_run_leaves_its_record_and_its_inputs(tmp_path, quick, name):
     require(name)
-    shares = []
+    fractions = []
     folder = tmp_path / "deep er" / "run"
-    record = simulate(quick, name, folder, progress=lambda label, share: shares.append(share))
-    assert shares == sorted(shares)
-    assert len(shares) == 5
-    assert shares[-1] == 1.0
+    record = simulate(quick, name, folder, progress=lambda label, fraction: fractions.append(fraction))
+    assert fractions == sorted(fractions)
+    assert len(fractions) == 5
+    assert fractions[-1] == 1.0
     assert RunRecord.read(folder) == record
     assert record.exit_state == "finished"
     assert record.version == engine(name).version()
@@ -87,8 +87,8 @@ def test_a_run_leaves_its_record_and_its_inputs(tmp_path, quick, name):
     assert again.digest() == quick.digest()
     dumps = [folder / "bodies.dump", folder / "contacts.dump"]
     assert {*dumps, folder / "scene.data", folder / "screen.log"} <= {*folder.iterdir()}
-    heads = [dump.read_text().splitlines()[4:8] for dump in dumps]
-    assert name != "lammps" or heads[0] == heads[1]  # OVITO shows their box
+    positions = [dump.read_text().splitlines()[4:8] for dump in dumps]
+    assert name != "lammps" or positions[0] == positions[1]  # OVITO shows their box
     assert [path.name for path in folder.parent.iterdir()] == ["run"]
     simulate(quick, name, folder)
     assert [path.name for path in folder.parent.iterdir()] == ["run"]
@@ -115,11 +115,11 @@ def test_a_run_is_the_same_bit_by_bit(tmp_path, quick, name):
 def test_a_given_step_is_shortened_to_fit_between_frames():
     """So that the last frame is at the end, whatever the step; one that fits stays as it is."""
     pair = read_scene("pair").with_run(duration_s=0.1, frames=3)
-    for known in EVERY:
-        timing = known.timing(pair.with_run(time_step_s=3e-4, rigid_step_s=3e-4))
+    for each in EVERY:
+        timing = each.timing(pair.with_run(time_step_s=3e-4, rigid_step_s=3e-4))
         assert timing.time_step == pytest.approx(0.1 / 3 / 112, rel=1e-14)
         assert (timing.frame_interval, timing.steps) == (112, 336)
-        fits = known.timing(pair.with_run(frames=10000, time_step_s=2e-6, rigid_step_s=2e-6))
+        fits = each.timing(pair.with_run(frames=10000, time_step_s=2e-6, rigid_step_s=2e-6))
         assert (fits.time_step, fits.frame_interval) == (2e-6, 5)
 
 

@@ -53,13 +53,13 @@ def test_at_rest_the_walls_of_faint_carry_what_the_drive_gives(simulate):
     """Before and after a third of the crowd stops; by then it has lost over 30 %."""
     found = simulate("rigid", read_scene("faint"))
     carried = [now.force[now.is_wall, 0].sum() for now in (found.contacts[19], found.contacts[40])]
-    given = found["drive_x"][[19, 40]].sum(axis=1)
-    np.testing.assert_allclose(carried, given, rtol=1e-4)
+    inputs = found["drive_x"][[19, 40]].sum(axis=1)
+    np.testing.assert_allclose(carried, inputs, rtol=1e-4)
     assert carried[1] < 0.7 * carried[0]
 
 
 @pytest.mark.parametrize(
-    ("lines", "said"),
+    ("lines", "message"),
     [
         ("people = [1, 3]\ntime_s = 0.0", "drive.stops.0.time_s: "),
         ("people = [900, 901]\ntime_s = 1.0", "drive.stops: number 1: nobody has an id from 900"),
@@ -70,10 +70,10 @@ def test_at_rest_the_walls_of_faint_carry_what_the_drive_gives(simulate):
         ),
     ],
 )
-def test_a_stop_that_is_none_is_refused_by_its_key(tmp_path, lines, said):
+def test_a_stop_that_is_none_is_refused_by_its_key(tmp_path, lines, message):
     path = read_scene("two_way").write(tmp_path)
     text = path.read_text(encoding="utf-8")
     path.write_text(text.replace("[contact]", f"[[drive.stops]]\n{lines}\n\n[contact]"))
     with pytest.raises(SceneError) as refused:
         read_scene(path)
-    assert str(refused.value).startswith(f"{path}: {said}")
+    assert str(refused.value).startswith(f"{path}: {message}")

@@ -33,14 +33,14 @@ def spread():
             free &= (np.hypot(*(own[:, None] - others).T) > 0.45).all(0)
             if free.any() and len(people) < 30:
                 people.append(random.choice(own[free]))
-    place = np.array([*mine[0], *mine[1]])
+    position = np.array([*mine[0], *mine[1]])
     assert [len(people) for people in mine] == [30, 30]
-    crowd = disks_at(place, radius=scene.snapshot.radius, mass=scene.snapshot.mass)
+    crowd = disks_at(position, radius=scene.snapshot.radius, mass=scene.snapshot.mass)
     run = Run(duration_s=0.9, frames=3)
     scene = scene.model_copy(update={"snapshot": crowd, "run": run}).rerouted()
     # the same way with its corners in another order, so that somebody goes to the last one
     way, last = scene.drive.way, len(scene.drive.way.corners) - 1
-    used = int(way.at(place[:1], 0, way.next)[0])
+    used = int(way.at(position[:1], 0, way.next)[0])
     swapped = np.where(way.next == used, last, np.where(way.next == last, used, way.next))
     corners = way.corners.copy()
     corners[[used, last]] = corners[[last, used]]
@@ -50,9 +50,9 @@ def spread():
 
 def test_all_engines_walk_the_same_way(simulate, spread):
     scene = spread
-    place, ids = scene.snapshot.position, scene.snapshot.ids
+    position, ids = scene.snapshot.position, scene.snapshot.ids
     drive = scene.drive
-    way = drive.desired_velocity(place, ids) / drive.speed_m_per_s
+    way = drive.desired_velocity(position, ids) / drive.speed_m_per_s
     wanted = drive.push(scene.snapshot.mass)[:, None] * way
     runs = {name: simulate(name, scene) for name in ("rigid", "lammps", "yade")}
     for run in runs.values():
@@ -70,7 +70,7 @@ LAW = {"time_gap_s": 0.8, "push_share": 0.1, "pushing_people": 0.8, **NOISY, "se
 
 
 @pytest.fixture(scope="module")
-def apart(spread):
+def difference(spread):
     """The same streams of people who keep their distance; some stop, and some push."""
     drive = spread.drive.model_dump(exclude_none=True) | LAW
     drive |= {"stops": [{"people": (5, 20), "time_s": 0.004}]}
@@ -81,25 +81,25 @@ def apart(spread):
 
 
 @pytest.mark.parametrize("name", ["rigid", "lammps", "yade"])
-def test_who_keep_their_distance_want_the_same_in_all_engines(simulate, apart, name):
+def test_who_keep_their_distance_want_the_same_in_all_engines(simulate, difference, name):
     """With goals, a way, stops, pushers, noise and arms: u_d from the drive and velocities of dumps."""
-    run, people, drive = simulate(name, apart), apart.snapshot, apart.drive
-    place, moves, force = (
+    run, people, drive = simulate(name, difference), difference.snapshot, difference.drive
+    position, moves, force = (
         np.stack([run[axis] for axis in axes], axis=-1)
         for axes in (("x", "y"), ("vx", "vy"), ("drive_x", "drive_y"))
     )
     # engines with springs dump the drive that acted: after the first frame that of the step before
     acted = force[[0, *range(2, 51)]] if name != "rigid" else force[:50]
     wanted = [
-        drive.desired_velocity(place[k], people.ids, k * 2e-4, people.radius) for k in range(50)
+        drive.desired_velocity(position[k], people.ids, k * 2e-4, people.radius) for k in range(50)
     ]
     found = acted * drive.relaxation_time_s / people.mass[:, None] + moves[:50]
     np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-12)
-    still = drive.desired_velocity(place[0], people.ids, 0.0, people.radius)
+    still = drive.desired_velocity(position[0], people.ids, 0.0, people.radius)
     assert (np.hypot(*still.T) < 0.9 * drive.speed_m_per_s).mean() > 0.2  # many wait
-    held = simulate(name, apart.with_drive(stops=()).with_run(drive_interval_steps=25))
-    assert np.ptp(held["drive_x"], axis=0).max() > 1.0
-    assert held.record.exit_state == run.record.exit_state
+    constrained = simulate(name, difference.with_drive(stops=()).with_run(drive_interval_steps=25))
+    assert np.ptp(constrained["drive_x"], axis=0).max() > 1.0
+    assert constrained.record.exit_state == run.record.exit_state
 
 
 def test_a_run_on_a_way_that_is_found_otherwise_now_is_rerun(tmp_path, monkeypatch):

@@ -68,7 +68,7 @@ class Rod:
         at_wall = float(load[-1] - (operator[[-1], :] @ w)[0])
         return w - left, sign * at_wall - self.k_s * w[-1]
 
-    def answers(self, left, sign=1):
+    def solutions(self, left, sign=1):
         """Every admissible answer: stuck with μ ≥ 0, or leaving with u⁺(l) ≤ 0."""
         stuck, reaction = self.sticking(left, sign)
         away = self.leaving(left, sign)

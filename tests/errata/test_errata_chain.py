@@ -37,7 +37,7 @@ def test_wall_pushes_with_plus_and_would_pull_with_minus():
         h = width(rod)
         tanh = np.tanh(rod.length / h)
         root = np.sqrt(rod.k_v * rod.density)
-        (right,) = rod.answers(left)  # exactly one answer
+        (right,) = rod.solutions(left)  # exactly one answer
         assert rod.energy(right) < rod.energy(left)
         _, pushes = rod.sticking(left)
         _, pulls = rod.sticking(left, sign=-1)
@@ -45,11 +45,11 @@ def test_wall_pushes_with_plus_and_would_pull_with_minus():
         assert pulls == pytest.approx(-U * (root * tanh + rod.k_s), rel=1e-5)
         assert pulls < -15
     # printed: at Table 1's values neither sticking nor leaving is admissible
-    assert TABLE_1.answers(constant(TABLE_1), sign=-1) == []
+    assert TABLE_1.solutions(constant(TABLE_1), sign=-1) == []
     # printed: off a stiffer wall the crowd comes back faster than it came, with work that the wall
     # has done
     rod, left = STIFF_WALL, constant(STIFF_WALL)
-    (printed,), (corrected,) = rod.answers(left, sign=-1), rod.answers(left)
+    (printed,), (corrected,) = rod.solutions(left, sign=-1), rod.solutions(left)
     assert corrected[-1] == pytest.approx(-0.734026, abs=1e-5)
     assert printed[-1] < -2 * U
     for right, by_wall in ((corrected, -1), (printed, +1)):
@@ -59,7 +59,7 @@ def test_wall_pushes_with_plus_and_would_pull_with_minus():
         assert change == pytest.approx(by_wall * 0.5 * rod.k_s * w[-1] ** 2, rel=1e-8)
     # and with κ = k_s h/k_v just above tanh(l/h) it ends with more energy than it had
     rod = Rod(k_s=1.25 * 9 / width(TABLE_1))
-    assert rod.energy(rod.answers(left, sign=-1)[0]) > 2 * rod.energy(left)
+    assert rod.energy(rod.solutions(left, sign=-1)[0]) > 2 * rod.energy(left)
 
 
 @pytest.mark.parametrize("ratio", [0.1, 0.99, 1.01, 2.5])
@@ -69,7 +69,7 @@ def test_crowd_sticks_up_to_a_stiffness_of_the_wall(ratio):
     rod, sticks = Rod(), ratio < 1
     h, L = width(rod), rod.length / width(rod)
     rod = Rod(k_s=ratio * rod.k_v / h * np.tanh(L))
-    (right,) = rod.answers(constant(rod))
+    (right,) = rod.solutions(constant(rod))
     assert (abs(right[-1]) < 1e-12) == sticks
     assert (rod.k_s * h <= rod.k_v * np.tanh(L)) == sticks
     kappa = rod.k_s * h / rod.k_v
@@ -91,7 +91,7 @@ def test_decay_length_is_of_k_v_over_density():
     q = 3 * np.pi / rod.length
     mode = np.cos(q * rod.x)
     gain = rod.free(mode)[0]
-    (right,) = rod.answers(constant(rod))
+    (right,) = rod.solutions(constant(rod))
     h, printed = width(rod), np.sqrt(rod.k_s / rod.k_v / rod.density)
 
     def ratio(length):
@@ -110,7 +110,7 @@ def test_internal_percussion_has_the_factor_k_v():
     """(14): r_int = k_v U sinh(x/h)/(h cosh(l/h)) is the momentum lost before x; as printed it is 9
     times too small."""
     rod = TABLE_1
-    (right,) = rod.answers(constant(rod))
+    (right,) = rod.solutions(constant(rod))
     lost = rod.density * (U - right)
     step = rod.length / rod.elements
     momentum = np.concatenate([[0.0], np.cumsum(0.5 * step * (lost[1:] + lost[:-1]))])
@@ -138,7 +138,7 @@ def test_percussion_grows_with_density_only_near_the_wall():
     # solver)
     at = np.searchsorted(rod.x, 6.0)
     both = rod, Rod(density=2 * rod.density)
-    before, after = (-r.k_v * np.gradient(r.answers(constant(r))[0], r.x)[at] for r in both)
+    before, after = (-r.k_v * np.gradient(r.solutions(constant(r))[0], r.x)[at] for r in both)
     assert after < 0.5 * before
 
 
@@ -146,7 +146,7 @@ def test_stopped_chain_is_still_being_compressed():
     """3.2.1: u⁺ falls towards the wall, by up to U tanh(l/h)/h = 1.5 1/s: people still close up;
     glued means ∂ₓu⁺ = 0."""
     rod = TABLE_1
-    (right,) = rod.answers(constant(rod))
+    (right,) = rod.solutions(constant(rod))
     closing = -np.gradient(right, rod.x, edge_order=2)
     assert closing[1:].min() > 0
     h = width(rod)

@@ -86,14 +86,14 @@ def test_surface_potential_takes_the_velocity_itself():
     # the gradient of each potential for a crowd that slides along the wall as one body, w = (0.5,
     # 0.2) m/s
     stiffness, w, step = 1.0, np.array([0.5, 0.2]), 1e-6
-    places = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    positions = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 
     def of_velocity(w):
         return stiffness * ((w / 2) ** 2).sum()
 
     def of_strain(w):
         field = np.tile(w / 2, (3, 1))
-        gradient = np.linalg.solve(places[1:] - places[0], field[1:] - field[0]).T
+        gradient = np.linalg.solve(positions[1:] - positions[0], field[1:] - field[0]).T
         assert gradient.shape == (2, 2)  # no vector comes of it
         return stiffness * ((0.5 * (gradient + gradient.T)) ** 2).sum()
 

@@ -13,8 +13,8 @@ from tests.errata.dimension import FORCE, KG, SPEED, M, S
 
 def triangle(velocity):
     """Three disks that touch each other: as many contacts as disks."""
-    place = [[0, 0], [0.5, 0], [0.25, 0.25 * np.sqrt(3)]]
-    return disks_at(place, velocity, mass=[50.0, 75.0, 100.0])
+    anchor = [[0, 0], [0.5, 0], [0.25, 0.25 * np.sqrt(3)]]
+    return disks_at(anchor, velocity, mass=[50.0, 75.0, 100.0])
 
 
 def block_on_floor():

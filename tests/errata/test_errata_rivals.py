@@ -217,8 +217,8 @@ def test_measured_velocity_is_a_weighted_mean():
     density, R = 7.0, 0.7
     rng = np.random.default_rng(1)
     people = rng.uniform(0, 16, (int(density * 16**2), 2))
-    places = rng.uniform(4, 12, (300, 2))
-    distance = np.linalg.norm(places[:, None] - people[None], axis=-1)
+    positions = rng.uniform(4, 12, (300, 2))
+    distance = np.linalg.norm(positions[:, None] - people[None], axis=-1)
     f = np.exp(-(distance**2) / R**2) / (np.pi * R**2)
     speed = np.full(len(people), 1.7)
     printed, corrected = f @ speed, f @ speed / f.sum(1)

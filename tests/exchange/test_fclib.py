@@ -99,8 +99,8 @@ def test_the_layout_is_that_of_the_library(written):
 def test_the_library_s_own_file_passes_the_same_check_and_is_refused_by_name(percussions, tmp_path):
     check_layout(FOREIGN)
     shutil.copyfile(FOREIGN, tmp_path / "boxes.hdf5")
-    said = percussions("solve", "boxes.hdf5")
-    assert (said.returncode, said.stderr) == (
+    message = percussions("solve", "boxes.hdf5")
+    assert (message.returncode, message.stderr) == (
         1,
         "percussions: boxes.hdf5: /fclib_local/spacedim: 3. Problems in the plane (2) are solved "
         "here\n",
@@ -124,20 +124,20 @@ def test_the_solution_obeys_the_library_s_equations(written):
     assert np.abs(un * rn).max() < 1e-7
     assert (np.abs(rt) <= mu * rn + 1e-9).all()
     assert np.abs(rt * ut + mu * rn * np.abs(ut)).max() < 1e-7
-    assert np.allclose(v.reshape(-1, 3)[:, :2], found.answer.right_velocity)
+    assert np.allclose(v.reshape(-1, 3)[:, :2], found.solution.right_velocity)
 
 
 def test_there_and_back_is_the_same_answer(written, percussions, tmp_path):
     found, path = written
     shutil.copyfile(path, tmp_path / "dense.hdf5")
-    said = percussions("solve", "dense.hdf5", "--out", "back.csv")
-    assert said.returncode == 0, said.stderr
-    assert "largest difference of u from /solution" in said.stdout
+    message = percussions("solve", "dense.hdf5", "--out", "back.csv")
+    assert message.returncode == 0, message.stderr
+    assert "largest difference of u from /solution" in message.stdout
     rows = np.genfromtxt(tmp_path / "back.csv", delimiter=",", names=True, dtype=None)
-    assert np.allclose(rows["reaction_Ns"], found.answer.reaction)
+    assert np.allclose(rows["reaction_Ns"], found.solution.reaction)
     assert np.allclose(rows["force_x_N"], found.force[:, 0])
-    again = read_problem(path).solve().answer
-    assert np.abs(again.right_velocity - found.answer.right_velocity).max() < 1e-12
+    again = read_problem(path).solve().solution
+    assert np.abs(again.right_velocity - found.solution.right_velocity).max() < 1e-12
 
 
 @pytest.mark.parametrize("left", ["fclib_global", "fclib_local"])
@@ -148,8 +148,8 @@ def test_the_problem_of_a_stranger_has_the_same_velocities(written, percussions,
     with h5py.File(path, "a") as file:
         del file["crowd"], file["fclib_local" if left == "fclib_global" else "fclib_global"]
         u = file["solution/u"][()]
-    said = percussions("solve", "bare.hdf5", "--out", "bare.csv", "--tolerance", "1e-10")
-    assert said.returncode == 0, said.stderr
+    message = percussions("solve", "bare.hdf5", "--out", "bare.csv", "--tolerance", "1e-10")
+    assert message.returncode == 0, message.stderr
     rows = np.genfromtxt(tmp_path / "bare.csv", delimiter=",", names=True, dtype=None)
     assert np.abs(np.column_stack([rows["u_n"], rows["u_t"]]).ravel() - u).max() < 1e-7
 
@@ -161,10 +161,10 @@ def test_matrices_come_in_three_ways(written, tmp_path, kind):
     same = read_problem(path)
     with h5py.File(path, "a") as file:
         group = file["fclib_global/H"]
-        whole = matrix_of(group)
+        full = matrix_of(group)
         for name in ("p", "i", "x", "nz"):
             del group[name]
-        rows, triplets = csr_array(whole), coo_array(whole)
+        rows, triplets = csr_array(full), coo_array(full)
         if kind == "rows":
             parts = {"p": rows.indptr, "i": rows.indices, "x": rows.data, "nz": [-2]}
         else:
@@ -183,7 +183,7 @@ def test_what_is_known_of_the_reactions(written):
         assert int(truth["rank"][0]) == np.linalg.matrix_rank(normal)
         known, r = truth["determined"][()], file["solution/r"][()].reshape(-1, 2)
         ends = [("lower", "upper", 0)]
-        if found.answer.friction is not None:
+        if found.solution.friction is not None:
             ends.append(("friction_lower", "friction_upper", 1))
         for low, high, column in ends:
             low, high = (np.nan_to_num(truth[name][()], nan=np.inf * (-1) ** (name == low))
@@ -196,7 +196,7 @@ def test_what_is_known_of_the_reactions(written):
         assert file["crowd/dt"][0] == found.window
         assert file["crowd"].attrs["source"] == "a room"
         bounds = truth["lower"][()], np.nan_to_num(truth["upper"][()], nan=np.inf)
-    write_problem(path.with_name("mean.hdf5"), found, {}, openness="ensemble")
+    write_problem(path.with_name("mean.hdf5"), found, {}, indeterminacy="ensemble")
     with h5py.File(path.with_name("mean.hdf5")) as file:
         truth = file["truth"]
         mean, sd = truth["mean"][()], truth["sd"][()]
@@ -213,8 +213,8 @@ def test_a_run_a_dump_and_a_scene_by_command(percussions, tmp_path):
     assert "FCLIB has inelastic contacts" in made.stderr
     scene = read_scene("four_disks")
     found = percussions_of(Setting.of(scene), scene.snapshot, ContactLaw(friction=0.2))
-    again = read_problem(tmp_path / "four.hdf5").solve().answer
-    assert np.abs(again.right_velocity - found.answer.right_velocity).max() < 1e-12
+    again = read_problem(tmp_path / "four.hdf5").solve().solution
+    assert np.abs(again.right_velocity - found.solution.right_velocity).max() < 1e-12
     disks = scene.snapshot
     names = ["id", "x", "y", "radius", "mass", "vx", "vy"]
     columns = [disks.ids, *disks.position.T, disks.radius, disks.mass, *disks.velocity.T]
@@ -227,10 +227,10 @@ def test_a_run_a_dump_and_a_scene_by_command(percussions, tmp_path):
         assert made.returncode == 0, made.stderr
         left = read_problem(tmp_path / "d.hdf5").left_velocity
         assert np.array_equal(left, way * disks.velocity)
-    said = percussions("export", "some.dump", "--fclib", "e.hdf5", "--frame", 2)
-    assert said.stderr == "percussions: --frame: 2 where some.dump has 2, from 0\n"
-    said = percussions("export", "pair", "--fclib", "e.hdf5", "--frame", 2)
-    assert said.stderr == "percussions: --frame: only of a run or a dump, and pair is a scene\n"
+    message = percussions("export", "some.dump", "--fclib", "e.hdf5", "--frame", 2)
+    assert message.stderr == "percussions: --frame: 2 where some.dump has 2, from 0\n"
+    message = percussions("export", "pair", "--fclib", "e.hdf5", "--frame", 2)
+    assert message.stderr == "percussions: --frame: only of a run or a dump, and pair is a scene\n"
     assert not (tmp_path / "e.hdf5").exists()
 
 
@@ -300,7 +300,7 @@ def test_a_damaged_file_is_one_line(refused, tmp_path, pressed_file, damage):
 @pytest.fixture(scope="module")
 def pressed_file(tmp_path_factory):
     path = tmp_path_factory.mktemp("whole") / "whole.hdf5"
-    write_problem(path, pressed(0.0), {}, openness="none")
+    write_problem(path, pressed(0.0), {}, indeterminacy="none")
     return path
 
 
@@ -310,9 +310,9 @@ def test_a_file_that_breaks_off(refused, tmp_path, pressed_file):
 
 
 def test_options_of_dumps_have_no_place(percussions, pressed_file):
-    said = percussions("solve", pressed_file, "--left-velocity", "dump")
-    assert said.stderr.startswith("percussions: --left-velocity: ")
-    assert said.stderr.endswith("has its own. This option is for dumps\n")
+    message = percussions("solve", pressed_file, "--left-velocity", "dump")
+    assert message.stderr.startswith("percussions: --left-velocity: ")
+    assert message.stderr.endswith("has its own. This option is for dumps\n")
 
 
 def test_a_missing_library_is_named_with_its_extra(monkeypatch, pressed_file):

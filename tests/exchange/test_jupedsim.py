@@ -19,13 +19,13 @@ PLACES = [(4.9, 1.5), (4.6, 1.93), (4.6, 1.07), (4.35, 1.5), (4.15, 2.0), (4.15,
 BODY = {"radius": 0.25, "mass": 75.0}
 
 
-def simulation(places=PLACES, model=jupedsim.SocialForceModel, **person):
+def simulation(positions=PLACES, model=jupedsim.SocialForceModel, **person):
     made = jupedsim.Simulation(model=model(), geometry=shapely.Polygon(ROOM), dt=0.01)
     door = made.add_exit_stage(shapely.Polygon(DOOR))
     goal = {"journey_id": made.add_journey(jupedsim.JourneyDescription([door])), "stage_id": door}
     kind = getattr(jupedsim, f"{model.__name__}AgentParameters")
-    for place in places:
-        made.add_agent(kind(position=place, **goal, **person))
+    for position in positions:
+        made.add_agent(kind(position=position, **goal, **person))
     return made
 
 
@@ -49,8 +49,8 @@ def test_positions_and_forces_are_those_of_the_rigid_step(tmp_path):
         people.iterate(40)
     target = np.array([5.75, 1.5])
 
-    def desired(place):
-        way = target - place
+    def desired(position):
+        way = target - position
         return way / np.hypot(*way.T)[:, None]
 
     ring = np.array(ROOM)
@@ -68,8 +68,8 @@ def test_positions_and_forces_are_those_of_the_rigid_step(tmp_path):
         done = motion.advance()
         sums.add(done.neighbours, done.reaction, done.friction)
     ids = np.array(sorted(agent.id for agent in made.agents()))
-    places = np.array([agent.position for agent in made.agents()])
-    np.testing.assert_allclose(places, motion.position, atol=1e-9)
+    positions = np.array([agent.position for agent in made.agents()])
+    np.testing.assert_allclose(positions, motion.position, atol=1e-9)
     window = sums.close(0.4)
     frame = list(read_contacts(tmp_path / "forces.dump"))[-1]
     pressed = np.hypot(*window.impulse.T) > 1e-9

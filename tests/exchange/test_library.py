@@ -48,7 +48,7 @@ def judged(library, tmp_path):
     return verdict
 
 
-def known(library, name):
+def known_problem(library, name):
     """The problem of a crowd, and the reactions in its file."""
     path = library / f"{name}.hdf5"
     problem = read_problem(path)
@@ -90,17 +90,17 @@ def test_the_same_problem_is_the_same_file_whenever_it_is_written(library, tmp_p
 
 
 def test_another_split_of_what_balance_leaves_open_is_right(library, judged):
-    problem, reaction = known(library, LATTICE)
+    problem, reaction = known_problem(library, LATTICE)
     other = other_split(problem, reaction)
     assert np.abs(other - reaction).max() > 0.1 * reaction.max()
-    for share in (0.0, 0.5, 1.0):
-        verdict = judged(LATTICE, (1 - share) * reaction + share * other)
+    for fraction in (0.0, 0.5, 1.0):
+        verdict = judged(LATTICE, (1 - fraction) * reaction + fraction * other)
         assert verdict.right, verdict
         assert verdict.outside < 1e-6
 
 
 def test_a_split_that_pulls_is_wrong(library, judged):
-    problem, reaction = known(library, LATTICE)
+    problem, reaction = known_problem(library, LATTICE)
     other = other_split(problem, reaction)
     pulls = reaction + 20.0 * (reaction - other)
     assert pulls.min() < 0
@@ -113,7 +113,7 @@ def test_a_split_that_pulls_is_wrong(library, judged):
 @pytest.mark.parametrize("name", [LATTICE, PUSHED, RUBBING])
 def test_wrong_answers_are_wrong(library, judged, name):
     unique = name != RUBBING
-    _, reaction = known(library, name)
+    _, reaction = known_problem(library, name)
     assert judged(name, reaction, unique).right
     nudged = reaction.copy()
     nudged[2 * int(np.argmax(reaction[::2]))] *= 1.0 + 1e-4
@@ -123,7 +123,7 @@ def test_wrong_answers_are_wrong(library, judged, name):
 
 def test_a_force_that_balance_determines_is_named(library, judged):
     # a row is a chain: every reaction is determined; the wall's alone is changed
-    _, reaction = known(library, PUSHED)
+    _, reaction = known_problem(library, PUSHED)
     reaction[np.flatnonzero(reaction)[0]] *= 1.01
     verdict = judged(PUSHED, reaction)
     assert "determined" in verdict.why
@@ -132,7 +132,7 @@ def test_a_force_that_balance_determines_is_named(library, judged):
 
 def test_with_friction_the_residual_alone_is_judged(library, judged):
     """Gauss–Seidel on the matrices alone ends at other reactions, which are as right."""
-    problem, reaction = known(library, RUBBING)
+    problem, reaction = known_problem(library, RUBBING)
     local = problem.matrices(np.full(len(problem.contacts), 0.3)).local()
     other = solve_planar(local.delassus, local.free, local.friction, 1e-9).reaction.ravel()
     verdict = judged(RUBBING, other, unique=False)
@@ -142,11 +142,11 @@ def test_with_friction_the_residual_alone_is_judged(library, judged):
 
 
 def test_means_and_profiles_of_made_up_times():
-    told = [
+    cells = [
         *(("fast", "a", 0.0, 1.0), ("fast", "b", 0.0, 4.0), ("slow", "a", 0.0, 2.0)),
         *(("slow", "c", 0.3, 1.0), ("liar", "a", 0.0, 0.1), ("liar", "b", 0.0, 0.1)),
     ]
-    scores = pd.DataFrame(told, columns=["solver", "problem", "mu", "cpu_s"])
+    scores = pd.DataFrame(cells, columns=["solver", "problem", "mu", "cpu_s"])
     scores["verdict"] = np.where(scores.solver == "liar", "wrong", "right")
     missing = [("slow", "b", 0.0), ("fast", "c", 0.3), ("liar", "c", 0.3)]
     rest = pd.DataFrame(missing, columns=["solver", "problem", "mu"]).assign(verdict="missing")
@@ -155,8 +155,8 @@ def test_means_and_profiles_of_made_up_times():
     fast = math.sqrt((1 + SHIFT) * (4 + SHIFT)) - SHIFT
     slow = math.sqrt((2 + SHIFT) * (10 + SHIFT)) - SHIFT
     assert means(seconds, 10.0).tolist() == pytest.approx([fast, slow, 10.0])
-    shares = profiles(seconds, np.array([1.0, 1.9, 2.0, 100.0])).to_numpy()
-    assert shares.tolist() == [[1, 1, 1, 1], [0, 0, 0.5, 0.5], [0, 0, 0, 0]]
+    fractions = profiles(seconds, np.array([1.0, 1.9, 2.0, 100.0])).to_numpy()
+    assert fractions.tolist() == [[1, 1, 1, 1], [0, 0, 0.5, 0.5], [0, 0, 0, 0]]
     assert list(with_friction(scores, True).solver) == ["slow"]
 
 
@@ -173,13 +173,13 @@ def by_command(tmp_path):
 
 @pytest.mark.long
 def test_score_by_command(library, by_command, tmp_path):
-    answers = tmp_path / "answers"
+    solution_files = tmp_path / "answers"
     for name in (LATTICE, RUBBING):
-        write_answer(answers / "mine" / f"{name}.hdf5", known(library, name)[1], 0.25)
-    _, reaction = known(library, PUSHED)
-    write_answer(answers / "theirs" / f"{PUSHED}.hdf5", 2 * reaction, 0.01)
-    status, said = by_command("score", library, answers / "mine", answers / "theirs")
-    assert status == 0, said
+        write_answer(solution_files / "mine" / f"{name}.hdf5", known_problem(library, name)[1], 0.25)
+    _, reaction = known_problem(library, PUSHED)
+    write_answer(solution_files / "theirs" / f"{PUSHED}.hdf5", 2 * reaction, 0.01)
+    status, message = by_command("score", library, solution_files / "mine", solution_files / "theirs")
+    assert status == 0, message
     with (tmp_path / "scores/scores.csv").open() as file:
         rows = {(row["solver"], row["problem"]): row for row in csv.DictReader(file)}
     assert {key: row["verdict"] for key, row in rows.items()} == {
@@ -191,7 +191,7 @@ def test_score_by_command(library, by_command, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         *(({"file": bad}, "problems.0.file: ") for bad in (7, "../manifest.json", "..")),
         ({"name": ["heap"]}, "problems.0.name: "),
@@ -204,7 +204,7 @@ def test_score_by_command(library, by_command, tmp_path):
         ('{"version": 1, "problems": []}', "problems: "),
     ],
 )
-def test_an_odd_manifest_is_one_line(library, tmp_path, change, said):
+def test_an_odd_manifest_is_one_line(library, tmp_path, change, message):
     content = json.loads((library / "manifest.json").read_text())
     if isinstance(change, dict):
         first = content["problems"][0]
@@ -219,7 +219,7 @@ def test_an_odd_manifest_is_one_line(library, tmp_path, change, said):
         read_manifest(tmp_path)
     (line,) = str(refused.value).splitlines()
     assert line.startswith(f"{tmp_path}/manifest.json: ")
-    assert said in line
+    assert message in line
 
 
 @pytest.mark.long
@@ -230,8 +230,8 @@ def test_what_cannot_be_judged_is_named(library, by_command, tmp_path):
     (tmp_path / "none").mkdir()
     (tmp_path / "damaged").mkdir()
     (tmp_path / "damaged/manifest.json").write_text(json.dumps({"version": 1}))
-    for said, words in (("1", "'1'"), (b"3", "'3'"), (True, "True"), ([1.0, 2.0], "None")):
-        write_answer(tmp_path / "odd" / f"{LATTICE}.hdf5", known(library, LATTICE)[1], said)
+    for message, words in (("1", "'1'"), (b"3", "'3'"), (True, "True"), ([1.0, 2.0], "None")):
+        write_answer(tmp_path / "odd" / f"{LATTICE}.hdf5", known_problem(library, LATTICE)[1], message)
         status, made = by_command("score", library, "odd")
         assert status == 1
         assert f"/solution, seconds: {words}. A number above 0 s is needed" in made
@@ -242,5 +242,5 @@ def test_what_cannot_be_judged_is_named(library, by_command, tmp_path):
         (("score", "nowhere", "none"), "nowhere/manifest.json: no such file"),
         (("write", "--only", "heap_7"), "only: heap_7. There are: heap_40"),
     ):
-        status, said = by_command(*words)
-        assert (status, len(said.splitlines()), named in said) == (1, 1, True)
+        status, message = by_command(*words)
+        assert (status, len(message.splitlines()), named in message) == (1, 1, True)

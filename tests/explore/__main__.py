@@ -18,7 +18,7 @@ def run():
     options = argparse.ArgumentParser(prog="python -m tests.explore", description=__doc__)
     options.add_argument("--cases", type=int, default=3000)
     options.add_argument("--first", type=int, default=0)
-    given, ends, faults, complaints = options.parse_args(), Counter(), 0, []
+    args, ends, faults, complaints = options.parse_args(), Counter(), 0, []
     with tempfile.TemporaryDirectory() as name, sync_playwright() as playwright:
         page = playwright.chromium.launch(executable_path=BROWSER, args=QUIET).new_page(
             reduced_motion="reduce"
@@ -28,7 +28,7 @@ def run():
         page.goto(write_explore([read_scene("gate")], Path(name), "x").as_uri())
         page.locator("#live .now").get_by_text("beyond the door.").wait_for()
         for number, made, wrong in cases(
-            page, Path(name), range(given.first, given.first + given.cases)
+            page, Path(name), range(args.first, args.first + args.cases)
         ):
             ends["played" if made["played"] else "refused"] += 1
             if wrong:

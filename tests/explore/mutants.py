@@ -15,7 +15,7 @@ from analysis.engines.programs.rigid import motion_of
 from analysis.engines.record import EngineError
 from analysis.engines.rigid import Rigid
 from analysis.explore.page import content_of
-from analysis.explore.taken import Link
+from analysis.explore.page_input import Link
 from analysis.scene.drive import Drive
 from analysis.scene.scene import Scene, SceneError, first_problem, read_scene
 from nscd import Snapshot
@@ -57,20 +57,20 @@ def chosen(dice):
     return keeping(name) if name in KEEPING else read_scene(name)
 
 
-def places(tree, path=()):
+def positions_in(tree, path=()):
     """The path of everything in a tree of tables and lists, of long lists the first entries."""
     if path:
         yield path
     if isinstance(tree, dict | list):
         for key in list(tree) if isinstance(tree, dict) else range(min(len(tree), 3)):
-            yield from places(tree[key], (*path, key))
+            yield from positions_in(tree[key], (*path, key))
 
 
 def mutated(dice, tree):
     """A tree with one or two values that are changed, scaled, taken out, doubled or added."""
     tree = copy.deepcopy(tree)
     for _ in range(dice.choice((1, 1, 2))):
-        *path, key = dice.choice(list(places(tree)))
+        *path, key = dice.choice(list(positions_in(tree)))
         table = tree
         for part in path:
             table = table[part]
@@ -86,7 +86,7 @@ def mutated(dice, tree):
                 value
             )
         elif kind == 4:
-            *other, last = dice.choice(list(places(tree)))
+            *other, last = dice.choice(list(positions_in(tree)))
             found = tree
             for part in (*other, last):
                 found = found[part]
@@ -134,14 +134,14 @@ def files(dice, folder):
 def link(dice):
     """The text of a damaged link to a scene of its own."""
     found = content_of(chosen(dice))
-    said = {
+    stated = {
         "base": "",
         "placed": None,
         "content": found["content"],
         "disks": found["disks"],
         "from": None,
     }
-    return json.dumps(as_javascript(mutated(dice, json.loads(json.dumps(said)))))
+    return json.dumps(as_javascript(mutated(dice, json.loads(json.dumps(stated)))))
 
 
 def hash_of(text):
@@ -156,33 +156,33 @@ def scene_of_files(folder, texts):
 
 def scene_of_link(text):
     """The scene of a link. Raises SceneError or ValueError as the product does."""
-    said = json.loads(text)
-    disks = said.get("disks") if isinstance(said, dict) else None
+    message = json.loads(text)
+    disks = message.get("disks") if isinstance(message, dict) else None
 
     def means():
         return float(np.mean(disks["r"])), float(np.mean(disks["m"]))
 
     try:
-        made = Link.model_validate(said, context={"means": means})
+        made = Link.model_validate(message, context={"means": means})
     except (TypeError, KeyError):
         raise SceneError("disks: none") from None
     except ValueError as error:
         raise SceneError(first_problem(error)) from None
     crowd = made.disks
-    place, velocity = (np.reshape(part, (-1, 2)) for part in (crowd.x, crowd.u))
+    position, velocity = (np.reshape(part, (-1, 2)) for part in (crowd.x, crowd.u))
     of = {"radius": crowd.r, "mass": crowd.m, "spin": crowd.w, "ids": crowd.id}
     scene = Scene.of(
-        made.content, name="linked", snapshot=Snapshot(position=place, velocity=velocity, **of)
+        made.content, name="linked", snapshot=Snapshot(position=position, velocity=velocity, **of)
     )
     scene.check("linked")
     return scene
 
 
-def answer(make, *given):
+def solution_of(make, *inputs):
     """What the product makes of a scene: places (n·2) m after a few steps, "" where a step has no
     answer, or why it is refused."""
     try:
-        scene = make(*given)
+        scene = make(*inputs)
         Rigid().check(scene)
         motion = motion_of(scene, scene.snapshot)
     except (ValueError, EngineError) as error:
@@ -209,7 +209,7 @@ def first_word(words):
 
 def fault(page, product):
     """What is wrong with what the page made of a scene, where the product answers so; or nothing."""
-    places, refusal = product
+    positions, refusal = product
     if not page["clean"] or page["ms"] > 2000:
         return f"clean: {page['clean']}, {page['ms']:.0f} ms"
     if refusal.startswith("stops"):
@@ -232,7 +232,7 @@ def fault(page, product):
     if refusal:
         return f"played: {refusal}"
     return (
-        "" if page["x"] == places else f"other places, after {page['made']} steps: {page['ended']}"
+        "" if page["x"] == positions else f"other places, after {page['made']} steps: {page['ended']}"
     )
 
 
@@ -241,11 +241,11 @@ def cases(page, folder, numbers):
     for number in numbers:
         dice = random.Random(number)
         if number % 2:
-            given = files(dice, folder)
-            made = page.evaluate(PLAYED, [list(given.items()), None, STEPS])
-            product = answer(scene_of_files, folder, given)
+            inputs = files(dice, folder)
+            made = page.evaluate(PLAYED, [list(inputs.items()), None, STEPS])
+            product = solution_of(scene_of_files, folder, inputs)
         else:
-            given = link(dice)
-            made = page.evaluate(PLAYED, [None, hash_of(given), STEPS])
-            product = answer(scene_of_link, given)
+            inputs = link(dice)
+            made = page.evaluate(PLAYED, [None, hash_of(inputs), STEPS])
+            product = solution_of(scene_of_link, inputs)
         yield number, made, fault(made, product)

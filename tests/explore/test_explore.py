@@ -14,12 +14,12 @@ from analysis.dumps import index_dump
 from analysis.engines.programs import rigid
 from analysis.engines.rigid import timing
 from analysis.explore.page import content_of, offered, write_explore
-from analysis.explore.taken import rules
+from analysis.explore.page_input import rules
 from analysis.scene.distance import Distance
 from analysis.scene.scene import SceneError, read_scene
 from tests.explore.mutants import PLAYED, cases, first_word, keeping
 from tests.pages.browser import BROWSER, QUIET, works_by_keyboard
-from tests.scene.test_bad_keys import PLACES, bad_values, whole
+from tests.scene.test_bad_keys import PLACES, bad_values, full_scene
 
 pytestmark = pytest.mark.skipif(BROWSER is None, reason="no Chromium on this machine")
 SCENE = "[run]\nduration_s = 1.0\nframes = 10\n[analysis]\nkind = 'driven'\n"
@@ -87,9 +87,9 @@ def differences(scene, out, frames):
     bodies, index = index_dump(out / "bodies.dump"), index_dump(out / "contacts.dump", "ENTRIES")
     columns = [bodies.columns.index(name) for name in "xy"]
     assert len(bodies.steps) == len(frames)
-    apart, force, largest = [], [], []
+    difference, force, largest = [], [], []
     for number, (x, contacts, over) in enumerate(frames):
-        apart.append(np.abs(bodies.table(number)[:, columns].ravel() - x).max())
+        difference.append(np.abs(bodies.table(number)[:, columns].ravel() - x).max())
         rows = np.reshape(contacts, (-1, 8))
         wall, first, second = rows[:, 2] == 1, *rows[:, :2].astype(int).T
         others = np.where(wall, second + 1, scene.snapshot.ids[np.where(wall, 0, second)])
@@ -101,7 +101,7 @@ def differences(scene, out, frames):
         assert np.array_equal(ours[:, :3], theirs[:, :3])
         force.append(np.abs(ours[:, 3:] - theirs[:, 3:]).max(initial=0.0))
         largest.append(np.abs(theirs[:, 3:]).max(initial=0.0))
-    return max(apart), max(force), max(largest)
+    return max(difference), max(force), max(largest)
 
 
 @pytest.mark.parametrize(
@@ -125,9 +125,9 @@ def test_a_second_is_that_of_the_rigid_engine(page, address, tmp_path, name, fri
     when = timing(scene)
     assert page.evaluate("explore.timing()") == [when.time_step, when.frame_interval]
     frames = page.evaluate(STEPPED, when.steps)
-    apart, force, largest = differences(scene, tmp_path, frames)
+    difference, force, largest = differences(scene, tmp_path, frames)
     assert largest > 100
-    assert apart == 0.0
+    assert difference == 0.0
     assert force < 1e-14 * largest
 
 
@@ -137,11 +137,11 @@ def test_a_paused_page_bounds_contact_forces_as_linear_programs_do(page, address
     crowd later none. The table shows them to the person."""
     at(page, address, "gate")
     row, column = np.divmod(np.arange(55), 11)
-    place = np.column_stack([0.36 * column - 1.8 + 0.18 * (row % 2), 0.18 * (1 + np.sqrt(3) * row)])
+    position = np.column_stack([0.36 * column - 1.8 + 0.18 * (row % 2), 0.18 * (1 + np.sqrt(3) * row)])
     if crystal:
         page.evaluate(
             "x => { explore.part('position').set(x); explore.core.begin(0); }",
-            place.ravel().tolist(),
+            position.ravel().tolist(),
         )
     page.evaluate(STEPPED, 5 if crystal else 200)
     rows, ends = page.evaluate("""() => { explore.core.closed();
@@ -179,8 +179,8 @@ def test_what_it_saves_is_taken(page, address, tmp_path, percussions):
     assert [scene.drive, scene.walls, scene.contact] == [of.drive, of.walls, of.contact]
     short = scene.with_run(duration_s=0.2, frames=2).write(tmp_path / "short")
     assert rigid.main([str(short), "--out", str(tmp_path)]) == 0
-    apart, force, largest = differences(scene, tmp_path, [[frames[-3][0], [], 0], *frames[-2:]])
-    assert (apart < 1e-9, force < 1e-9 * largest, largest > 100) == (True, True, True)
+    difference, force, largest = differences(scene, tmp_path, [[frames[-3][0], [], 0], *frames[-2:]])
+    assert (difference < 1e-9, force < 1e-9 * largest, largest > 100) == (True, True, True)
     saved(page, "dump", tmp_path)
     solved = percussions("solve", "ell.dump", "--left-velocity", "desired", "--room", path)
     assert solved.returncode == 0, solved.stderr
@@ -196,33 +196,33 @@ def test_who_keeps_a_distance_does_not_press(page, address, tmp_path):
     """The slider from 1 to 0: forces fall, and the flow is one that was measured. Saved, linked and drawn again it stays;
     back at 1 the scene is what it was."""
     at(page, address, "arch")
-    of, slide, told = page.evaluate("explore.scene.content"), page.locator("#live .pushing"), {}
-    for share in ("1", "0"):
-        slide.fill(share)
+    of, slide, cells = page.evaluate("explore.scene.content"), page.locator("#live .pushing"), {}
+    for fraction in ("1", "0"):
+        slide.fill(fraction)
         page.evaluate(STEPPED, 1000)
         page.locator("#live .step").click()
         words = page.locator("#live .crowd").inner_text().replace("\u202f", "")
-        told[share] = [*map(float, re.search(r"Flow ([\d.]+).* second (\d+) N", words).groups())]
-        assert ("This one flows so" in words, "No measured crowd" in words) == (share == "0", share == "1"), words
-    (fast, hard), (slow, soft) = told["1"], told["0"]
-    assert (fast > 4, 1.2 <= slow <= 2.1, soft < 0.2 * hard) == (True, True, True), told
+        cells[fraction] = [*map(float, re.search(r"Flow ([\d.]+).* second (\d+) N", words).groups())]
+        assert ("This one flows so" in words, "No measured crowd" in words) == (fraction == "0", fraction == "1"), words
+    (fast, hard), (slow, soft) = cells["1"], cells["0"]
+    assert (fast > 4, 1.2 <= slow <= 2.1, soft < 0.2 * hard) == (True, True, True), cells
     opened(page)
     assert slide.input_value() == "0"
     typed(page, "people", 60)
     drive = read_scene(saved(page, "scene", tmp_path)[0]).drive
     assert (drive.time_gap_s, drive.push_share) == (0.6, 0.0)
     at(page, address, "arch")
-    for share in ("0.3", "1"):
-        slide.fill(share)
+    for fraction in ("0.3", "1"):
+        slide.fill(fraction)
     assert page.evaluate("explore.scene.content") == of
 
 
 @pytest.mark.parametrize("seed", [0, 1, 4_000_000_000])
 def test_the_same_people_push_as_in_the_product(page, seed):
     law, ids = Distance(time_gap_s=1.0, push_share=0.4, pushing_people=0.5, seed=seed), [*range(1, 200), 2**32, 2**53 - 1]
-    said = page.evaluate("([law, ids]) => pushShares(law, ids)", [law.model_dump(), ids])
-    assert said == law.push_shares(np.array(ids)).tolist()
-    assert {*said} == {0.0, 0.4}
+    message = page.evaluate("([law, ids]) => pushShares(law, ids)", [law.model_dump(), ids])
+    assert message == law.push_shares(np.array(ids)).tolist()
+    assert {*message} == {0.0, 0.4}
 
 
 def test_doors_and_pillars_are_pulled_while_people_press(page, address, tmp_path):
@@ -230,8 +230,8 @@ def test_doors_and_pillars_are_pulled_while_people_press(page, address, tmp_path
     and pushes people before it."""
     at(page, address, "gate")
     typed(page, "door", 0.9)
-    wide = read_scene(saved(page, "scene", tmp_path)[0]).drive
-    assert np.hypot(*np.subtract(*wide.door)) == pytest.approx(0.9)
+    width = read_scene(saved(page, "scene", tmp_path)[0]).drive
+    assert np.hypot(*np.subtract(*width.door)) == pytest.approx(0.9)
     page.evaluate(STEPPED, 30)
     typed(page, "door", 0.4)
     page.evaluate(STEPPED, 10)
@@ -394,27 +394,27 @@ def test_the_page_names_the_keys_that_the_product_names(page, address, tmp_path)
     """Every key of a scene, with values that cannot be meant."""
     at(page, address, "gate")
     gate = read_scene("gate").write(tmp_path)
-    data, texts, said = gate.with_suffix(".data").read_text(), [], []
-    for place, value in PLACES.items():
-        for bad in (*bad_values(place[-1], value).values(), None):
-            content = copy.deepcopy(whole())
+    data, texts, output = gate.with_suffix(".data").read_text(), [], []
+    for position, value in PLACES.items():
+        for bad in (*bad_values(position[-1], value).values(), None):
+            content = copy.deepcopy(full_scene())
             table = content
-            for part in place[:-1]:
+            for part in position[:-1]:
                 table = table[part]
             if bad is None:
-                table[f"{place[-1]}_ft"] = table.pop(place[-1])
+                table[f"{position[-1]}_ft"] = table.pop(position[-1])
             else:
-                table[place[-1]] = bad
+                table[position[-1]] = bad
             texts.append(tomli_w.dumps(content))
             gate.write_text(texts[-1])
             with pytest.raises(SceneError) as refused:
                 read_scene(gate)
-            said.append(first_word(str(refused.value)))
+            output.append(first_word(str(refused.value)))
     ours = page.evaluate("""([texts, data]) => texts.map((text) => {
         explore.openTexts([["gate.toml", text], ["gate.data", data]]);
         return document.querySelector("#live .said.quiet").textContent; })""", [texts, data])  # fmt: skip
-    assert len(said) > 500
-    assert [first_word(words) for words in ours] == said
+    assert len(output) > 500
+    assert [first_word(words) for words in ours] == output
     assert page.evaluate("[explore.scene.name, explore.run.step]") == ["gate", 0]
 
 
@@ -430,7 +430,7 @@ MANY = "{ title: 't', source: 's', walls: Array(20000).fill({ name: 'w', start_m
 
 
 @pytest.mark.parametrize(
-    ("said", "words"),
+    ("message", "words"),
     [
         ("{ base: 'gate', placed: { count: 1e9, radius: 0.2, seed: 1 } }", "placed.count"),
         (f"{{ base: 'gate', content: {{ ...explore.scene.content, ...{MANY} }} }}", "content.walls: 20000."),
@@ -440,10 +440,10 @@ MANY = "{ title: 't', source: 's', walls: Array(20000).fill({ name: 'w', start_m
         ("{ base: 'nowhere' }", "base: this page has no scene nowhere"),
     ],
 )
-def test_a_link_that_asks_too_much_leaves_what_is_shown(page, address, said, words):
+def test_a_link_that_asks_too_much_leaves_what_is_shown(page, address, message, words):
     at(page, address, "gate")
     page.evaluate(STEPPED, 3)
-    made = page.evaluate(PLAYED, [None, page.evaluate(f"hashOf({said})"), 0])
+    made = page.evaluate(PLAYED, [None, page.evaluate(f"hashOf({message})"), 0])
     assert made["words"].startswith(f"Not opened: {words}")
     assert (made["played"], made["clean"]) == (False, True)
     assert page.evaluate("[explore.scene.name, explore.run.step, explore.advance()]") == ["gate", 3, True]
@@ -470,7 +470,7 @@ def test_the_core_refuses_parts_that_do_not_go_together(page, address):
     for name in {*names} - {"velocity", "next", "corners", "onward"}:
         assert wrong[name][0] > 0
     assert all(wrong[name][2] for name in ("radius", "mass", "goes", "law", "share", "ids", "distance"))
-    assert all(step == -2 and apart == -1 for _, code, step, apart, _ in bad if code)
+    assert all(step == -2 and difference == -1 for _, code, step, difference, _ in bad if code)
     page.evaluate("explore.part('velocity')[0] = NaN")
     assert not page.evaluate("explore.advance()")
     assert "at no finite place" in page.locator("#live .said.quiet").inner_text()

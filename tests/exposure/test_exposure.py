@@ -117,8 +117,8 @@ def test_the_line_load_is_that_of_the_worst_metre():
 
 def test_a_person_of_two_disks_bears_what_both_do():
     """Two dumbbells, each before the other's disks and one at a wall, by hand."""
-    places = [[0.0, 0.0], [0.4, 0.0], [0.4, 0.3], [0.0, 0.3]]
-    now = disks_at(places, (1.0, 0.0), 0.2, 30.0).joined([9, 5, 5, 9])
+    positions = [[0.0, 0.0], [0.4, 0.0], [0.4, 0.3], [0.0, 0.3]]
+    now = disks_at(positions, (1.0, 0.0), 0.2, 30.0).joined([9, 5, 5, 9])
     keys = np.array([[1, 1, 1], [1, 2, 0], [3, 4, 0]])
     impulse = np.array([[-70.0, 0.0], [30.0, 0.0], [-40.0, 5.0]])
     window = Window(start=0.0, end=0.1, now=now, keys=keys, impulse=impulse)
@@ -147,14 +147,14 @@ def test_density_is_that_of_pedpy():
 
     scene = row()
     random = np.random.default_rng(3)
-    places = np.array([5.0, 0.0]) + random.uniform(-3, 3, (40, 2))
-    now = disks_at(places, random.normal(size=(40, 2)), 0.2)
+    positions = np.array([5.0, 0.0]) + random.uniform(-3, 3, (40, 2))
+    now = disks_at(positions, random.normal(size=(40, 2)), 0.2)
     empty = {"keys": np.empty((0, 3), int), "impulse": np.empty((0, 2))}
     crowd = loads_of(scene, window := Window(start=0.0, end=0.1, now=now, **empty))
     half = shapely.Point(5.0, 0.0).buffer(2.0, quad_segs=400) & shapely.box(0, -9, 5.0, 9)
-    table = pd.DataFrame({"id": now.ids, "frame": 0, "x": places[:, 0], "y": places[:, 1]})
-    heads, area = pedpy.TrajectoryData(table, frame_rate=1.0), pedpy.MeasurementArea(half)
-    measured = pedpy.compute_classic_density(traj_data=heads, measurement_area=area)
+    table = pd.DataFrame({"id": now.ids, "frame": 0, "x": positions[:, 0], "y": positions[:, 1]})
+    trajectory, area = pedpy.TrajectoryData(table, frame_rate=1.0), pedpy.MeasurementArea(half)
+    measured = pedpy.compute_classic_density(traj_data=trajectory, measurement_area=area)
     assert crowd["density"] == pytest.approx([measured["density"].iloc[0]], rel=1e-4)
     # some go to another door: of two half disks that of the fuller one
     far = {"people": (1, 20), "door_start_m": (0.0, 5.0), "door_end_m": (1.0, 5.0)}
@@ -162,7 +162,7 @@ def test_density_is_that_of_pedpy():
     two = scene.model_copy(update={"drive": drive})
     found = values_of(two, window, loads_of(two, window))
     assert found["density_door"] == pytest.approx(measured["density"].iloc[0], rel=1e-4)
-    spread = now.velocity[shapely.contains_xy(half, places)].var(axis=0).sum()
+    spread = now.velocity[shapely.contains_xy(half, positions)].var(axis=0).sum()
     assert crowd["crowd_pressure"] == pytest.approx(crowd["density"] * spread)
 
 
@@ -208,14 +208,14 @@ def test_users_add_and_replace_limits(tmp_path):
     assert len(known) == len(known_limits()) + 1
     # of a limit that the first screen of a report names
     path.write_text(OWN_LIMIT.replace("mine", "asphyxia_minutes"))
-    (said,) = force_notes({}, "Simulated: 1 s", (path,))
-    assert "500 N may kill, 6\u202f227 N in 15 s (estimates). Simulated: 1 s." in said
+    (message,) = force_notes({}, "Simulated: 1 s", (path,))
+    assert "500 N may kill, 6\u202f227 N in 15 s (estimates). Simulated: 1 s." in message
     with pytest.raises(LimitError, match="no such file"):
         known_limits([tmp_path / "none.toml"])
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "message"),
     [
         (OWN_LIMIT, OWN_LIMIT + OWN_LIMIT, "two limits are called mine"),
         ('"mine"', '"barrier_2_m"', "'barrier_2_m' replaces one of the quantity wall_line_load"),
@@ -235,9 +235,9 @@ def test_users_add_and_replace_limits(tmp_path):
         ('"mine"', '"my own"', r"limit 'my own' name:"),
     ],
 )  # fmt: skip
-def test_a_wrong_file_names_the_limit_and_the_key(tmp_path, old, new, said):
+def test_a_wrong_file_names_the_limit_and_the_key(tmp_path, old, new, message):
     path = tmp_path / "mine.toml"
     path.write_text(OWN_LIMIT.replace(old, new))
-    with pytest.raises(LimitError, match=said) as found:
+    with pytest.raises(LimitError, match=message) as found:
         known_limits([path])
     assert str(path) in str(found.value)

@@ -72,7 +72,7 @@ def test_loads_do_not_depend_on_the_pieces_of_walls(seed, many, gap):
     walls, rows = pieces_of(random, many, gap if many < 1000 else 0.0)
     outlines = Outlines.of(Walls(start=walls[:, 0], end=walls[:, 1]))
     assert outlines.length == pytest.approx([15.0, 0.4, 0.8, 2.14], abs=1e-9 + 6 * gap)
-    arcs, sizes, wall, place, force = [], [], [], [], []
+    arcs, sizes, wall, position, force = [], [], [], [], []
     for number, points in enumerate(SHAPES):
         ends, at = shape_of(points)
         arc = np.arange(0.04, ends[-1], 0.15)
@@ -82,15 +82,15 @@ def test_loads_do_not_depend_on_the_pieces_of_walls(seed, many, gap):
         mine = np.flatnonzero(rows[:, 2] == number)
         away = np.maximum(rows[mine, 0] - arc[:, None], arc[:, None] - rows[mine, 1])
         wall.append(mine[away.argmin(1)])
-        place.append(at(arc))
+        position.append(at(arc))
         force.append(size)
-    on = [np.concatenate(one) for one in (wall, place, force)]
+    on = [np.concatenate(one) for one in (wall, position, force)]
     loads, worst = outlines.line_loads(*on)
     assert worst.load == pytest.approx(worst_of(arcs, sizes), rel=1e-12)
     assert loads.max() == pytest.approx(worst.load)
     assert np.hypot(*(on[1] - worst.point).T).min() < 0.5
-    whole = Outlines.of(Walls(**dict(zip(("start", "end"), whole_walls(), strict=True))))
-    same = whole.line_loads(whole_of(on[1]), *on[1:])[1]
+    full = Outlines.of(Walls(**dict(zip(("start", "end"), whole_walls(), strict=True))))
+    same = full.line_loads(whole_of(on[1]), *on[1:])[1]
     assert worst.point == pytest.approx(same.point, abs=1e-9 + gap)
     assert worst.arc == pytest.approx(same.arc, abs=1e-9 + 6 * gap)
 
@@ -100,13 +100,13 @@ def whole_walls():
             for a, b in ((0, -1), (1, None))]  # fmt: skip
 
 
-def whole_of(place):
+def whole_of(position):
     """The whole wall next to each place."""
     start, end = whole_walls()
     way = end - start
-    share = ((place[:, None] - start) * way).sum(2) / (way**2).sum(1)
-    nearest = start + np.clip(share, 0, 1)[..., None] * way
-    return np.hypot(*(place[:, None] - nearest).T).T.argmin(1)
+    fraction = ((position[:, None] - start) * way).sum(2) / (way**2).sum(1)
+    nearest = start + np.clip(fraction, 0, 1)[..., None] * way
+    return np.hypot(*(position[:, None] - nearest).T).T.argmin(1)
 
 
 @pytest.mark.parametrize("turn", range(4))

@@ -75,10 +75,10 @@ def test_a_mat_reads_the_wall_and_the_sectors_of_a_vest_sum_to_the_forces_on_the
     assert [front, back] == pytest.approx([PUSH * PEOPLE, PUSH * (PEOPLE - 1)], rel=1e-6)
     assert float(vests[-1]["line_load_N_per_m"]) == pytest.approx(back / (np.pi * RADIUS))
     sums = read_exposure(pressed, 0.05).loads["contact_sum"][-1]
-    for person, whole in enumerate(sums, start=1):
+    for person, full in enumerate(sums, start=1):
         text = VEST.replace("person = 1", f"person = {person}\nparts = 8")
         sectors = read(pressed, text)[-8:]
-        assert sum(float(line["force_N"]) for line in sectors) == pytest.approx(whole, rel=1e-6)
+        assert sum(float(line["force_N"]) for line in sectors) == pytest.approx(full, rel=1e-6)
 
 
 def test_the_command_writes_the_readings(pressed, tmp_path, capsys):
@@ -89,7 +89,7 @@ def test_the_command_writes_the_readings(pressed, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         (MAT + "parts = 0\n", "sensors 'mat' parts: "),
         (MAT + "person = 1\n", "sensors 'mat': wall, of a mat, or person, of a vest, is needed"),
@@ -105,8 +105,8 @@ def test_the_command_writes_the_readings(pressed, tmp_path, capsys):
         (MAT + "gain = 2.0\n", "sensors 'mat' gain: unknown key"),
     ],
 )  # fmt: skip
-def test_a_sensor_that_cannot_be_is_refused_by_its_name(pressed, text, said):
+def test_a_sensor_that_cannot_be_is_refused_by_its_name(pressed, text, message):
     with pytest.raises(LimitError) as refused:
         read(pressed, text)
-    assert str(refused.value).startswith(f"{pressed.parent / 'mine.toml'}: {said}")
+    assert str(refused.value).startswith(f"{pressed.parent / 'mine.toml'}: {message}")
     assert "\n" not in str(refused.value)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from analysis.film.export import film_heads
-from analysis.film.files import Given, open_any
-from analysis.film.frame import Frames
+from analysis.film.files import FileOptions, open_any
+from analysis.film.frame import FrameRange
 from analysis.film.page import _what, words_of
 from analysis.film.summary import headline_rows
 from analysis.scene.real.trajectory import Recording
@@ -162,7 +162,7 @@ def test_a_frame_without_people_and_files_of_one_name(percussions, row):
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         (["film", "row.dump"], "row.dump: its frames have no times. Give --time-step"),
         (["film", "row.dump", "--mass", 75], "--mass: of heads"),
@@ -198,7 +198,7 @@ def test_a_frame_without_people_and_files_of_one_name(percussions, row):
         (["exposure", "town.txt", "--room", "far.toml"], "town.txt: states no unit"),
     ],
 )
-def test_what_no_command_can_take_is_one_line(refused, row, words, said):
+def test_what_no_command_can_take_is_one_line(refused, row, words, message):
     rows = [(i, f, 0.5 * i, 0.1 * f) for i in (1, 2, 3) for f in range(5)]
     base_of(row / "nowhere.sqlite", rows)
     archive(row / "nowhere.h5", rows)
@@ -214,7 +214,7 @@ def test_what_no_command_can_take_is_one_line(refused, row, words, said):
         own().split("ITEM: TIMESTEP\n4", 1)[1].join(["ITEM: TIMESTEP\n4", ""])
     )
     (row / "heavy.dump").write_text(text(mass=80))
-    assert said in refused(*words)
+    assert message in refused(*words)
 
 
 @pytest.mark.parametrize("kind", ["sqlite", "h5"])
@@ -228,7 +228,7 @@ def test_a_trajectory_with_its_geometry_needs_no_room(tmp_path, kind):
     else:
         archive(tmp_path / "t.h5", rows, KINDS, floor=FLOOR)
     path = tmp_path / f"t.{kind}"
-    source = open_any(path, Given(radius=0.2))
+    source = open_any(path, FileOptions(radius=0.2))
     assert len(source.scene.walls) == 4
     (last,) = source.frames("10")
     assert last.found.unit == "N·s"
@@ -237,20 +237,20 @@ def test_a_trajectory_with_its_geometry_needs_no_room(tmp_path, kind):
     assert np.hypot(*last.found.pressing[on_wall].T) == pytest.approx([225.0], rel=1e-4)
     room = ROOM.replace("5.0", "-4.0").replace("[1.0", "[-1.0").replace("0.1]", "0.4]")
     (tmp_path / "door.toml").write_text(room + "clearance_m = 0.1\n")
-    source = open_any(path, Given(radius=0.2, room=tmp_path / "door.toml"))
+    source = open_any(path, FileOptions(radius=0.2, room=tmp_path / "door.toml"))
     assert len(source.scene.walls) == 5  # the door is open
     (last,) = source.frames("10")
     assert last.found.unit == "N"
     assert last.found.largest == pytest.approx(0.0, abs=1e-6)  # they push away from the wall
     if kind == "h5":
-        reels = film_heads(Recording.read(path), None, [0.2], Frames.parse("10"))
-        titles = [row[0] for row in headline_rows(reels)[1][:3]]
+        animations = film_heads(Recording.read(path), None, [0.2], FrameRange.parse("10"))
+        titles = [row[0] for row in headline_rows(animations)[1][:3]]
         sums = [
             f"sum of percussions on {where} (N·s)"
             for where in ("the most loaded person", "all walls")
         ]
         assert titles == ["largest percussion (N·s)", *sums]
-        assert "what stops the measured" in _what(words_of(reels), reels, "t.h5")[-1]
+        assert "what stops the measured" in _what(words_of(animations), animations, "t.h5")[-1]
 
 
 def test_a_trajectory_that_jupedsim_wrote(percussions, tmp_path):
@@ -301,11 +301,11 @@ def test_a_film_shows_the_mean_and_nine_tenths_of_all_admissible_states(percussi
     done = percussions("film", *how, "ensemble")
     assert done.returncode == 0, done.stderr
     (row,) = table(tmp_path / "film" / "film.csv")
-    share = np.linspace(0, 1, 100001)
+    fraction = np.linspace(0, 1, 100001)
     laws = {
-        "contact_largest": np.maximum(share, 1 - share),
-        "person_largest": np.maximum(6 * share, 2 - share),
-        "walls": 0 * share,
+        "contact_largest": np.maximum(fraction, 1 - fraction),
+        "person_largest": np.maximum(6 * fraction, 2 - fraction),
+        "walls": 0 * fraction,
     }
     for name, law in laws.items():
         found = [float(row[f"{name}{end}_Ns"]) / load for end in ("", "_low", "_high")]

@@ -84,11 +84,11 @@ def check_vtk(folder, largest):
     assert len(arrays["connectivity"]) == 2 * lines
     assert len(arrays["places"]) == 3 * points
     assert arrays["connectivity"].max() < points
-    places = arrays["places"].reshape(-1, 3)
-    first, second = places[arrays["connectivity"].astype(int).reshape(-1, 2)].transpose(1, 0, 2)
-    apart = np.hypot(*(second - first)[:, :2].T)
+    positions = arrays["places"].reshape(-1, 3)
+    first, second = positions[arrays["connectivity"].astype(int).reshape(-1, 2)].transpose(1, 0, 2)
+    distance = np.hypot(*(second - first)[:, :2].T)
     expected = np.where(arrays["is_wall"] == 1, 0.18, 0.36)
-    np.testing.assert_allclose(apart, expected, atol=0.02)
+    np.testing.assert_allclose(distance, expected, atol=0.02)
     for name in ("lammps", "percussions"):
         normal, across = arrays[f"{name}_fn_N"], arrays[f"{name}_ft_N"]
         assert len(normal) == lines
@@ -106,9 +106,9 @@ def check_page(address, largest):
         assert f"Frame {order[len(order) // 2][1]}." in page.locator(".contacts").text_content()
         page.locator(".canvas").focus()
         page.keyboard.press("End")
-        said = page.locator(".now").inner_text()
-        assert said.startswith("0.02 s: largest force")
-        number = float(said.split("force")[1].split("N")[0].replace("\u202f", ""))
+        message = page.locator(".now").inner_text()
+        assert message.startswith("0.02 s: largest force")
+        number = float(message.split("force")[1].split("N")[0].replace("\u202f", ""))
         assert number == float(f"{largest['lammps', '40']:.2g}")
         titles = page.locator(".view option").all_inner_texts()
         assert [title.split(",")[0] for title in titles] == [
@@ -122,11 +122,11 @@ def check_page(address, largest):
         assert table.locator("caption").inner_text().startswith("Person 4: contacts ")
         assert table.locator("th").all_inner_texts() == ["with", "force", "can be", "determined"]
         box = page.locator(".canvas").bounding_box()
-        seen = set()
+        visited = set()
         for x in range(8):  # whom the pointer meets on its way
             page.mouse.move(box["x"] + box["width"] * (0.3 + x / 20), box["y"] + box["height"] / 2)
-            seen.add(page.locator(".person").input_value())
-        assert len(seen) > 2
+            visited.add(page.locator(".person").input_value())
+        assert len(visited) > 2
         page.emulate_media(reduced_motion="reduce")
         page.locator(".canvas").press("Home")
         page.locator(".canvas").press(" ")
@@ -146,10 +146,10 @@ def check_page(address, largest):
         page.wait_for_function("document.querySelector('.now').textContent.includes(' s:')")
         assert page.locator(".canvas").bounding_box()["width"] <= 390
         assert "gate: forces computed, not measured" in page.title()
-        seen = page.locator(".canvas, .ranges").evaluate_all(
+        visited = page.locator(".canvas, .ranges").evaluate_all(
             "all => all.map(one => one.getBoundingClientRect().bottom)"
         )
-        assert max(seen) <= HEIGHT
+        assert max(visited) <= HEIGHT
         works_by_keyboard(page)
 
 
@@ -180,7 +180,7 @@ def test_a_frame_that_is_not_solved_is_said_everywhere(percussions, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         (["--frames", "0:5"], "has frames 400 to 410"),
         (["--frames", "5:a"], "--frames: 5:a. Write first:last:step"),
@@ -191,8 +191,8 @@ def test_a_frame_that_is_not_solved_is_said_everywhere(percussions, tmp_path):
         (["--export", "blender"], "--export"),
     ],
 )
-def test_what_no_film_can_be_made_of_is_one_line(refused, words, said):
-    assert said in refused("film", EXCERPT, "--room", GATE, *words)
+def test_what_no_film_can_be_made_of_is_one_line(refused, words, message):
+    assert message in refused("film", EXCERPT, "--room", GATE, *words)
 
 
 def test_a_film_of_your_own_table_as_in_the_docs(percussions, refused, tmp_path):
@@ -201,8 +201,8 @@ def test_a_film_of_your_own_table_as_in_the_docs(percussions, refused, tmp_path)
     words = ("heads.csv", "--room", "hall.toml")
     assert "Give --unit m or --unit cm and --frame-rate" in refused("film", *words)
     words += ("--unit", "m", "--frame-rate", 25)
-    said = refused("import", *words, "--frame", 0, "--name", "mine")
-    assert "title, source, contact, run, analysis: Field required" in said
+    message = refused("import", *words, "--frame", 0, "--name", "mine")
+    assert "title, source, contact, run, analysis: Field required" in message
     assert percussions("film", *words).returncode == 0
     assert "<title>heads.csv: positions filmed, " in (tmp_path / "film/film.html").read_text()
     assert max(float(row["contact_largest_N"]) for row in rows_of(tmp_path / "film/film.csv")) > 0
@@ -213,7 +213,7 @@ def test_files_that_hold_no_film(refused, tmp_path):
     (tmp_path / "cut.txt").write_text(EXCERPT.read_text()[:-12])
     (tmp_path / "film").mkdir()
     (tmp_path / "film" / "film.csv").write_text("earlier")
-    for words, said in (
+    for words, message in (
         (["nobody.txt", "--room", GATE], "nobody.txt"),
         (["cut.txt", "--room", GATE], "cut.txt, line"),
         (["cut.txt"], "cut.txt, line"),
@@ -223,7 +223,7 @@ def test_files_that_hold_no_film(refused, tmp_path):
         ([tmp_path / "film", "--radius", "0.2"], "--radius: only of a dump or a trajectory"),
         ([tmp_path / "film", "--time-step", "1"], "--time-step: only of a dump or a trajectory"),
     ):
-        assert said in refused("film", *words)
+        assert message in refused("film", *words)
     assert (tmp_path / "film" / "film.csv").read_text() == "earlier"
 
 

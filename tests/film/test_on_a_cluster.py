@@ -28,11 +28,11 @@ def test_a_worker_is_lost(tmp_path, cluster):
     runs = [EngineRun.of(scene, "lammps", tmp_path) for scene in scenes]
     lost = []
 
-    def kill(_, share):
-        if share and not lost:
+    def kill(_, fraction):
+        if fraction and not lost:
             one.kill()
             one.wait()
-            lost.append(share)
+            lost.append(fraction)
 
     costs = run_ahead(runs, kill, scheduler=address)
     assert len(lost) == 1
@@ -68,13 +68,13 @@ def rows(tmp_path):
     these places GEOS fails. They come in one frame and are gone in another."""
     across, along = (part.ravel() for part in np.meshgrid(np.arange(4), np.arange(3)))
     turn = np.array([[np.cos(0.1), np.sin(0.1)], [-np.sin(0.1), np.cos(0.1)]])
-    place = np.round(2 * RADIUS_M * np.stack([across, along], axis=1) @ turn, 8)
+    position = np.round(2 * RADIUS_M * np.stack([across, along], axis=1) @ turn, 8)
     with pytest.raises(shapely.errors.GEOSException):
-        _voronoi(place, shapely.box(*(place.min(0) - 10), *(place.max(0) + 10)))
+        _voronoi(position, shapely.box(*(position.min(0) - 10), *(position.max(0) + 10)))
     lines = [
         f"{one}\t{frame}\t{x:.8f}\t{y:.8f}\t1.7\n"
         for frame in range(6)
-        for one, (x, y) in enumerate(place, start=1)
+        for one, (x, y) in enumerate(position, start=1)
         if frame != 4
     ]
     file = tmp_path / "rows.txt"
@@ -84,8 +84,8 @@ def rows(tmp_path):
 
 
 def test_a_scene_lacks_its_densities_by_name(rows):
-    heads = Recording.read(rows).heads(2)
-    crowd = import_crowd(heads, radius=RADIUS_M, room=rows.parent / "field.toml")
+    tracked = Recording.read(rows).head_positions(2)
+    crowd = import_crowd(tracked, radius=RADIUS_M, room=rows.parent / "field.toml")
     assert "The local densities are missing: " in crowd.statement
     assert crowd.report.density_after_mean_per_m2 is None
     assert crowd.report.contacts_after == 17
@@ -95,9 +95,9 @@ def test_a_scene_lacks_its_densities_by_name(rows):
 
 def test_a_film_keeps_all_frames_and_radii(rows):
     """Nobody is there in frame 4: it is no frame of the film."""
-    reels = film_heads(Recording.read(rows), rows.parent / "field.toml", [0.19, RADIUS_M])
-    for reel in reels:
-        assert [frame.number for frame in reel.frames] == [0, 1, 2, 3, 5]
-        assert not reel.unsolved
-    (first, *_) = reels[1].frames
+    animations = film_heads(Recording.read(rows), rows.parent / "field.toml", [0.19, RADIUS_M])
+    for animation in animations:
+        assert [frame.number for frame in animation.frames] == [0, 1, 2, 3, 5]
+        assert not animation.unsolved
+    (first, *_) = animations[1].frames
     assert first.values[RIGID]["contact_largest"][0] > 0

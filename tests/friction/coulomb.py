@@ -41,13 +41,13 @@ class Dense:
 def violation(dense, lam, tau, friction, u):
     """How far λ, τ, u are from the law, condition by condition, m/s and N·s: the largest."""
     v, s = dense.N @ u, dense.T @ u
-    most = friction * lam
+    maximum = friction * lam
     return max(
         v.max(initial=0.0),
         -lam.min(initial=0.0),
         np.abs(lam * v).max(initial=0.0),
-        (np.abs(tau) - most).max(initial=0.0),
-        np.abs(most * np.abs(s) - tau * s).max(initial=0.0),
+        (np.abs(tau) - maximum).max(initial=0.0),
+        np.abs(maximum * np.abs(s) - tau * s).max(initial=0.0),
         np.abs(dense.balance(lam, tau, u)).max(initial=0.0),
     )
 
@@ -62,7 +62,7 @@ def all_answers(dense, friction, allowed=1e-9):
     because its equations are singular."""
     k = len(friction)
     minv = 1.0 / dense.mass
-    answers, singular = [], False
+    solutions, singular = [], False
     for states in product(range(4), repeat=k):
         states = np.array(states)
         closed, stuck = states != OPEN, states == STICK
@@ -81,5 +81,5 @@ def all_answers(dense, friction, allowed=1e-9):
         tau += way * friction * lam
         u = dense.after(lam, tau)
         if violation(dense, lam, tau, friction, u) <= allowed * (1.0 + np.abs(lam).max(initial=0)):
-            answers.append(u)
-    return answers, singular
+            solutions.append(u)
+    return solutions, singular

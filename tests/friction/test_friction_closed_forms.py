@@ -22,9 +22,9 @@ def on_walls(velocity, angles, spin=0.0, radius=1.0, mass=75.0):
     angles = np.radians(np.atleast_1d(angles))
     normal = -np.column_stack([np.cos(angles), np.sin(angles)])
     snapshot = disks_at([[0.0, 0.0]], [velocity], [radius], [mass], spin=[spin])
-    k, place = len(normal), {"normal": normal, "point": radius * normal}
+    k, position = len(normal), {"normal": normal, "point": radius * normal}
     walls = {"first": [0] * k, "second": np.arange(k), "is_wall": [True] * k}
-    return snapshot, Contacts(**walls, gap=np.zeros(k), **place)
+    return snapshot, Contacts(**walls, gap=np.zeros(k), **position)
 
 
 @pytest.mark.parametrize(
@@ -60,7 +60,7 @@ def pyramid(gap=0.0):
     half = 1.0 + 0.5 * gap
     position = [[-half, 1.0], [half, 1.0], [0.0, 1.0 + np.sqrt(4.0 - half**2)]]
     snapshot = disks_at(position, [0.0, -1.0], 1.0)
-    return snapshot, touching(snapshot)
+    return snapshot, in_contact(snapshot)
 
 
 STANDS = 2 - np.sqrt(3)
@@ -103,9 +103,9 @@ def test_pyramid_falls_apart(mu, gap, top, base):
     assert found.right_velocity[2, 1] == pytest.approx(top, abs=1e-6)
     np.testing.assert_allclose(found.right_velocity[:2, 0], [-base, base], atol=1e-6)
     dense = Dense(snapshot, contacts, snapshot.velocity)
-    answers, _ = all_answers(dense, np.full(len(contacts), mu))
+    solutions, _ = all_answers(dense, np.full(len(contacts), mu))
     mine = velocities(found)
-    assert min(np.abs(u - mine).max() for u in answers) < 1e-9
+    assert min(np.abs(u - mine).max() for u in solutions) < 1e-9
 
 
 def test_wedge_with_two_answers_keeps_the_velocity_that_is_admissible():
@@ -113,8 +113,8 @@ def test_wedge_with_two_answers_keeps_the_velocity_that_is_admissible():
     snapshot, contacts = on_walls(left, [110.135 + 180, 343.340 + 180], spin=0.065169)
     dense = Dense(snapshot, contacts, snapshot.velocity)
     at_rest = violation(dense, np.zeros(2), np.zeros(2), np.full(2, mu), dense.left)
-    held = np.array([30.962917, 25.118999]), np.array([52.681842, -50.237999])
-    stopped = violation(dense, *held, np.full(2, mu), np.zeros(3))
+    collected = np.array([30.962917, 25.118999]), np.array([52.681842, -50.237999])
+    stopped = violation(dense, *collected, np.full(2, mu), np.zeros(3))
     assert at_rest == 0.0
     assert stopped < 1e-3  # the percussions are given to six decimals
     found = solve(snapshot, contacts, law=ContactLaw(friction=mu), tolerance=EXACT)
@@ -127,20 +127,20 @@ def test_wedges_have_one_answer_below_the_bound():
     rng = np.random.default_rng(3)
     several = 0
     for _ in range(150):
-        first, apart = rng.uniform(0, 360), rng.uniform(20, 175)
-        angles = np.array([first, first + apart])
+        first, difference = rng.uniform(0, 360), rng.uniform(20, 175)
+        angles = np.array([first, first + difference])
         mu = rng.uniform(0.1, 3.0)
         snapshot, contacts = on_walls(rng.normal(size=2), angles, spin=rng.normal())
         dense = Dense(snapshot, contacts, snapshot.velocity)
-        answers, _ = all_answers(dense, np.full(2, mu))
-        different = len(np.unique(np.round(answers, 6), axis=0))
+        solutions, _ = all_answers(dense, np.full(2, mu))
+        different = len(np.unique(np.round(solutions, 6), axis=0))
         # the angle D between the outward normals
-        if mu < 1 / np.tan(np.radians(apart) / 2):
+        if mu < 1 / np.tan(np.radians(difference) / 2):
             assert different == 1
         several += different > 1
         found = solve(snapshot, contacts, law=ContactLaw(friction=mu), tolerance=1e-10)
         mine = np.append(found.right_velocity[0], found.right_spin[0])
-        assert min(np.abs(u - mine).max() for u in answers) < 1e-7
+        assert min(np.abs(u - mine).max() for u in solutions) < 1e-7
     assert several > 5
 
 
@@ -210,7 +210,7 @@ test_bad_laws_and_requests_are_refused_by_name = refusals(
 def test_speeds_whose_squares_are_no_numbers_have_an_answer(speed):
     position, velocity = [[0.0, 0.2], [0.4, 0.2]], [[speed, -speed], [-speed, 0.0]]
     disks = disks_at(position, velocity, 0.2, spin=[speed, 0.0])
-    found = solve(disks, touching(disks), law=ContactLaw(friction=0.05), tolerance=1e-10)
+    found = solve(disks, in_contact(disks), law=ContactLaw(friction=0.05), tolerance=1e-10)
     assert found.status == "solved"
     assert np.abs(found.right_velocity).max() <= 2.0 * speed
 
@@ -227,7 +227,7 @@ def pile(rows=6):
     return disks_at(np.array(position) - [rows, 0.0], velocity, 1.0, spin=0.1 * rng.normal(size=n))
 
 
-def touching(snapshot):
+def in_contact(snapshot):
     """The contacts of a pile, its floor's included."""
     return find_contacts(snapshot, FLOOR, tolerance=1e-9)
 
@@ -236,15 +236,15 @@ def step_of(snapshot, mu, *, tolerance=1e-9, known=None):
     """A step so short that only those that touch at first are in contact: velocities (n,3), the
     report, and what the next step begins from."""
     motion = Motion(snapshot, FLOOR, step=1e-6, friction=mu, tolerance=tolerance)
-    motion._core.known = known or motion._core.known
+    motion._core.history = known or motion._core.history
     report = motion.advance()
-    return np.column_stack([motion.velocity, motion.spin]), report, motion._core.known
+    return np.column_stack([motion.velocity, motion.spin]), report, motion._core.history
 
 
 @pytest.mark.parametrize("mu", [0.05, 0.2])
 def test_a_step_finds_what_solve_finds(mu):
     snapshot = pile()
-    contacts = touching(snapshot)
+    contacts = in_contact(snapshot)
     found = solve(snapshot, contacts, law=ContactLaw(friction=mu), tolerance=1e-12)
     velocity, step, _ = step_of(snapshot, mu)
     assert step.residual <= 1e-9
@@ -261,7 +261,7 @@ def test_a_guess_that_is_the_answer_costs_one_block():
 
 def test_a_step_and_solve_may_find_different_answers_both_of_which_obey_the_law():
     snapshot, mu = pile(), 0.6
-    contacts = touching(snapshot)
+    contacts = in_contact(snapshot)
     found = solve(snapshot, contacts, law=ContactLaw(friction=mu), tolerance=1e-12)
     velocity, step, _ = step_of(snapshot, mu)
     dense = Dense(snapshot, contacts, snapshot.velocity)
@@ -276,7 +276,7 @@ def test_a_step_and_solve_may_find_different_answers_both_of_which_obey_the_law(
 @pytest.mark.parametrize("mu", [0.1, 0.2])
 def test_a_pile_that_slides_is_solved_where_sweeps_do_not_reach(mu):
     snapshot = pile(14)
-    contacts = touching(snapshot)
+    contacts = in_contact(snapshot)
     (velocity, step, _), (again, _, _) = step_of(snapshot, mu), step_of(snapshot, mu)
     assert step.solver in {"proximal", "path"}
     assert step.residual <= 1e-9
@@ -288,8 +288,8 @@ def test_a_pile_that_slides_is_solved_where_sweeps_do_not_reach(mu):
 
 
 def test_an_island_that_nothing_presses_keeps_its_velocities_whatever_the_guess():
-    apart = pile(2).position * (1 + 1e-12)  # a gap below 0 by rounding would have to open
-    still = disks_at(apart, [0.1, 0.0], 1.0, spin=np.zeros(3))
+    distance = pile(2).position * (1 + 1e-12)  # a gap below 0 by rounding would have to open
+    still = disks_at(distance, [0.1, 0.0], 1.0, spin=np.zeros(3))
     _, _, known = step_of(still, 0.3)
     ones = np.ones(len(known.keys))
     velocity, step, _ = step_of(still, 0.3, known=Percussed(known.keys, ones, ones))

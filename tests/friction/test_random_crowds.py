@@ -14,15 +14,15 @@ from nscd._core import FrictionMethod
 from nscd.friction import friction_problem
 from tests.crowds import disks_at
 from tests.friction.coulomb import Dense, all_answers, velocities, violation
-from tests.friction.test_friction_closed_forms import pile, touching
+from tests.friction.test_friction_closed_forms import in_contact, pile
 
 MU = st.sampled_from([0.05, 0.1, 0.3, 0.5, 1.0, 2.0])
 
 
 @st.composite
-def clusters(draw, most=5):
+def clusters(draw, maximum=5):
     """Disks that each touch the one before; the first one the floor y = 0."""
-    n = draw(st.integers(1, most))
+    n = draw(st.integers(1, maximum))
     radius = np.array(draw(st.lists(st.floats(0.15, 0.4), min_size=n, max_size=n)))
     mass = np.array(draw(st.lists(st.floats(30.0, 120.0), min_size=n, max_size=n)))
     angle = np.array(draw(st.lists(st.floats(0.3, 2.8), min_size=n, max_size=n)))
@@ -38,9 +38,9 @@ def clusters(draw, most=5):
 
 
 @settings(max_examples=60, deadline=None)
-@given(snapshot=clusters(most=4), mu=MU, wall_mu=MU)
+@given(snapshot=clusters(maximum=4), mu=MU, wall_mu=MU)
 def test_the_answer_is_one_of_those_that_exist(snapshot, mu, wall_mu):
-    contacts = touching(snapshot)
+    contacts = in_contact(snapshot)
     assume(len(contacts) <= 5)
     assume((contacts.gap > -1e-9).all())
     law = ContactLaw(friction=mu, wall_friction=wall_mu)
@@ -51,15 +51,15 @@ def test_the_answer_is_one_of_those_that_exist(snapshot, mu, wall_mu):
     mine = velocities(found)
     tau = found.friction.tangential
     assert violation(dense, found.reaction, tau, friction, mine) < 1e-6
-    answers, singular = all_answers(dense, friction)
+    solutions, singular = all_answers(dense, friction)
     assume(not singular)
-    assert min(np.abs(u - mine).max() for u in answers) < 1e-6
+    assert min(np.abs(u - mine).max() for u in solutions) < 1e-6
 
 
 @settings(max_examples=40, deadline=None)
 @given(snapshot=clusters(), mu=MU)
 def test_friction_dissipates_and_stays_in_its_cone(snapshot, mu):
-    contacts = touching(snapshot)
+    contacts = in_contact(snapshot)
     found = solve(snapshot, contacts, law=ContactLaw(friction=mu), tolerance=1e-10)
     energy = 0.5 * (snapshot.mass[:, None] * snapshot.velocity**2).sum() + 1.0
     assert found.energy_change <= 1e-9 * energy
@@ -79,7 +79,7 @@ def in_core(snapshot, contacts, mu):
 @pytest.mark.parametrize("method", FrictionMethod)
 def test_each_method_alone_finds_an_answer_that_obeys_the_law(method, mu):
     snapshot = pile(rows=8)
-    contacts = touching(snapshot)
+    contacts = in_contact(snapshot)
     problem = in_core(snapshot, contacts, mu)
     found = problem.by(method, 1e-11, 5000)
     assert found.error <= 1e-11
@@ -92,7 +92,7 @@ def test_each_method_alone_finds_an_answer_that_obeys_the_law(method, mu):
 
 def test_a_crowd_that_slides_and_rebounds_obeys_the_law():
     snapshot = pile(rows=11)
-    contacts = touching(snapshot)
+    contacts = in_contact(snapshot)
     law = ContactLaw(friction=0.1, restitution=0.5)
     found = solve(snapshot, contacts, law=law, tolerance=1e-11)
     assert found.status == "solved"
@@ -100,29 +100,29 @@ def test_a_crowd_that_slides_and_rebounds_obeys_the_law():
     u = velocities(found)
     v, s, both = dense.N @ u, dense.T @ u, dense.N @ (u + dense.left)
     inverse = contacts.inverse_mass(snapshot.mass)
-    along, _ = law.acting(contacts, inverse, snapshot.velocity)
+    along, _ = law.active_dissipation(contacts, inverse, snapshot.velocity)
     lam, tau = found.reaction, found.friction.tangential
     push = along * np.maximum(both, 0.0) + lam
-    most = 0.1 * push
+    maximum = 0.1 * push
     assert max(v.max(), -lam.min(), np.abs(lam * v).max()) < 1e-6
-    assert max((np.abs(tau) - most).max(), np.abs(most * np.abs(s) - tau * s).max()) < 1e-6
+    assert max((np.abs(tau) - maximum).max(), np.abs(maximum * np.abs(s) - tau * s).max()) < 1e-6
     assert np.abs(dense.balance(push, tau, u)).max() < 1e-6
     assert (push > lam + 1e-6).sum() > 10  # contacts rebound
     assert ((push > 0) & (np.abs(s) > 1e-6)).sum() > 10  # and slide
 
 
 def test_a_search_that_finds_nothing_says_how_far_its_best_answer_is_and_gains_no_energy():
-    whole = pile(rows=9)
+    full = pile(rows=9)
 
-    def answer(seed):
+    def solution(seed):
         rng = np.random.default_rng(seed)
-        velocity, mass = rng.normal(size=(len(whole), 2)), 10.0 ** rng.uniform(-4, 4, len(whole))
-        crowd = replace(whole, velocity=velocity, mass=mass)
+        velocity, mass = rng.normal(size=(len(full), 2)), 10.0 ** rng.uniform(-4, 4, len(full))
+        crowd = replace(full, velocity=velocity, mass=mass)
         law = ContactLaw(friction=rng.choice([0.3, 0.7, 1.5]), restitution=rng.choice([0.5, 0.9]))
-        return solve(crowd, touching(crowd), law=law, tolerance=1e-12)
+        return solve(crowd, in_contact(crowd), law=law, tolerance=1e-12)
 
     # of which crowd none is found hangs on the last digit of its masses
-    every = map(answer, range(169, 200))
+    every = map(solution, range(169, 200))
     found = next(one for one in every if one.friction.natural_map > 1e-12)
     snapshot = found.snapshot
     assert found.status == "inaccurate"
@@ -134,9 +134,9 @@ def test_a_search_that_finds_nothing_says_how_far_its_best_answer_is_and_gains_n
 
 def test_the_effort_of_the_proximal_point_method_is_bounded():
     snapshot, mu = pile(rows=12), 0.15
-    contacts = touching(snapshot)
+    contacts = in_contact(snapshot)
     problem = in_core(snapshot, contacts, mu)
-    once, twice = (problem.by(FrictionMethod.POINT, 1e-30, most) for most in (600, 1200))
+    once, twice = (problem.by(FrictionMethod.POINT, 1e-30, maximum) for maximum in (600, 1200))
     assert once.cost <= 600
     assert once.cost < twice.cost <= 1200
     assert twice.error < once.error
@@ -144,7 +144,7 @@ def test_the_effort_of_the_proximal_point_method_is_bounded():
 
 def test_the_matrix_of_contacts_that_stick_and_slide_is_solved_for_one_and_for_two_right_hand_sides():
     snapshot = pile(rows=8)
-    contacts = touching(snapshot)
+    contacts = in_contact(snapshot)
     n, k = len(snapshot), len(contacts)
     problem = in_core(snapshot, contacts, 0.3)
     rng = np.random.default_rng(1)
@@ -155,10 +155,10 @@ def test_the_matrix_of_contacts_that_stick_and_slide_is_solved_for_one_and_for_t
     matrix = np.diag(dense.mass) + dense.N.T @ (alpha[:, None] * dense.N + delta[:, None] * dense.T)
     matrix += dense.T.T @ (beta[:, None] * dense.T + gamma[:, None] * dense.N)
     assert np.abs(matrix - matrix.T).max() > 1.0
-    given = rng.random((2, n, 3))
-    given[1, rng.permutation(n)[3:]] = 0.0  # of one contact most is zero
-    expected = [np.linalg.solve(matrix, one.ravel()).reshape(n, 3) for one in given]
-    found = problem.solve_matrix(weight, *given)
+    inputs = rng.random((2, n, 3))
+    inputs[1, rng.permutation(n)[3:]] = 0.0  # of one contact most is zero
+    expected = [np.linalg.solve(matrix, one.ravel()).reshape(n, 3) for one in inputs]
+    found = problem.solve_matrix(weight, *inputs)
     solutions = zip((found.x, found.y, found.alone), (*expected, expected[0]), strict=True)
     for one, right in solutions:
         np.testing.assert_allclose(one, right, rtol=0, atol=1e-9 * abs(right).max())

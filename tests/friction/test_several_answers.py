@@ -43,16 +43,16 @@ def drawn(seed):
         position[second[c]] = position[first[c]] + reach * normal[c]
     velocity, mass = random.normal(size=(n, 2)), random.uniform(30.0, 120.0, n)
     snapshot = disks_at(position, velocity, radius, mass, spin=random.normal(size=n))
-    place = {"normal": normal, "point": position[first] + radius[first, None] * normal}
-    contacts = Contacts(first=first, second=second, is_wall=walls, gap=np.zeros(k), **place)
+    location = {"normal": normal, "point": position[first] + radius[first, None] * normal}
+    contacts = Contacts(first=first, second=second, is_wall=walls, gap=np.zeros(k), **location)
     return snapshot, contacts, random.choice([0.3, 0.5, 0.8, 1.2, 2.0, 3.0])
 
 
 def spread_of_all(snapshot, contacts, friction):
     """How far apart the u⁺ of all states of the contacts are (m/s), and whether u⁻ is one."""
     dense = Dense(snapshot, contacts, snapshot.velocity)
-    answers, _ = all_answers(dense, np.full(len(contacts), friction))
-    scaled = np.array(answers).reshape(len(answers), -1, 3)
+    solutions, _ = all_answers(dense, np.full(len(contacts), friction))
+    scaled = np.array(solutions).reshape(len(solutions), -1, 3)
     scaled[:, :, 2] *= snapshot.radius
     return np.ptp(scaled, axis=0).max(), bool((dense.N @ dense.left <= 0.0).all())
 
@@ -86,8 +86,8 @@ def disk_in_a_wedge(alpha):
     return disks_at([[0.0, 0.0]], [0.0, -1.0], 1.0), Contacts(**walls, normal=normal, point=normal)
 
 
-def ends_of(held, row, **which):
-    found = Intervals(held).of(weights_of_contacts(held.contacts, row), **which)
+def ends_of(constrained, row, **which):
+    found = Intervals(constrained).of(weights_of_contacts(constrained.contacts, row), **which)
     return found.lower, found.upper
 
 
@@ -95,20 +95,20 @@ def ends_of(held, row, **which):
 def test_the_walls_of_a_wedge_press_harder_where_friction_holds_against_them(degrees, mu):
     alpha = np.radians(degrees)
     snapshot, contacts = disk_in_a_wedge(alpha)
-    answer = solve(snapshot, contacts, law=ContactLaw(friction=mu), tolerance=1e-12)
-    held = Equilibrium.with_friction(contacts, answer)
+    solution = solve(snapshot, contacts, law=ContactLaw(friction=mu), tolerance=1e-12)
+    equilibrium = Equilibrium.with_friction(contacts, solution)
     # λ cos α − T sin α = ½ m u with |T| ≤ μλ
     ends = [37.5 / (np.cos(alpha) + way * mu * np.sin(alpha)) for way in (1.0, -1.0)]
     locked = mu >= 1 / np.tan(alpha)
     largest = np.inf if locked else ends[1]
     for row in (0, 1):
-        assert ends_of(held, row) == pytest.approx((ends[0], largest), rel=1e-7)
+        assert ends_of(equilibrium, row) == pytest.approx((ends[0], largest), rel=1e-7)
     if not locked:
-        one, other = (ends_of(held, row, tangential=True) for row in (0, 1))
+        one, other = (ends_of(equilibrium, row, tangential=True) for row in (0, 1))
         assert sorted(np.abs(one)) == pytest.approx(sorted(mu * np.array(ends)), rel=1e-7)
         assert np.sign(one[0]) == -np.sign(one[1])
         assert other == pytest.approx((-one[1], -one[0]), rel=1e-7)
-    found = determinacy_of(held)
+    found = determinacy_of(equilibrium)
     assert (found.rank, found.redundant) == (3, 1)
     assert not found.normal.any()
     assert not found.tangential.any()
@@ -117,41 +117,41 @@ def test_the_walls_of_a_wedge_press_harder_where_friction_holds_against_them(deg
 def test_a_disk_that_slides_is_determined():
     snapshot, contacts = disk_in_a_wedge(np.radians(40.0))
     one = contacts.select([0])
-    answer = solve(snapshot, one, law=ContactLaw(friction=0.05), tolerance=1e-12)
-    held = Equilibrium.with_friction(one, answer)
-    found = determinacy_of(held)
+    solution = solve(snapshot, one, law=ContactLaw(friction=0.05), tolerance=1e-12)
+    equilibrium = Equilibrium.with_friction(one, solution)
+    found = determinacy_of(equilibrium)
     assert (found.rank, found.redundant) == (1, 0)
     assert found.normal.all()
     assert found.tangential.all()
-    assert ends_of(held, 0) == (answer.reaction[0], answer.reaction[0])
+    assert ends_of(equilibrium, 0) == (solution.reaction[0], solution.reaction[0])
 
 
 def test_the_dimension_is_that_of_the_dense_null_space_of_a_pile_that_sticks():
     rows = 4
-    places = [(2.0 * i + j, 1.0 + np.sqrt(3.0) * j) for j in range(rows) for i in range(rows - j)]
-    snapshot = disks_at(places, [0.0, -1.0], 1.0, 1.0)
+    positions = [(2.0 * i + j, 1.0 + np.sqrt(3.0) * j) for j in range(rows) for i in range(rows - j)]
+    snapshot = disks_at(positions, [0.0, -1.0], 1.0, 1.0)
     floor = Walls(start=[[-9.0, 0.0]], end=[[19.0, 0.0]])
     contacts = find_contacts(snapshot, floor, tolerance=1e-9)
-    answer = solve(snapshot, contacts, law=ContactLaw(friction=0.5), tolerance=1e-12)
-    assert np.abs(answer.right_velocity).max() < 1e-12  # all stick
+    solution = solve(snapshot, contacts, law=ContactLaw(friction=0.5), tolerance=1e-12)
+    assert np.abs(solution.right_velocity).max() < 1e-12  # all stick
     dense = Dense(snapshot, contacts, snapshot.velocity)
     rank = np.linalg.matrix_rank(np.vstack([dense.N, dense.T]))
-    held = Equilibrium.with_friction(contacts, answer)
-    found = determinacy_of(held)
+    equilibrium = Equilibrium.with_friction(contacts, solution)
+    found = determinacy_of(equilibrium)
     assert found.rank == rank
     assert found.redundant == 2 * len(contacts) - rank > 0
     for row in (0, len(contacts) - 1):
-        lower, upper = ends_of(held, row)
-        assert lower - 1e-9 <= answer.reaction[row] <= upper + 1e-9
+        lower, upper = ends_of(equilibrium, row)
+        assert lower - 1e-9 <= solution.reaction[row] <= upper + 1e-9
 
 
 def test_what_the_intervals_are_not_for_is_refused():
     snapshot, contacts = disk_in_a_wedge(0.7)
     smooth = solve(snapshot, contacts)
-    rough = solve(snapshot, contacts, law=ContactLaw(friction=0.1))
+    frictional = solve(snapshot, contacts, law=ContactLaw(friction=0.1))
     soft = solve(snapshot, contacts, law=ContactLaw(friction=0.1, restitution=0.5))
-    for answer in (smooth, soft):
+    for solution in (smooth, soft):
         with pytest.raises(ValueError, match=r"^answer:"):
-            Equilibrium.with_friction(contacts, answer)
+            Equilibrium.with_friction(contacts, solution)
     with pytest.raises(ValueError, match=r"^answer: it has friction"):
-        Equilibrium.of(contacts, rough)
+        Equilibrium.of(contacts, frictional)

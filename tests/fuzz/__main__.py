@@ -29,24 +29,24 @@ def run():
     options.add_argument("--seed", type=int, default=1)
     options.add_argument("--first", type=int, default=0)
     options.add_argument("--keep", type=Path)
-    given = options.parse_args()
+    args = options.parse_args()
 
-    def told(number, case, fault):
+    def cells(number, case, fault):
         say(f"{number}: {case.as_typed} [{case.material.target}]\n    {fault}")
 
     with tempfile.TemporaryDirectory() as folder:
         workshop = Workshop(Path(folder) / "runs", dear=True)
-        case_folder = given.keep or Path(folder) / "case"
-        numbers = range(given.first, given.first + given.cases)
+        case_folder = args.keep or Path(folder) / "case"
+        numbers = range(args.first, args.first + args.cases)
         ends, faults = Counter(), []
-        for start in range(0, given.cases, EACH):
+        for start in range(0, args.cases, EACH):
             part = numbers[start : start + EACH]
-            counted, found = sweep(workshop, given.seed, part, case_folder, told=told)
+            counted, found = sweep(workshop, args.seed, part, case_folder, cells=cells)
             ends, faults = ends + counted, faults + found
             say(f"{start + len(part)} cases, {len(faults)} faults so far")
     for end, count in sorted(ends.items()):
         say(f"{count:6d} {end}")
-    say(f"{given.cases} cases, {len(faults)} faults")
+    say(f"{args.cases} cases, {len(faults)} faults")
     raise SystemExit(bool(faults))
 
 

@@ -46,12 +46,12 @@ def _rows(random):
 def _text(random, rows, name, broken):
     """A table of text, or csv, in some spelling."""
     unit, timed = random.choice(tuple(SCALE)), random.random() < 0.4
-    said, when = (random.choice(("name", "option" if unit != "mm" else "name")), "time" if timed else "frame")
+    message, when = (random.choice(("name", "option" if unit != "mm" else "name")), "time" if timed else "frame")
     sep = random.choice((",", ";", "\t") if name.endswith("csv") else (" ", "\t", ";", "  "))
     stated = "m" if broken == "unit" and unit == "cm" else "cm" if broken == "unit" else unit
     if broken == "unit":
-        unit, said = ("m", "option") if stated == "cm" else ("cm", "option")
-    form = random.choice(("{}/{}", "{}[{}]", "{}_{}", "{}({})")) if said == "name" else "{}"
+        unit, message = ("m", "option") if stated == "cm" else ("cm", "option")
+    form = random.choice(("{}/{}", "{}[{}]", "{}_{}", "{}({})")) if message == "name" else "{}"
     ms, start = timed and random.random() < 0.3, random.choice((0, 1, 37))
     names = {role: random.choice(SPELLED[role]).replace(" ", "_" if " " in sep else " ") for role in ("id", when, "x", "y")}
     names |= {axis: form.format(names[axis], unit) for axis in "xy"}
@@ -70,7 +70,7 @@ def _text(random, rows, name, broken):
         lines[2] = lines[2].rpartition(sep)[0]
     again = [lines[0]] if random.random() < 0.1 else []
     head = "" if name.endswith("csv") else random.choice(("", "# "))
-    words = ["--unit", stated] if said == "option" else []
+    words = ["--unit", stated] if message == "option" else []
     words += ["--time-unit", "ms"] if ms else [] if timed else ["--frame-rate", "10"]
     text = [head + sep.join({**names, "angle": "angle"}[one] for one in order), *lines, *again]
     return random.choice(("\n", "\n", "\r\n")).join((*text, "")).encode(), words
@@ -89,12 +89,12 @@ def _programs(random, rows, name):
         for who, _, t, x, y in rows:
             made[str(who)][str(t)] = {"position": {"x": x, "y": y, "z": 0.0}}
         return json.dumps(made).encode(), []
-    whole = [(who, f + start, x, y) for who, f, _, x, y in rows]
+    full = [(who, f + start, x, y) for who, f, _, x, y in rows]
     if name == "a.sqlite":
         with tempfile.TemporaryDirectory() as folder:
-            return base_of(Path(folder) / "one", whole).read_bytes(), []
+            return base_of(Path(folder) / "one", full).read_bytes(), []
     if name == "a.h5":
-        return archive(io.BytesIO(), whole).getvalue(), []
+        return archive(io.BytesIO(), full).getvalue(), []
     head, row = {
         "obsmat.txt": ("", "{f:.7e} {i:.7e} {x:.7e} 0 {y:.7e} 0 0 0.4"),
         "a.traj": ("pedestrianId simTime endTime-PID1 startX-PID1 startY-PID1 endX-PID1 endY-PID1\n",
@@ -103,8 +103,8 @@ def _programs(random, rows, name):
         "crowdit.csv": ("pedID,time,posX,posY\n", "{i},{t},{x:.4f},{y:.4f}"),
         "pathfinder.csv": ("id,t,x,y\n", "{i},{t},{x:.4f},{y:.4f}"),
     }[name]  # fmt: skip
-    apart = sorted({f for _, f, *_ in rows})[1] / RATE
-    made = [row.format(i=i, f=f + start, t=round(t, 3), e=round(t + apart, 3), x=x, y=y, z=y + CREEP * apart)
+    difference = sorted({f for _, f, *_ in rows})[1] / RATE
+    made = [row.format(i=i, f=f + start, t=round(t, 3), e=round(t + difference, 3), x=x, y=y, z=y + CREEP * difference)
             for i, f, t, x, y in rows]  # fmt: skip
     return (head + "\n".join(made) + "\n").encode(), ["--frame-rate", "10"] if name == "a.traj" else []
 
@@ -138,10 +138,10 @@ def pressed(random):
     """The columns of disks before the wall: id, x, y, radius, mass; and the force of each contact."""
     n, r = random.randrange(2, 6), [round(random.uniform(0.2, 0.25), 4) for _ in range(5)]
     ids, mass = random.sample(range(1, 200), n), [random.randrange(50, 100) for _ in range(n)]
-    place = [-2 * sum(r[:k]) - r[k] for k in range(n)]
+    index = [-2 * sum(r[:k]) - r[k] for k in range(n)]
     y = round(random.uniform(-1, 1), 3)
     force = [SPEED / TAU * sum(mass[k:]) for k in range(n)]
-    return [(ids[k], place[k], y, r[k], mass[k]) for k in range(n)], force
+    return [(ids[k], index[k], y, r[k], mass[k]) for k in range(n)], force
 
 
 def frames(kind, columns, tables, box="-20 20", periodic="ff", head=""):
@@ -159,20 +159,20 @@ def dump(random):
     """As `trajectory`, of a dump of LAMMPS."""
     disks, force = pressed(random)
     unit, digits = random.choice(("m", "m", "cm", "mm")), random.choice((5, 6, 6, 7, 9, 12, 17))
-    per, place = SCALE[unit], random.choice(("x y", "xu yu", "xs ys", "xsu ysu", "x y z"))
+    per, position = SCALE[unit], random.choice(("x y", "xu yu", "xs ys", "xsu ysu", "x y z"))
     size, weight = random.choice(("radius", "diameter")), random.choice(("mass", "mass", "density"))
     more = random.sample(("type", "mol", "c_stress[1]"), random.randrange(4))
-    columns = random.sample(["id", *place.split(), size, weight, *more], 4 + len(place.split()) - 1 + len(more))
+    columns = random.sample(["id", *position.split(), size, weight, *more], 4 + len(position.split()) - 1 + len(more))
 
     def row(k, disk):
         who, x, y, r, mass = disk
         values = {"radius": per * r, "diameter": 2 * per * r, "mass": mass, "z": 0.0, "c_stress[1]": 1.5,
                   "density": mass / (math.pi / 6 * (2 * r) ** 3)}  # fmt: skip
         for axis, value in zip("xy", (x, y), strict=True):
-            share = (value + 20) / 40
-            values |= {axis: per * value, f"{axis}u": per * value, f"{axis}s": share, f"{axis}su": share}
-        whole = {"id": str(who), "type": "1", "mol": str(k + 1)}
-        return [whole.get(one) or f"{values[one]:.{digits}g}" for one in columns]
+            fraction = (value + 20) / 40
+            values |= {axis: per * value, f"{axis}u": per * value, f"{axis}s": fraction, f"{axis}su": fraction}
+        full = {"id": str(who), "type": "1", "mol": str(k + 1)}
+        return [full.get(one) or f"{values[one]:.{digits}g}" for one in columns]
 
     rows = [row(k, disk) for k, disk in enumerate(disks)]
     tables = [random.sample(rows, len(rows)) for _ in range(random.choice((1, 1, 2)))]
@@ -247,9 +247,9 @@ ROOM_KEYS = tomllib.loads((ROOT / "tests/data/room_keys.toml").read_text())
 EXTREMES = (0, -1, 1e-9, 1e-3, 1e3, 1e9, 1e30, 1e300, 1e-300, True, "", [], [0.0, 0.0], [1e6, 1e6], [1.0, -1.0])
 
 
-def _other(random, content, place=None):
+def _other(random, content, position=None):
     """One number of a text is another."""
-    found = random.choice(place or [*NUMBER.finditer(content)])
+    found = random.choice(position or [*NUMBER.finditer(content)])
     value = float(found[0])
     new = random.choice((value * 1.5, value + 1, -value, value * 1.001, 0.0))
     word = f"{new:.0f}" if found[0].lstrip(b"-").isdigit() else repr(new)
@@ -273,14 +273,14 @@ def links(random, run):
         (("export", "run", "--fclib", "out.hdf5"), "out.hdf5"),
     ))  # fmt: skip
     name = random.choice(tuple(files))
-    content, place = files[name], None
+    content, position = files[name], None
     if name == "run/bodies.dump":  # what else it has, nobody else says
         columns = content.split(b"ITEM: ATOMS ")[1].split(b"\n")[0].split()
         skipped = columns.index(random.choice((b"radius", b"mass")))
         row = rb"(?m)^\d+ (?:\S+ ){%d}(?=\S)" % (skipped - 1)
         ends = [one.end() for one in re.finditer(row, content)]
-        place = [re.compile(rb"\S+").match(content, end) for end in ends]
-    return files | {name: _other(random, content, place)}, words, (files, out)
+        position = [re.compile(rb"\S+").match(content, end) for end in ends]
+    return files | {name: _other(random, content, position)}, words, (files, out)
 
 
 def rooms(random):

@@ -72,7 +72,7 @@ def judge(case, folder):
     after = _tree(here)
     need(outcome.seconds < LONGEST_CPU_S, f"took {outcome.seconds:.0f} s")
     need(not list(spare.iterdir()), f"left {[p.name for p in spare.iterdir()]} behind")
-    for text in (outcome.said, outcome.printed):
+    for text in (outcome.message, outcome.printed):
         need("Traceback" not in text, f"a traceback: {text[-600:]}")
     lost = {name for name in before if after.get(name) != before[name]}
     new = {name for name in after if name not in before}
@@ -85,20 +85,20 @@ def judge(case, folder):
 
 
 def _judge_refusal(case, outcome, lost, new):
-    lines = outcome.said.strip().splitlines()
+    lines = outcome.message.strip().splitlines()
     right = case.material.right
     need(
-        right is None or isinstance(right[0], dict), f"refused what is right: {outcome.said[-300:]}"
+        right is None or isinstance(right[0], dict), f"refused what is right: {outcome.message[-300:]}"
     )
-    need(outcome.status not in (INTERNAL, 130), f"a mistake in the program: {outcome.said[-300:]}")
+    need(outcome.status not in (INTERNAL, 130), f"a mistake in the program: {outcome.message[-300:]}")
     unsolved = [line for line in lines if re.search(r": (failed|inaccurate): ", line)]
     if unsolved and case.words[0] == "solve":
-        need(len(unsolved) == len(lines), f"other lines: {outcome.said[:300]}")
+        need(len(unsolved) == len(lines), f"other lines: {outcome.message[:300]}")
         return
     # runs that are compared at an instant and cannot be by windows: both are said
     if any("not compared by windows" in line for line in lines) and case.words[0] == "compare":
         need(not lost, f"changed {sorted(lost)}")
-        need(all(BESIDE.match(line) for line in lines), f"other lines: {outcome.said[:300]}")
+        need(all(BESIDE.match(line) for line in lines), f"other lines: {outcome.message[:300]}")
         return
     failed = [line for line in lines if re.search(r", frame \d+: (failed|inaccurate): ", line)]
     if failed and case.words[0] == "film":
@@ -107,18 +107,18 @@ def _judge_refusal(case, outcome, lost, new):
         return
     # a run that its guard stopped stays, to be looked at
     stopped = {Path(name).parent for name in new if name.endswith("/run.json")}
-    if "stopped by its guard" in outcome.said:
+    if "stopped by its guard" in outcome.message:
         new = {name for name in new if not stopped & set(Path(name).parents)}
-    need(not lost | new, f"changed {sorted(lost | new)[:5]} and failed: {outcome.said[:200]}")
+    need(not lost | new, f"changed {sorted(lost | new)[:5]} and failed: {outcome.message[:200]}")
     lines = [line for line in lines if not BESIDE.match(line)]
-    need(len(lines) == 1, f"{len(lines)} lines: {outcome.said[:600]!r}")
+    need(len(lines) == 1, f"{len(lines)} lines: {outcome.message[:600]!r}")
     (line,) = lines
     need(line.startswith("percussions: "), f"not a line of the program: {line}")
     need(len(line) < 700, f"a line of {len(line)} characters: {line[:300]}")
     # of what was given: files, words, or the keys of a file
-    given = {Path(name).name for name in case.material.files}
-    given |= {word for word in case.words if len(word) > 1}
-    names = any(word in line for word in given) or re.search(
+    arguments = {Path(name).name for name in case.material.files}
+    arguments |= {word for word in case.words if len(word) > 1}
+    names = any(word in line for word in arguments) or re.search(
         r": [\w.]+: |--\w+|\w+:|Missing argument|extra argument|not a regular file|No such command '",
         line[13:],
     )
@@ -126,7 +126,7 @@ def _judge_refusal(case, outcome, lost, new):
 
 
 def _judge_success(case, outcome, here, new):
-    for line in outcome.said.strip().splitlines():
+    for line in outcome.message.strip().splitlines():
         need(BESIDE.match(line), f"a line beside success: {line[:300]}")
     words, material = case.words, case.material
     # a line may name a file that was asked for
@@ -140,7 +140,7 @@ def _judge_success(case, outcome, here, new):
         if material.right and isinstance(material.right[0], dict):
             oracle.check_same(here, words, material.right)
         else:
-            oracle.check_known(here, material.right, outcome.said)
+            oracle.check_known(here, material.right, outcome.message)
         return
     option = _options(words)
     where = Path(option.get("--out", ""))
@@ -156,7 +156,7 @@ def _judge_success(case, outcome, here, new):
             (here / out).read_bytes(),
             float(option.get("--tolerance", 1e-8)),
             _reach(material, option),
-            _rounding(outcome.said),
+            _rounding(outcome.message),
             left == "dump" and "--room" not in option and "--restitution" not in option,
         )
     elif words[0] == "run" and material.kind == "run":
@@ -226,19 +226,19 @@ def _reach(material, option):
     return float(found[1]) if found else 1e-6
 
 
-def _rounding(said):
+def _rounding(message):
     """What gaps may be wrong by where text has few digits: such a gap may be a contact."""
-    found = re.search(r"gaps may be wrong by (\S+) m\. Such gaps are contacts", said)
+    found = re.search(r"gaps may be wrong by (\S+) m\. Such gaps are contacts", message)
     return 1.06 * float(found[1]) if found else 0.0
 
 
 def _options(words):
     """Option → value; the last one counts."""
     found = {}
-    for place, word in enumerate(words):
+    for index, word in enumerate(words):
         if word.startswith("--"):
             name, equal, value = word.partition("=")
-            found[name] = value if equal else words[place + 1] if place + 1 < len(words) else ""
+            found[name] = value if equal else words[index + 1] if index + 1 < len(words) else ""
     return found
 
 
@@ -260,7 +260,7 @@ def _tree(folder):
     return found
 
 
-def sweep(workshop, seed, numbers, folder, limit_s=float("inf"), told=None):
+def sweep(workshop, seed, numbers, folder, limit_s=float("inf"), cells=None):
     """Judge many cases; returns how often each end came, and the faults: (number, case, words)."""
     ends, faults, began = Counter(), [], time.monotonic()
     for number in numbers:
@@ -272,6 +272,6 @@ def sweep(workshop, seed, numbers, folder, limit_s=float("inf"), told=None):
             ends[f"{case.material.kind} {'accepted' if outcome.status == 0 else 'refused'}"] += 1
         except (Exception, TooLongError) as fault:  # whatever is raised, the others go on
             faults.append((number, case, str(fault)))
-            if told:
-                told(number, case, str(fault))
+            if cells:
+                cells(number, case, str(fault))
     return ends, faults

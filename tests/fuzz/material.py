@@ -130,9 +130,9 @@ def crowd(random):
 
 def dump_of(random, disks):
     """The text of a dump of one to three frames, in one of the forms that LAMMPS writes."""
-    place = random.choice(("x y", "x y", "xu yu", "xs ys", "x y z"))
+    position = random.choice(("x y", "x y", "xu yu", "xs ys", "x y z"))
     size = random.choice(("radius", "radius", "diameter"))
-    columns = f"id type {place} {size} mass vx vy".split()
+    columns = f"id type {position} {size} mass vx vy".split()
     if random.random() < 0.3:
         columns.append("omegaz")
     lines = []
@@ -224,16 +224,16 @@ class Workshop:
     def _of_run(self, random, kind, words):
         """A command on the folder of a run."""
         files = self.runs[random.choice(tuple(self.runs))]
-        given = {f"run/{name}": files[name] for name in (*OF_RUN, "contacts.dump")}
-        target = random.choice(tuple(given))
-        return Material(kind=kind, files=given, words=words, target=target, reference=files)
+        arguments = {f"run/{name}": files[name] for name in (*OF_RUN, "contacts.dump")}
+        target = random.choice(tuple(arguments))
+        return Material(kind=kind, files=arguments, words=words, target=target, reference=files)
 
     def _import(self, random):
         name = random.choice(tuple(strangers.STATED))
         free = (ROOT / "tests/data/rooms/free.toml").read_bytes()
         files = {name: self.trajectories[name], "room.toml": free}
-        given = strangers.STATED[name]
-        words = ("import", name, "--frame", "2", "--room", "room.toml", "--out", "out", *given)
+        inputs = strangers.STATED[name]
+        words = ("import", name, "--frame", "2", "--room", "room.toml", "--out", "out", *inputs)
         target = random.choice((name, name, name, "room.toml"))
         return Material(kind="import", files=files, words=words, target=target)
 

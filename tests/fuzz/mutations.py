@@ -31,10 +31,10 @@ def damage(random, content, name=""):
 def change_bytes(random, content):
     """One to eight bytes that say something, or their neighbours."""
     changed = bytearray(content)
-    places = [k for k, byte in enumerate(content) if byte]
+    indices = [k for k, byte in enumerate(content) if byte]
     for _ in range(random.choice((1, 1, 2, 4, 8))):
-        place = min(random.choice(places) + random.choice((0, 0, 0, 1)), len(content) - 1)
-        changed[place] = random.choice((0, 1, 2, 4, 16, 64, 127, 128, 255, random.randrange(256)))
+        position = min(random.choice(indices) + random.choice((0, 0, 0, 1)), len(content) - 1)
+        changed[position] = random.choice((0, 1, 2, 4, 16, 64, 127, 128, 255, random.randrange(256)))
     return bytes(changed)
 
 
@@ -48,10 +48,10 @@ def change_digit(random, content):
     def changed(word):
         if not any(chr(c).isdigit() for c in word):
             return word
-        place = random.randrange(len(word))
+        index = random.randrange(len(word))
         by = random.choice((b"0", b"7", b"-", b".", b"e9", b""))
         return random.choice(
-            (word[:place] + by + word[place + 1 :], b"-" + word, word + b"0", word + b"e3")
+            (word[:index] + by + word[index + 1 :], b"-" + word, word + b"0", word + b"e3")
         )
 
     return _replaced(random, content, changed)
@@ -127,16 +127,16 @@ def cut_head(random, content):
 def flip_byte(random, content):
     if not content:
         return content
-    place = random.randrange(len(content))
-    return content[:place] + bytes([random.randrange(256)]) + content[place + 1 :]
+    index = random.randrange(len(content))
+    return content[:index] + bytes([random.randrange(256)]) + content[index + 1 :]
 
 
 def insert_bytes(random, content):
-    place = random.randrange(len(content) + 1)
+    index = random.randrange(len(content) + 1)
     what = random.choice(
         (b"\0", b"\xff\xfe", b"\r", b"\n\n", b"\t", b"#", b"\x1b[31m", b" " * 70000)
     )
-    return content[:place] + what + content[place:]
+    return content[:index] + what + content[index:]
 
 
 def other_line_ends(random, content):
@@ -187,13 +187,13 @@ def damage_words(random, words, options):
     words = list(words)
     for _ in range(random.choice((1, 1, 2))):
         kind = random.randrange(5)
-        place = random.randrange(1, len(words)) if len(words) > 1 else 0
-        if kind == 0 and place:
-            del words[place]
+        index = random.randrange(1, len(words)) if len(words) > 1 else 0
+        if kind == 0 and index:
+            del words[index]
         elif kind == 1:
-            words[place] = random.choice(WORDS)
+            words[index] = random.choice(WORDS)
         elif kind == 2:
-            words.insert(place + 1, words[place])
+            words.insert(index + 1, words[index])
         else:
             name = random.choice(sorted(options))
             value = random.choice((*options[name], *options[name], random.choice(WORDS)))

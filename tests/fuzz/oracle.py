@@ -150,9 +150,9 @@ def check_same(here, words, right):
         need(same, f"{name}: other numbers from contradicting files")
 
 
-def check_known(here, right, said):
+def check_known(here, right, message):
     """The numbers of people whose forces are known, whatever their files look like."""
-    need(right is not None or "pull each other" in said, "what cannot be so was taken")
+    need(right is not None or "pull each other" in message, "what cannot be so was taken")
     if right is None:
         return
     file, column, where, values = right
@@ -180,55 +180,55 @@ def check_solution(content, table, tolerance=1e-8, reach=1e-6, rounding=0.0, imp
     frames = frames_of(content)
     if key == "step":
         need(set(when) <= {float(step) for step, _ in frames}, "a step that the dump has not")
-    places = {step: [row for row in rows if float(row[key]) == step] for step in when}
+    positions = {step: [row for row in rows if float(row[key]) == step] for step in when}
     with_contacts = 0
     for step, data in frames:
-        touching = _touching(data, max(reach, rounding))
-        if not touching or (rounding and min(touching.values()) > reach):
+        in_contact = _in_contact(data, max(reach, rounding))
+        if not in_contact or (rounding and min(in_contact.values()) > reach):
             continue
         with_contacts += 1
         if key == "time_s":
             need(with_contacts <= len(when), "a frame is missing in the table")
             step = when[with_contacts - 1]
-        mine = [row for row in places.get(step, []) if row["is_wall"] == "0"]
+        mine = [row for row in positions.get(step, []) if row["is_wall"] == "0"]
         found = {(int(row["first"]), int(row["second"])) for row in mine}
         need(len(found) == len(mine), "a contact is listed twice")
-        sure = {pair for pair, gap in touching.items() if gap < reach - 1e-9 * (1 + reach)}
+        sure = {pair for pair, gap in in_contact.items() if gap < reach - 1e-9 * (1 + reach)}
         need(sure <= found, f"contacts are missing: {sorted(sure - found)[:3]}")
-        need(found <= set(touching), f"contacts that are none: {sorted(found - set(touching))[:3]}")
+        need(found <= set(in_contact), f"contacts that are none: {sorted(found - set(in_contact))[:3]}")
         if impact:
             _check_impact(data, mine, tolerance)
 
 
-def _touching(data, reach):
+def _in_contact(data, reach):
     """Gap (m) of each pair of ids that touch, or might."""
-    touching = {}
+    in_contact = {}
     n = len(data["id"])
     size = 1e-9 * (1 + reach) + 4e-16 * max(np.abs([data["x"], data["y"]]).max(initial=0), 1)
     for i in range(n):
         for j in range(i + 1, n):
-            apart = math.hypot(data["x"][j] - data["x"][i], data["y"][j] - data["y"][i])
-            gap = apart - data["radius"][i] - data["radius"][j]
+            distance = math.hypot(data["x"][j] - data["x"][i], data["y"][j] - data["y"][i])
+            gap = distance - data["radius"][i] - data["radius"][j]
             if gap <= reach + size:
                 pair = sorted((int(data["id"][i]), int(data["id"][j])))
-                touching[tuple(pair)] = gap
-    return touching
+                in_contact[tuple(pair)] = gap
+    return in_contact
 
 
 def _check_impact(data, rows, tolerance):
     """Inelastic: what touches does not approach afterwards, and is pushed only where it closes."""
-    place = {int(name): row for row, name in enumerate(data["id"])}
+    index = {int(name): row for row, name in enumerate(data["id"])}
     velocity = np.column_stack([data["vx"], data["vy"]])
     size = max(np.abs(velocity).max(), 1e-300)
     if "mass" not in data:
         return
     for row in rows:
         p = np.array([float(row["impulse_x_Ns"]), float(row["impulse_y_Ns"])])
-        i, j = place[int(row["first"])], place[int(row["second"])]
+        i, j = index[int(row["first"])], index[int(row["second"])]
         velocity[i] -= p / data["mass"][i]
         velocity[j] += p / data["mass"][j]
     for row in rows:
-        i, j = place[int(row["first"])], place[int(row["second"])]
+        i, j = index[int(row["first"])], index[int(row["second"])]
         normal = np.array([float(row["nx"]), float(row["ny"])])
         approach = normal @ (velocity[i] - velocity[j])
         push = float(row["reaction_Ns"]) * (1 / data["mass"][i] + 1 / data["mass"][j])
@@ -279,12 +279,12 @@ def check_run(files, data):
     for _, found in frames:
         need(len(found["id"]) == len(rows) == record["disks"], "disks are missing")
     start = frames[0][1]
-    for place, name in enumerate(start["id"]):
+    for index, name in enumerate(start["id"]):
         _, diameter, density, x, y, _ = rows[str(int(name))]
         mass = density * math.pi / 6 * diameter**3
         expected = (x, y, diameter / 2, mass)
-        seen = [start[column][place] for column in ("x", "y", "radius", "mass")]
-        need(np.allclose(seen, expected, rtol=1e-9, atol=1e-12), f"disk {name:g} is another")
+        observed = [start[column][index] for column in ("x", "y", "radius", "mass")]
+        need(np.allclose(observed, expected, rtol=1e-9, atol=1e-12), f"disk {name:g} is another")
 
 
 def people_in(content, name, frame):
@@ -308,7 +308,7 @@ def people_in(content, name, frame):
     if name in ("metres.txt", "centimetres.txt", "bare.txt"):
         return len({row[0] for row in rows if float(row[1]) == float(frame)})
     if name == "table.csv" and head:
-        at = {column: place for place, column in enumerate(head)}
+        at = {column: index for index, column in enumerate(head)}
         return len({row[at["id"]] for row in rows if float(row[at["frame"]]) == float(frame)})
     return None
 
@@ -329,8 +329,8 @@ def check_packed(content, people):
     rows = list(data_rows(content).values())
     need(len(rows) == people, f"{len(rows)} people where {people} were asked for")
     disks = np.array([(row[3], row[4], row[1] / 2) for row in rows])
-    apart = np.hypot(*(disks[:, None, :2] - disks[None, :, :2]).transpose(2, 0, 1))
-    gap = apart - disks[:, None, 2] - disks[None, :, 2]
+    distance = np.hypot(*(disks[:, None, :2] - disks[None, :, :2]).transpose(2, 0, 1))
+    gap = distance - disks[:, None, 2] - disks[None, :, 2]
     np.fill_diagonal(gap, 1.0)
     need(gap.min() > -1e-6, f"people overlap by {-gap.min():g} m")
 
@@ -376,11 +376,11 @@ def check_problem(content, tolerance):
 def check_answer(content, table, tolerance):
     """The answer to a problem that was damaged, where it can be read at all, obeys it."""
     rows = table_of(table)
-    status, _, _ = in_fork(lambda: _answers(content, rows, tolerance), 60.0)
+    status, _, _ = in_fork(lambda: _solutions(content, rows, tolerance), 60.0)
     need(status in (0, 2) or status < 0, "the answer does not obey its problem")
 
 
-def _answers(content, rows, tolerance):
+def _solutions(content, rows, tolerance):
     """0 where the rows obey the problem, 1 where they do not, 2 where it has another form."""
     try:
         with h5py.File(io.BytesIO(content)) as file:

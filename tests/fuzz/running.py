@@ -32,7 +32,7 @@ class Outcome(NamedTuple):
     """How a case ended: exit status, what it said, seconds."""
 
     status: int
-    said: str
+    message: str
     printed: str
     seconds: float
 
@@ -56,8 +56,8 @@ def forked(words, here, spare):
         with _cheap_engines():
             return as_program(words, here)
 
-    status, said, printed = in_fork(program, LONGEST_S)
-    return Outcome(status, said, printed, _cpu_of_children() - before)
+    status, message, printed = in_fork(program, LONGEST_S)
+    return Outcome(status, message, printed, _cpu_of_children() - before)
 
 
 def _cpu_of_children():
@@ -67,7 +67,7 @@ def _cpu_of_children():
 
 def call(words, here, spare):
     """Run a command in this process."""
-    said, printed = io.StringIO(), io.StringIO()
+    message, printed = io.StringIO(), io.StringIO()
     before, argv, home = Path.cwd(), sys.argv, tempfile.tempdir
     began, status = time.process_time(), 0
     old = signal.signal(signal.SIGALRM, _too_long)
@@ -76,7 +76,7 @@ def call(words, here, spare):
         os.chdir(here)
         sys.argv, tempfile.tempdir = ["percussions", *words], str(spare)
         with (
-            contextlib.redirect_stderr(said),
+            contextlib.redirect_stderr(message),
             contextlib.redirect_stdout(printed),
             warnings.catch_warnings(),
             _cheap_engines(),
@@ -90,7 +90,7 @@ def call(words, here, spare):
         signal.signal(signal.SIGALRM, old)
         os.chdir(before)
         sys.argv, tempfile.tempdir = argv, home
-    return Outcome(status, said.getvalue(), printed.getvalue(), time.process_time() - began)
+    return Outcome(status, message.getvalue(), printed.getvalue(), time.process_time() - began)
 
 
 def _too_long(*_):

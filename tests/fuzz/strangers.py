@@ -72,8 +72,8 @@ def pushed_row(random):
     for person in range(random.choice((2, 3))):
         for frame in range(34):
             walked = max(frame / 25 - 0.2, 0.0) if not person else 0.0
-            place = 0.45 * person + walked
-            rows.append(f"{person},{frame},{frame / 25:.2f},{place:.3f},0.0,80.0,male")
+            position = 0.45 * person + walked
+            rows.append(f"{person},{frame},{frame / 25:.2f},{position:.3f},0.0,80.0,male")
     return ("\n".join(rows) + "\n").encode()
 
 
@@ -83,8 +83,8 @@ def made_by(words, files, name):
         here = Path(folder)
         for path, content in files.items():
             (here / path).write_bytes(content)
-        status, said, _ = in_fork(lambda: as_program(words, here), 600)
-        assert status == 0, said
+        status, message, _ = in_fork(lambda: as_program(words, here), 600)
+        assert status == 0, message
         made = here / name
         if made.is_dir():
             return {str(p.relative_to(here)): p.read_bytes() for p in made.iterdir()}

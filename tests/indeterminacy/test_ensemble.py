@@ -26,8 +26,8 @@ def grooves(loads):
     normal = np.tile([[0, -1], side, [-side[0], side[1]]], (n, 1))
     pairs = np.column_stack([np.repeat(np.arange(n), 3), np.full(3 * n, -1)])
     down = np.column_stack([np.zeros(n), -np.asarray(loads), np.zeros(n)])
-    place = 10.0 * np.arange(2 * n).reshape(n, 2)
-    return Equilibrium.of_disks(place, np.full(n, 0.5), pairs, down, normal=normal)
+    index = 10.0 * np.arange(2 * n).reshape(n, 2)
+    return Equilibrium.of_disks(index, np.full(n, 0.5), pairs, down, normal=normal)
 
 
 def flower():
@@ -35,8 +35,8 @@ def flower():
     angle = np.pi / 3 * np.arange(6)
     rim = np.column_stack([np.cos(angle), np.sin(angle)])
     pairs = [[0, i + 1] for i in range(6)] + [[i + 1, (i + 1) % 6 + 1] for i in range(6)]
-    place, load = np.vstack([[0, 0], rim]), np.vstack([[0, 0], -LOAD * rim])
-    return Equilibrium.of_disks(place, np.full(7, 0.5), pairs, load)
+    position, load = np.vstack([[0, 0], rim]), np.vstack([[0, 0], -LOAD * rim])
+    return Equilibrium.of_disks(position, np.full(7, 0.5), pairs, load)
 
 
 def law_of(values, law, independent):
@@ -44,17 +44,17 @@ def law_of(values, law, independent):
     error = 4 * law.std() / np.sqrt(independent)
     assert values.mean() == pytest.approx(law.mean(), abs=error)
     assert values.std() == pytest.approx(law.std(), abs=1.5 * error)
-    shares = np.array([0.1, 0.5, 0.9])
-    found = law.cdf(np.quantile(values, shares))
-    assert found == pytest.approx(shares, abs=2 / np.sqrt(independent))
+    fractions = np.array([0.1, 0.5, 0.9])
+    found = law.cdf(np.quantile(values, fractions))
+    assert found == pytest.approx(fractions, abs=2 / np.sqrt(independent))
 
 
 def test_one_redundant_contact_has_a_uniform_law_or_a_truncated_exponential():
     """g in [0, w/(2 cos a)] with density exp(−2 g (1 − cos a)/f): the sum of forces grows with g."""
-    most = LOAD / (2 * np.cos(ANGLE))
+    maximum = LOAD / (2 * np.cos(ANGLE))
     for scale in (np.inf, 0.2):
         rate = 2 * (1 - np.cos(ANGLE)) / scale
-        law = truncexpon(b=rate * most, scale=1 / rate) if rate else uniform(0, most)
+        law = truncexpon(b=rate * maximum, scale=1 / rate) if rate else uniform(0, maximum)
         found = ensemble(grooves([LOAD]), scale, draws=500, seed=3)
         assert found.status == "converged"
         assert found.effective.min() > 400
@@ -83,8 +83,8 @@ def test_independent_redundancies_are_independent():
 def shared(spread=(), **how):
     """The states of six contacts that share a load, held against their law."""
     pairs, normal = np.tile([0, -1], (6, 1)), np.tile([0.0, -1.0], (6, 1))
-    held = Equilibrium.of_disks([[0, 0]], [0.5], pairs, [[0, -LOAD, 0]], normal=normal)
-    found = ensemble(held, LOAD / 6, *spread, **how)
+    equilibrium = Equilibrium.of_disks([[0, 0]], [0.5], pairs, [[0, -LOAD, 0]], normal=normal)
+    found = ensemble(equilibrium, LOAD / 6, *spread, **how)
     for row in range(6):
         law_of(found.draws[:, :, row].ravel() / LOAD, beta(1, 5), found.effective[row])
     return found
@@ -113,12 +113,12 @@ def test_what_friction_holds_between_two_walls_has_a_shifted_exponential():
 def test_an_open_balance_has_a_truncated_normal():
     """One disk pressed to a wall, its balance open by s: exp(−x/f − (L − x)²/2s²) on x ≥ 0."""
     f, s = 2.0, 2.5
-    held = Equilibrium.of_disks([[0, 0]], [0.5], [[0, -1]], [[1.0, 0, 0]], normal=[[1, 0]])
-    found = ensemble(held, f, [[s, np.inf, np.inf]], draws=1000)
+    equilibrium = Equilibrium.of_disks([[0, 0]], [0.5], [[0, -1]], [[1.0, 0, 0]], normal=[[1, 0]])
+    found = ensemble(equilibrium, f, [[s, np.inf, np.inf]], draws=1000)
     middle = 1.0 - s**2 / f
     law = truncnorm(-middle / s, np.inf, loc=middle, scale=s)
     law_of(found.draws[:, :, 0].ravel(), law, found.effective[0])
-    again = ensemble(held, f, [[s, np.inf, np.inf]], draws=1000)
+    again = ensemble(equilibrium, f, [[s, np.inf, np.inf]], draws=1000)
     assert np.array_equal(found.draws, again.draws)
 
 
@@ -141,12 +141,12 @@ def test_convergence_is_that_of_chains_with_memory():
 def packing(mu, seed=0, n=40):
     """Disks that touch, under random loads at the rim."""
     rng = np.random.default_rng(seed)
-    place = np.array([[i + 0.5 * (j % 2), j * np.sqrt(0.75)] for j in range(9) for i in range(9)])
-    place = place[rng.permutation(81)[:n]] + rng.normal(scale=0.02, size=(n, 2))
-    pairs = cKDTree(place).query_pairs(1.1, output_type="ndarray")
+    index = np.array([[i + 0.5 * (j % 2), j * np.sqrt(0.75)] for j in range(9) for i in range(9)])
+    index = index[rng.permutation(81)[:n]] + rng.normal(scale=0.02, size=(n, 2))
+    pairs = cKDTree(index).query_pairs(1.1, output_type="ndarray")
     load = np.column_stack([*(0.4 * rng.normal(size=(2, n))), 0.02 * rng.normal(size=n)])
-    held = Equilibrium.of_disks(place, np.full(n, 0.5), pairs, load, friction=mu)
-    return held, rng.exponential(1.0, len(pairs)), rng.uniform(0.1, 0.5, len(pairs))
+    equilibrium = Equilibrium.of_disks(index, np.full(n, 0.5), pairs, load, friction=mu)
+    return equilibrium, rng.exponential(1.0, len(pairs)), rng.uniform(0.1, 0.5, len(pairs))
 
 
 def minimum(square, linear, rows, right, equal=0):
@@ -155,16 +155,16 @@ def minimum(square, linear, rows, right, equal=0):
     settings.verbose = False
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-11
     cones = [clarabel.ZeroConeT(equal), clarabel.NonnegativeConeT(len(right) - equal)]
-    given = csc_matrix(square), linear, csc_matrix(rows), right
-    return np.array(clarabel.DefaultSolver(*given, cones, settings).solve().x)
+    values = csc_matrix(square), linear, csc_matrix(rows), right
+    return np.array(clarabel.DefaultSolver(*values, cones, settings).solve().x)
 
 
-def other_solver(held, weights, wanted, tolerance):
+def other_solver(constrained, weights, wanted, tolerance):
     """f (2k,) of least Σ weights (f − wanted)² in the cones by Clarabel, with E f from the geometry."""
-    c, n, k = held.contacts, held.bodies, len(held.contacts)
+    c, n, k = constrained.contacts, constrained.bodies, len(constrained.contacts)
     balance = np.zeros((3 * n, 2 * k))
     mu = np.zeros(k)
-    np.maximum.at(mu, held.contact, held.along)
+    np.maximum.at(mu, constrained.contact, constrained.along)
     for row in range(k):
         i, j, (x, y) = c.first[row], c.second[row], c.normal[row]
         for body, sign in ((i, 1.0), (j, -1.0)):
@@ -175,28 +175,28 @@ def other_solver(held, weights, wanted, tolerance):
     cone = np.block([[rub, one], [rub, -one], [one, np.zeros((k, k))]])
     finite = np.isfinite(tolerance)
     rows = np.vstack([balance[finite], -balance[finite], -cone])
-    load, most = held.load[finite], tolerance[finite]
-    right = np.concatenate([load + most, most - load, np.zeros(3 * k)])
+    load, maximum = constrained.load[finite], tolerance[finite]
+    right = np.concatenate([load + maximum, maximum - load, np.zeros(3 * k)])
     return minimum(diags_array(weights), -weights * wanted, rows, right)
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.3, 2.0])
 def test_the_nearest_state_is_that_of_another_solver(mu):
-    held, force, sigma = packing(mu)
+    constrained, force, sigma = packing(mu)
     k, free = len(force), np.arange(40) < 8
-    tolerance = np.where(free, np.inf, least_tolerance(held, np.where(free, np.inf, 0.0)) + 0.05)
-    found = nearest(held, force, sigma, tolerance)
+    tolerance = np.where(free, np.inf, least_tolerance(constrained, np.where(free, np.inf, 0.0)) + 0.05)
+    found = nearest(constrained, force, sigma, tolerance)
     weights, wanted = np.tile(1 / sigma**2, 2), np.append(force, np.zeros(k))
-    other = other_solver(held, weights, wanted, np.repeat(tolerance, 3))
+    other = other_solver(constrained, weights, wanted, np.repeat(tolerance, 3))
     assert found.status == "solved"
     np.testing.assert_allclose(np.append(found.normal, found.tangential), other, atol=3e-5)
     assert found.distance == pytest.approx(np.sqrt((weights * (other - wanted) ** 2).sum() / k))
-    net = held.net(found.normal, found.tangential)
+    net = constrained.net(found.normal, found.tangential)
     assert (np.abs(net) <= tolerance[:, None] * (1 + 1e-6)).all()
     less = np.where(free, np.inf, tolerance - 0.06)
     if np.all(less >= 0):
         with pytest.raises(ValueError, match=r"tolerance: no state is within it. 0\.01 N more"):
-            nearest(held, force, sigma, less)
+            nearest(constrained, force, sigma, less)
 
 
 def of_jam(people, **law):
@@ -208,21 +208,21 @@ def of_jam(people, **law):
 
 def test_canonical_percussions_with_friction_are_those_of_another_solver():
     """Of a jam at μ = 0.3: least λ² + τ²/ratio in the cones, with the impulses of the answer."""
-    contacts, answer = of_jam(40, law=ContactLaw(friction=0.3))
-    found = least_energy_within(Equilibrium.of_answer(contacts, answer))
-    held = Equilibrium.with_friction(contacts, answer)
-    k, u, scale = len(contacts), len(held.contact), held.scale
+    contacts, solution = of_jam(40, law=ContactLaw(friction=0.3))
+    found = least_energy_within(Equilibrium.of_answer(contacts, solution))
+    equilibrium = Equilibrium.with_friction(contacts, solution)
+    k, u, scale = len(contacts), len(equilibrium.contact), equilibrium.scale
     every = np.zeros((2 * k, u))
-    every[held.contact, np.arange(u)] = 1.0
-    every[k + held.contact, np.arange(u)] = held.along
+    every[equilibrium.contact, np.arange(u)] = 1.0
+    every[k + equilibrium.contact, np.arange(u)] = equilibrium.along
     weights = np.append(np.ones(k), np.full(k, 3.5))
-    square, rows = every.T @ np.diag(weights) @ every, vstack([held.matrix.T, -np.eye(u)])
-    right = np.append(held.matrix.T @ held.point / scale, np.zeros(u))
-    expected = every @ minimum(square, np.zeros(u), rows, right, held.matrix.shape[1]) * scale
+    square, rows = every.T @ np.diag(weights) @ every, vstack([equilibrium.matrix.T, -np.eye(u)])
+    right = np.append(equilibrium.matrix.T @ equilibrium.point / scale, np.zeros(u))
+    expected = every @ minimum(square, np.zeros(u), rows, right, equilibrium.matrix.shape[1]) * scale
     both = np.append(found.normal, found.tangential)
     np.testing.assert_allclose(both, expected, atol=1e-5 * scale)
-    given = np.append(answer.reaction, answer.friction.tangential)
-    assert weights @ both**2 < 0.99 * (weights @ given**2)
+    values = np.append(solution.reaction, solution.friction.tangential)
+    assert weights @ both**2 < 0.99 * (weights @ values**2)
 
 
 def test_with_a_tolerance_bounds_of_a_chain_widen_by_it_for_each_body():
@@ -232,18 +232,18 @@ def test_with_a_tolerance_bounds_of_a_chain_widen_by_it_for_each_body():
     load = np.zeros((n, 3))
     load[[0, -1], 0] = LOAD, -LOAD
     pairs = [[i, i + 1] for i in range(n - 1)]
-    place = np.column_stack([np.arange(n), np.zeros(n)])
-    held = Equilibrium.of_disks(place, np.full(n, 0.5), pairs, load)
-    found = [WithinTolerance(held, t).of(row) for row in np.eye(n - 1)]
+    index = np.column_stack([np.arange(n), np.zeros(n)])
+    equilibrium = Equilibrium.of_disks(index, np.full(n, 0.5), pairs, load)
+    found = [WithinTolerance(equilibrium, t).of(row) for row in np.eye(n - 1)]
     bodies = np.array([1, 2, 3, 2, 1])
     assert [one.upper - LOAD for one in found] == pytest.approx(bodies * t, abs=1e-9)
     assert [one.lower - LOAD for one in found] == pytest.approx(-bodies * t, abs=1e-9)
     assert {one.status for one in found} == {IntervalStatus.PROVEN}
     # with one end free only the way to the other counts
-    free = WithinTolerance(held, [np.inf, t, t, t, t, t]).of(np.eye(n - 1)[0])
+    free = WithinTolerance(equilibrium, [np.inf, t, t, t, t, t]).of(np.eye(n - 1)[0])
     assert (free.lower, free.upper) == pytest.approx((LOAD - 5 * t, LOAD + 5 * t))
-    held = squeezed()
-    span = WithinTolerance(held, t)
+    equilibrium = squeezed()
+    span = WithinTolerance(equilibrium, t)
     assert span.of([1, 0]).lower == pytest.approx((LOAD - t) / (2 * MU) - t / 2, abs=1e-8)
     assert span.of([1, 0]).status is IntervalStatus.UNBOUNDED
     assert span.of([1, 0], tangential=True).upper == pytest.approx(LOAD / 2 + t, abs=1e-8)
@@ -252,12 +252,12 @@ def test_with_a_tolerance_bounds_of_a_chain_widen_by_it_for_each_body():
 def test_least_energy_with_open_balances_shares_a_load_by_its_price():
     """One disk pressed to a wall: f²  + (L/s)² (f̄)²… least at f = L p/(1 + p), p the price."""
     load = [[LOAD, 0, 0], [-LOAD, 0, 0]]
-    held = Equilibrium.of_disks([[0, 0], [1, 0]], [0.5, 0.5], [[0, 1]], load)
+    equilibrium = Equilibrium.of_disks([[0, 0], [1, 0]], [0.5, 0.5], [[0, 1]], load)
     spread = 0.5 * LOAD
-    price = 2 * (held.virial / spread) ** 2  # two bodies
-    found = least_energy_within(held, spread=spread)
-    assert held.virial == pytest.approx(LOAD)
-    assert found.normal == pytest.approx([LOAD * price / (1 + price)])
+    cost = 2 * (equilibrium.virial / spread) ** 2  # two bodies
+    found = least_energy_within(equilibrium, spread=spread)
+    assert equilibrium.virial == pytest.approx(LOAD)
+    assert found.normal == pytest.approx([LOAD * cost / (1 + cost)])
 
 
 test_bad_input_has_a_clear_message = refusals(
@@ -282,11 +282,11 @@ def test_stiff_balances_are_sampled_with_few_sweeps():
 
 def test_least_energy_of_a_deep_jam_is_that_of_the_solver():
     """Its reactions add up to 34 times the load of a disk; the solver's are those of least norm."""
-    contacts, answer = of_jam(600)
-    held = Equilibrium.of_answer(contacts, answer)
-    found = least_energy_within(held)
-    assert answer.canonical
+    contacts, solution = of_jam(600)
+    equilibrium = Equilibrium.of_answer(contacts, solution)
+    found = least_energy_within(equilibrium)
+    assert solution.canonical
     assert found.status == "solved"
-    largest = answer.reaction.max()
-    assert largest > 30 * np.abs(held.load).max()
-    np.testing.assert_allclose(found.normal, answer.reaction, atol=1e-6 * largest)
+    largest = solution.reaction.max()
+    assert largest > 30 * np.abs(equilibrium.load).max()
+    np.testing.assert_allclose(found.normal, solution.reaction, atol=1e-6 * largest)

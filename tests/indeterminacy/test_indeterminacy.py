@@ -39,9 +39,9 @@ def crowd(position, velocity, walls=None, mass=MASS):
     """Contacts and percussions of touching disks."""
     snapshot = disks_at(position, velocity, RADIUS, mass)
     contacts = find_contacts(snapshot, walls, tolerance=1e-9)
-    answer = solve(snapshot, contacts, tolerance=1e-10)
-    assert answer.status == "solved"
-    return contacts, answer
+    solution = solve(snapshot, contacts, tolerance=1e-10)
+    assert solution.status == "solved"
+    return contacts, solution
 
 
 def vertices(matrix, impulse):
@@ -71,22 +71,22 @@ def test_three_disks_wedged_between_two_walls(speed):
     """Nobody can say how hard they are squeezed: λ = s + Σ m u of those behind, for any squeeze s ≥
     0."""
     walls = Walls(start=[[0, -1], [1.5, -1]], end=[[0, 1], [1.5, 1]])
-    contacts, answer = crowd([[0.25, 0], [0.75, 0], [1.25, 0]], [speed, 0.0], walls)
+    contacts, solution = crowd([[0.25, 0], [0.75, 0], [1.25, 0]], [speed, 0.0], walls)
     # first, second: disks ahead of the left wall
     behind = {(0, 0): 0, (0, 1): 1, (1, 2): 2, (2, 1): 3}
     pairs = zip(contacts.first, contacts.second, strict=True)
-    least = [behind[pair] * MASS * speed for pair in pairs]
+    minimum = [behind[pair] * MASS * speed for pair in pairs]
     known = determinacy(contacts, 3)
     assert (known.rank, known.redundant, known.determined.sum()) == (3, 1, 0)
     for contact in range(4):
-        found = interval(contacts, answer, weights_of_contacts(contacts, contact))
+        found = interval(contacts, solution, weights_of_contacts(contacts, contact))
         assert found.status is IntervalStatus.UNBOUNDED
         assert found.upper == np.inf
-        assert found.lower == pytest.approx(least[contact], abs=1e-9)
+        assert found.lower == pytest.approx(minimum[contact], abs=1e-9)
     # what they push on the right wall more than on the left one is determined all the same
-    thrust = interval(contacts, answer, weights_of_wall(contacts, 1) - weights_of_wall(contacts, 0))
+    thrust = interval(contacts, solution, weights_of_wall(contacts, 1) - weights_of_wall(contacts, 0))
     assert (thrust.lower, thrust.upper) == pytest.approx((3 * MASS * speed,) * 2, abs=1e-9)
-    np.testing.assert_allclose(least_energy(contacts, answer), least, atol=1e-9)
+    np.testing.assert_allclose(least_energy(contacts, solution), minimum, atol=1e-9)
 
 
 def row_and_pair():
@@ -101,11 +101,11 @@ def row_and_pair():
 
 
 def test_beside_a_wedge_intervals_are_finite_and_those_of_all_vertices():
-    contacts, answer = row_and_pair()
+    contacts, solution = row_and_pair()
     matrix = contacts.normal_matrix(5).toarray().T
-    corners = vertices(matrix, matrix @ answer.reaction)
-    intervals = Intervals(Equilibrium.of(contacts, answer))
-    assert Equilibrium.of(contacts, answer).closed.all()
+    corners = vertices(matrix, matrix @ solution.reaction)
+    intervals = Intervals(Equilibrium.of(contacts, solution))
+    assert Equilibrium.of(contacts, solution).closed.all()
     across = (contacts.first < 3) & (np.abs(contacts.normal[:, 1]) > 0.9)
     assert across.sum() == 4
     for contact in range(len(contacts)):
@@ -127,12 +127,12 @@ def test_beside_a_wedge_intervals_are_finite_and_those_of_all_vertices():
 def test_a_flower_of_seven_disks(rim_stiffness):
     """Six disks pressed to a seventh: each needs spoke + rim = m U; the flower has one self-stress,
     spokes − rim."""
-    contacts, answer = crowd(FLOWER, -SPEED * FLOWER / (2 * RADIUS))
+    contacts, solution = crowd(FLOWER, -SPEED * FLOWER / (2 * RADIUS))
     spoke = contacts.first == 0
     known = determinacy(contacts, 7)
     assert (known.rank, known.redundant, known.determined.any()) == (11, 1, False)
-    assert admissible_determinacy(contacts, answer).redundant == 1
-    intervals = Intervals(Equilibrium.of(contacts, answer))
+    assert admissible_determinacy(contacts, solution).redundant == 1
+    intervals = Intervals(Equilibrium.of(contacts, solution))
     for contact in range(12):
         found = intervals.of(weights_of_contacts(contacts, contact))
         assert found.status is IntervalStatus.PROVEN
@@ -142,9 +142,9 @@ def test_a_flower_of_seven_disks(rim_stiffness):
     petal = intervals.of(weights_of_disk(contacts, 3))  # one spoke and two of the rim
     assert (petal.lower, petal.upper) == pytest.approx((LOAD, 2 * LOAD), abs=1e-8)
     # least s²/1 + t²/κ with s + t = m U
-    share = np.where(spoke, 1.0, rim_stiffness)
-    chosen = least_energy(contacts, answer, share)
-    np.testing.assert_allclose(chosen, LOAD * share / (1 + rim_stiffness), rtol=1e-12)
+    fraction = np.where(spoke, 1.0, rim_stiffness)
+    chosen = least_energy(contacts, solution, fraction)
+    np.testing.assert_allclose(chosen, LOAD * fraction / (1 + rim_stiffness), rtol=1e-12)
 
 
 def corner():
@@ -158,9 +158,9 @@ def corner():
 
 
 def test_intervals_in_a_corner_are_those_of_all_vertices():
-    contacts, answer = corner()
+    contacts, solution = corner()
     assert determinacy(contacts, 5).redundant >= 1
-    admissible = Equilibrium.of(contacts, answer)
+    admissible = Equilibrium.of(contacts, solution)
     closed = np.flatnonzero(admissible.closed)
     matrix = contacts.select(closed).normal_matrix(5).toarray().T
     corners = vertices(matrix, matrix @ admissible.reaction[closed])
@@ -172,31 +172,31 @@ def test_intervals_in_a_corner_are_those_of_all_vertices():
         found = intervals.of(weights)
         assert found.status is IntervalStatus.PROVEN
         assert_ends(found, corners @ weights[closed])
-        for reaction in (answer.reaction, least_energy(contacts, answer)):
+        for reaction in (solution.reaction, least_energy(contacts, solution)):
             assert found.lower - 1e-6 <= weights @ reaction <= found.upper + 1e-6
 
 
 def test_what_a_flat_wall_carries_is_determined_though_no_contact_is():
     """A row of redundant disks pressed straight into a wall: its load is the momentum that they
     lose."""
-    contacts, answer = corner()
-    right = interval(contacts, answer, weights_of_wall(contacts, 0))
+    contacts, solution = corner()
+    right = interval(contacts, solution, weights_of_wall(contacts, 0))
     assert right.width == pytest.approx(0, abs=1e-8)
     assert right.upper == pytest.approx(SPEED * (75 + 60 + 90 + 50 + 100), rel=1e-12)
 
 
 def test_a_contact_that_opens_carries_nothing():
-    contacts, answer = crowd([[0, 0], [0.5, 0], [1.0, 0]], [[2, 0], [0, 0], [5, 0]])
-    found = interval(contacts, answer, weights_of_contacts(contacts, 1))
+    contacts, solution = crowd([[0, 0], [0.5, 0], [1.0, 0]], [[2, 0], [0, 0], [5, 0]])
+    found = interval(contacts, solution, weights_of_contacts(contacts, 1))
     assert (found.lower, found.upper, found.status) == (0, 0, IntervalStatus.PROVEN)
-    assert admissible_determinacy(contacts, answer).determined.all()
+    assert admissible_determinacy(contacts, solution).determined.all()
 
 
 def test_positivity_determines_more_than_balance():
     """The flower hit from one side only: the self-stress would pull where nothing pushes."""
-    contacts, answer = crowd(FLOWER, [[0, 0], [-SPEED, 0], *[[0, 0]] * 5])
+    contacts, solution = crowd(FLOWER, [[0, 0], [-SPEED, 0], *[[0, 0]] * 5])
     assert not determinacy(contacts, 7).determined.any()
-    sharper = admissible_determinacy(contacts, answer)
+    sharper = admissible_determinacy(contacts, solution)
     assert sharper.determined.all()
     assert sharper.redundant == 0
 
@@ -215,21 +215,21 @@ def test_positivity_determines_more_than_balance():
     ],
 )  # fmt: skip
 def test_bad_input_has_a_clear_message(wrong, message):
-    contacts, answer = corner()
+    contacts, solution = corner()
     with pytest.raises(ValueError, match=message):
-        wrong(contacts, answer)
+        wrong(contacts, solution)
 
 
 def test_dissipation_leaves_the_same_contacts_open():
     """u⁺ is unique with dissipation too, so Cᵀλ is."""
     snapshot = disks_at(FLOWER, -SPEED * FLOWER, RADIUS, MASS)
     contacts = find_contacts(snapshot, tolerance=1e-9)
-    answer = solve(snapshot, contacts, law=ContactLaw(dissipation=10.0), tolerance=1e-10)
-    assert admissible_determinacy(contacts, answer).redundant == 1
-    chosen = least_energy(contacts, answer)
-    change = contacts.normal_matrix(7).T @ (chosen - answer.reaction)
+    solution = solve(snapshot, contacts, law=ContactLaw(dissipation=10.0), tolerance=1e-10)
+    assert admissible_determinacy(contacts, solution).redundant == 1
+    chosen = least_energy(contacts, solution)
+    change = contacts.normal_matrix(7).T @ (chosen - solution.reaction)
     assert np.abs(change).max() < 1e-9 * chosen.max()
-    assert np.linalg.norm(chosen) <= np.linalg.norm(answer.reaction) * (1 + 1e-12)
+    assert np.linalg.norm(chosen) <= np.linalg.norm(solution.reaction) * (1 + 1e-12)
 
 
 WALLS = Walls(start=[[-3, -0.6], [3.1, -3]], end=[[6, -0.6], [3.1, 9]])
@@ -243,19 +243,19 @@ def packing(seed, n=25, side=6, walls=WALLS):
     j, i = (k.ravel() for k in np.indices((side, side)))
     sites = np.column_stack([0.5 * i + 0.25 * (j % 2), -0.35 + 0.5 * np.sqrt(0.75) * j])
     velocity = rng.normal(size=(n, 2)) * rng.choice([0.1, 1.0]) + [1.5, -1.0]
-    place = sites[rng.permutation(len(sites))[:n]]
-    return crowd(place, velocity, walls, 10.0 ** rng.uniform(-1, 1, n))
+    position = sites[rng.permutation(len(sites))[:n]]
+    return crowd(position, velocity, walls, 10.0 ** rng.uniform(-1, 1, n))
 
 
 @pytest.mark.long
 @given(SEEDS, st.integers(5, 150))
 def test_rank_and_determined_contacts_are_those_of_dense_algebra(seed, n):
-    contacts, answer = packing(seed, n, side=13)
+    contacts, solution = packing(seed, n, side=13)
     known = determinacy(contacts, n)
     basis = null_space(contacts.normal_matrix(n).toarray().T)
     assert (known.rank, known.redundant) == (len(contacts) - basis.shape[1], basis.shape[1])
     np.testing.assert_array_equal(known.determined, (np.abs(basis) < 1e-9).all(1))
-    sharper = admissible_determinacy(contacts, answer)
+    sharper = admissible_determinacy(contacts, solution)
     assert sharper.redundant <= known.redundant
     assert sharper.determined[known.determined].all()
 
@@ -280,15 +280,15 @@ def test_the_orthogonal_factor_projects_and_solves(seed, n):
 def test_intervals_contain_every_admissible_percussion_and_are_attained(seed):
     """Contained: the solver's, the one of least energy, and a mixture. Attained: the ends are those
     of the other linear program, of self-stresses N α with λ + N α ≥ 0 in a dense basis N."""
-    contacts, answer = packing(seed)
+    contacts, solution = packing(seed)
     rng = np.random.default_rng(seed)
-    admissible = Equilibrium.of(contacts, answer)
+    admissible = Equilibrium.of(contacts, solution)
     intervals = Intervals(admissible)
-    chosen = least_energy(contacts, answer)
+    chosen = least_energy(contacts, solution)
     carrying = np.zeros(len(contacts), dtype=bool)
     carrying[admissible.contact[admissible.carrying()]] = True
     assert not chosen[~carrying].any()
-    determined = admissible_determinacy(contacts, answer).determined
+    determined = admissible_determinacy(contacts, solution).determined
     size = admissible.scale
     closed = np.flatnonzero(admissible.closed)
     basis = null_space(contacts.select(closed).normal_matrix(25).toarray().T)
@@ -299,7 +299,7 @@ def test_intervals_contain_every_admissible_percussion_and_are_attained(seed):
         assert found.status is not IntervalStatus.UNPROVEN
         assert found.gap <= 1e-8 * size
         assert found.lower <= found.upper + 1e-12 * size
-        for reaction in (answer.reaction, chosen, 0.3 * chosen + 0.7 * answer.reaction):
+        for reaction in (solution.reaction, chosen, 0.3 * chosen + 0.7 * solution.reaction):
             assert found.lower - 1e-6 * size <= reaction[contact] <= found.upper + 1e-6 * size
         for end, sign in ((found.lower, 1.0), (found.upper, -1.0)) if basis.shape[1] else ():
             aim = sign * (weights[closed] @ basis)
@@ -318,9 +318,9 @@ def test_intervals_contain_every_admissible_percussion_and_are_attained(seed):
 def test_certificates_hold_for_other_loads_too(seed):
     """Any λ' ≥ 0 on the closed contacts: lower + lower_velocity·Δ ≤ Σ w λ' ≤ upper +
     upper_velocity·Δ."""
-    contacts, answer = packing(seed, n=15, side=4)
+    contacts, solution = packing(seed, n=15, side=4)
     rng = np.random.default_rng(seed)
-    admissible = Equilibrium.of(contacts, answer)
+    admissible = Equilibrium.of(contacts, solution)
     weights = rng.normal(size=len(contacts))
     found = Intervals(admissible).of(weights)
     matrix = contacts.normal_matrix(15)
@@ -336,11 +336,11 @@ def test_certificates_hold_for_other_loads_too(seed):
 
 @given(SEEDS, st.booleans())
 def test_least_energy_is_the_least_distance_of_lawson_and_hanson(seed, soft):
-    contacts, answer = packing(seed, n=20, side=5)
+    contacts, solution = packing(seed, n=20, side=5)
     rng = np.random.default_rng(seed)
     stiffness = 10.0 ** rng.uniform(-1, 1, len(contacts)) if soft else None
-    chosen = least_energy(contacts, answer, stiffness)
-    admissible = Equilibrium.of(contacts, answer)
+    chosen = least_energy(contacts, solution, stiffness)
+    admissible = Equilibrium.of(contacts, solution)
     closed = admissible.closed
     root = np.ones(closed.sum()) if stiffness is None else np.sqrt(stiffness[closed])
     matrix = contacts.select(closed).normal_matrix(20).toarray().T * root
@@ -356,6 +356,6 @@ def test_least_energy_is_the_least_distance_of_lawson_and_hanson(seed, soft):
     target = np.append(np.zeros(basis.shape[1]), 1.0)
     dual, _ = nnls(system, target)
     rest = system @ dual - target
-    least = start - size * basis @ (rest[:-1] / rest[-1])
-    np.testing.assert_allclose(chosen[closed], least * root, atol=1e-9 * (least * root).max())
+    minimum = start - size * basis @ (rest[:-1] / rest[-1])
+    np.testing.assert_allclose(chosen[closed], minimum * root, atol=1e-9 * (minimum * root).max())
     assert chosen[~closed].max(initial=0) == 0

@@ -11,8 +11,8 @@ import shapely
 
 from analysis.infer import crowd, page, tracks
 from analysis.infer.inference import NAMES, infer, run_prior, uniform
+from analysis.infer.observations import see
 from analysis.infer.posterior import Reference
-from analysis.infer.seen import see
 from analysis.scene.rooms import Crowd, room
 from analysis.scene.scene import SceneError
 
@@ -23,9 +23,9 @@ GATE = tracks.Gate(
 TIME = np.arange(0, 12, tracks.STEP_S)
 
 
-def file_of(apart=0.5, speed=1.0, people=10, sway=None):
+def file_of(difference=0.5, speed=1.0, people=10, sway=None):
     """Tracks of people one behind the other who walk to the middle of the door."""
-    y = 2.03 + apart * np.arange(people) - speed * TIME[:, None]
+    y = 2.03 + difference * np.arange(people) - speed * TIME[:, None]
     x = np.zeros_like(y) if sway is None else sway[0] * np.cos(2 * np.pi * sway[1] * TIME[:, None] + 0 * y)
     return np.stack([x, y], axis=2)
 
@@ -40,12 +40,12 @@ def test_numbers_of_people_who_walk_in_a_line_are_their_speed_and_distance():
     assert found["acceleration"] == pytest.approx(0.0, abs=1e-9)
 
 
-@pytest.mark.parametrize("seen", [0.0, 0.3])
-def test_who_is_lost_near_the_door_has_left_and_who_is_lost_elsewhere_has_not(seen):
+@pytest.mark.parametrize("observed", [0.0, 0.3])
+def test_who_is_lost_near_the_door_has_left_and_who_is_lost_elsewhere_has_not(observed):
     walked = file_of()
-    walked[walked[..., 1] < seen] = np.nan
+    walked[walked[..., 1] < observed] = np.nan
     left = tracks.departures(GATE, walked)
-    assert left == pytest.approx(10 * (2.0 + 0.5 * np.arange(10) - seen), abs=1.01)
+    assert left == pytest.approx(10 * (2.0 + 0.5 * np.arange(10) - observed), abs=1.01)
     walked[walked[..., 1] < 1.0] = np.nan
     assert np.isinf(tracks.departures(GATE, walked)).all()
 
@@ -73,9 +73,9 @@ def test_posterior_of_a_gaussian_is_the_known_one_and_covers():
     theta = random.standard_normal((3000, 2))
     statistics = theta @ model.T + 0.4 * random.standard_normal((3000, 3))
     runs, few = Reference(theta, statistics), Reference(theta[:300], statistics[:300])
-    seen, spread = np.array([0.6, 0.5, -0.4]), np.linalg.inv(np.eye(2) + model.T @ model / 0.16)
-    low, median, high = runs.posterior(seen).quantiles()
-    assert median == pytest.approx(spread @ model.T @ seen / 0.16, abs=0.05)
+    observed, spread = np.array([0.6, 0.5, -0.4]), np.linalg.inv(np.eye(2) + model.T @ model / 0.16)
+    low, median, high = runs.posterior(observed).quantiles()
+    assert median == pytest.approx(spread @ model.T @ observed / 0.16, abs=0.05)
     assert high - low == pytest.approx(2 * 1.645 * np.sqrt(np.diag(spread)), rel=0.12)
     left_out = few.left_out()
     inside = (left_out[:, 0] <= theta[:300]) & (theta[:300] <= left_out[:, 2])
@@ -114,8 +114,8 @@ def site():
 
 def test_a_crowd_that_pushes_for_ever_presses_more_than_one_that_does_not_push(site):
     usual = crowd.crowd_of(np.full(len(crowd.PRIOR), 0.5)) | {"jostling_m_per_s": 0.0, "radius_m": 0.2}
-    kept = ("speed_m_per_s", "relaxation_time_s", *crowd.OF_BODIES)
-    kinds = (*2 * [usual | {"push_share": 0.0}], {key: usual[key] for key in kept})
+    selected = ("speed_m_per_s", "relaxation_time_s", *crowd.OF_BODIES)
+    kinds = (*2 * [usual | {"push_share": 0.0}], {key: usual[key] for key in selected})
     polite, again, pushing = (crowd.simulate(site, one, 1) for one in kinds)
     assert polite == again
     assert pushing.statistics["flow"] > polite.statistics["flow"]
@@ -135,8 +135,8 @@ def test_a_room_without_one_door_is_refused_by_its_key(site):
 def film(tmp_path, site, *more):
     """See eight people, one behind the other, walk out of the room at 0.5 m/s; further rows: id, frame, x, y."""
     rows = [(k, f, 0.05 * f - 0.3 - 0.5 * k, 0.0) for k in range(8) for f in range(90)] + [*more]
-    said = "# framerate: 10 fps\n# id frame x/m y/m\n"
-    (tmp_path / "film.txt").write_text(said + "".join(f"{n} {f} {x:.4f} {y}\n" for n, f, x, y in rows))
+    message = "# framerate: 10 fps\n# id frame x/m y/m\n"
+    (tmp_path / "film.txt").write_text(message + "".join(f"{n} {f} {x:.4f} {y}\n" for n, f, x, y in rows))
     site.room.write(tmp_path)
     return see(tmp_path / "film.txt", tmp_path / "small.toml", window_s=5.0)
 
@@ -148,14 +148,14 @@ def film(tmp_path, site, *more):
     ([(9, f, 0.5, 0.0) for f in range(30)], 8, []),  # behind the door all the time
 ])  # fmt: skip
 def test_windows_of_a_film_have_the_flow_of_those_who_leave_in_them(tmp_path, site, more, people, notes):
-    seen = film(tmp_path, site, *more)
-    assert len(seen.site.start) == seen.site.people == people
-    assert len(seen.notes) == len(notes)
-    assert all(part in note for part, note in zip(notes, seen.notes, strict=True))
+    observed = film(tmp_path, site, *more)
+    assert len(observed.site.start) == observed.site.people == people
+    assert len(observed.notes) == len(notes)
+    assert all(part in note for part, note in zip(notes, observed.notes, strict=True))
     # 0.6 s, 1.6 s, …: five leave in the first 5 s, too few in the next
-    assert [(start, end) for start, end, _ in seen.windows] == [(0.0, 5.0)]
-    assert seen.site.parts == ((0, 5),)
-    for one in (seen.statistics, seen.windows[0][2]):
+    assert [(start, end) for start, end, _ in observed.windows] == [(0.0, 5.0)]
+    assert observed.site.parts == ((0, 5),)
+    for one in (observed.statistics, observed.windows[0][2]):
         assert one["flow"] == pytest.approx(1.0, rel=0.02)
         assert one["door_speed"] == pytest.approx(0.5)
         assert (one["door_spread"], one["door_gain"]) == pytest.approx((0, 0), abs=1e-9)
@@ -201,18 +201,18 @@ def test_made_up_crowds_give_their_push_and_force_back(tmp_path, site):
     *_, written = page.write_inferred(found, "crowd", ["a note"], tmp_path, "percussions infer crowd")
     text = written.read_text(encoding="utf-8")
     assert text.index("Largest contact force: 2") < text.index("Push share")
-    said = json.loads((tmp_path / "infer.json").read_text(encoding="utf-8"))
-    assert said["fits"]
-    assert said["found"]["contact_N"] == pytest.approx(found.found["contact_N"].tolist())
+    output = json.loads((tmp_path / "infer.json").read_text(encoding="utf-8"))
+    assert output["fits"]
+    assert output["found"]["contact_N"] == pytest.approx(found.found["contact_N"].tolist())
 
 
 def test_what_no_run_looks_like_gets_no_force(tmp_path, site):
     found = infer(site, {"flow": 1.5, "density": 9.0, "speed": 0.25}, list(made_up(2)))
     assert not found.fits
     page.write_inferred(found, "crowd", [], tmp_path, "percussions infer crowd")
-    said = json.loads((tmp_path / "infer.json").read_text(encoding="utf-8"))
-    assert not said["fits"]
-    assert said.keys().isdisjoint({"found", "width", "owed"})
+    output = json.loads((tmp_path / "infer.json").read_text(encoding="utf-8"))
+    assert not output["fits"]
+    assert output.keys().isdisjoint({"found", "width", "owed"})
     text = (tmp_path / "index.html").read_text(encoding="utf-8")
     assert "Nothing fits, so there is no force" in text
     assert "Largest contact force" not in text

@@ -9,7 +9,7 @@ from analysis.measured import models
 from analysis.measured.models import EDGE, INNER, distance, equilibrium, open_by
 from analysis.measured.packing import BETA_N, ErrorBar, Packing, disks_at, read_packing
 
-from analysis.measured.packing import steps_of, touching  # isort: skip
+from analysis.measured.packing import steps_of, contacts_listed  # isort: skip
 from analysis.measured.scores import bands, score
 from nscd.indeterminacy.ensemble import ensemble
 from tests.measured import twin as twins
@@ -23,11 +23,11 @@ FEW = {"chains": 2, "draws": 60, "most_sweeps": 700}
 def square(force=1.0):
     """Four disks in a square that push their neighbours with 1 N."""
     snapshot = disks_at(SQUARE, np.full(4, 20.0))
-    contacts, place = touching(snapshot, *RING)
-    seen = np.zeros(len(contacts))
-    seen[place] = force
+    contacts, position = contacts_listed(snapshot, *RING)
+    visited = np.zeros(len(contacts))
+    visited[position] = force
     return Packing(
-        name="square", snapshot=snapshot, contacts=contacts, force=seen,
+        name="square", snapshot=snapshot, contacts=contacts, force=visited,
         sides=np.full(len(contacts), 2), error=ErrorBar(0.1, 0.01), least=0.01,
     )  # fmt: skip
 
@@ -58,8 +58,8 @@ def test_the_error_bar_comes_from_both_sides(tmp_path):
     read = only(tmp_path)
     assert (read.error.alpha, read.error.beta) == pytest.approx((ALPHA, BETA_N), rel=0.25)
     assert not read.error.assumed
-    apart = (read.force - force) / read.sigma
-    assert np.sqrt((apart**2).mean()) == pytest.approx(1.0, abs=0.1)
+    difference = (read.force - force) / read.sigma
+    assert np.sqrt((difference**2).mean()) == pytest.approx(1.0, abs=0.1)
 
 
 def write(folder, packing, sides, step="1"):
@@ -68,9 +68,9 @@ def write(folder, packing, sides, step="1"):
     twins.write_forces(folder, step, len(packing.snapshot), among.first, among.second, sides)
 
 
-def only(folder, **given):
+def only(folder, **arguments):
     ((name, files),) = steps_of(folder).items()
-    return read_packing(name, *files, **given)
+    return read_packing(name, *files, **arguments)
 
 
 def test_one_side_is_read_from_a_list_of_bonds(tmp_path):
@@ -100,7 +100,7 @@ def edited(change):
     return edit
 
 
-def put(row, column, value, table=0):
+def set_cell(row, column, value, table=0):
     return edited(lambda *tables: tables[table][row].__setitem__(column, value))
 
 
@@ -112,17 +112,17 @@ def put(row, column, value, table=0):
         (lambda folder, a, b: [a.unlink(), b.unlink()], "no step in it"),
         (lambda folder, a, b: b.write_text(""), "AdjacencyMatrix.dlm: empty"),
         (edited(lambda rows, _: rows.pop()), "3 × 4 numbers for 4 disks"),
-        (edited(lambda _, places: places.pop()), "4 × 4 numbers for 3 disks"),
+        (edited(lambda _, positions: positions.pop()), "4 × 4 numbers for 3 disks"),
         (edited(lambda rows, _: rows[2].pop()), "line 3: 4 finite numbers"),
-        (edited(lambda _, places: places.reverse()), "line 1: ids 1, 2, …"),
-        (put(1, 2, "nan"), "line 2: 4 finite numbers"),
-        (put(1, 2, "x"), "line 2: '.*': numbers, with decimal points or commas"),
-        (put(1, 2, "0;" * 900), "line 2: '.{60}': numbers, with"),
-        (put(1, 2, "0;0,1"), "line 2: '.*': numbers, with"),
-        (put(1, 2, "-0.1"), "line 2: a force below 0"),
-        (put(1, 1, "0.1"), "line 2: a force of a disk on itself"),
-        (put(2, 3, "0", table=1), "line 3: a radius > 0"),
-        (put(2, 1, "900", table=1), "disks 2 and 3 have a force and do not touch"),
+        (edited(lambda _, positions: positions.reverse()), "line 1: ids 1, 2, …"),
+        (set_cell(1, 2, "nan"), "line 2: 4 finite numbers"),
+        (set_cell(1, 2, "x"), "line 2: '.*': numbers, with decimal points or commas"),
+        (set_cell(1, 2, "0;" * 900), "line 2: '.{60}': numbers, with"),
+        (set_cell(1, 2, "0;0,1"), "line 2: '.*': numbers, with"),
+        (set_cell(1, 2, "-0.1"), "line 2: a force below 0"),
+        (set_cell(1, 1, "0.1"), "line 2: a force of a disk on itself"),
+        (set_cell(2, 3, "0", table=1), "line 3: a radius > 0"),
+        (set_cell(2, 1, "900", table=1), "disks 2 and 3 have a force and do not touch"),
     ],
 )
 def test_what_is_wrong_with_the_files(tmp_path, harm, words):
@@ -171,10 +171,10 @@ def test_measured_forces_are_near_equilibrium_with_their_friction_alone(twin):
     for (name, files), force in zip(steps_of(folder).items(), true, strict=True):
         packing = read_packing(name, *files)
         assert np.corrcoef(packing.force, force)[0, 1] > 0.9
-        rough, smooth = distance(packing, MU).rms, distance(packing, 0.0).rms
-        assert rough < 1.0
-        assert rough < 0.75 * smooth
-        assert rough < 0.75 * distance(packing, MU, 1).rms
+        frictional, smooth = distance(packing, MU).rms, distance(packing, 0.0).rms
+        assert frictional < 1.0
+        assert frictional < 0.75 * smooth
+        assert frictional < 0.75 * distance(packing, MU, 1).rms
 
 
 def test_bands_of_the_right_law_hold_what_they_promise_and_those_of_another_do_not():
@@ -190,8 +190,8 @@ def test_bands_of_the_right_law_hold_what_they_promise_and_those_of_another_do_n
         packing.__dict__["loads"] = load
         spread = open_by(packing, INNER * SCALE_N, EDGE * SCALE_N)
         for mu in inside:
-            held = equilibrium(packing, mu)
-            some = ensemble(held, SCALE_N, spread, seed=seed, chains=2, draws=250, most_sweeps=4000)
+            balance_of = equilibrium(packing, mu)
+            some = ensemble(balance_of, SCALE_N, spread, seed=seed, chains=2, draws=250, most_sweeps=4000)
             low, high = some.quantile(0.05), some.quantile(0.95)
             inside[mu].extend(((force >= low) & (force <= high))[inner])
             alike[mu].append(np.corrcoef(some.mean()[inner], force[inner])[0, 1])
@@ -203,21 +203,21 @@ def test_bands_of_the_right_law_hold_what_they_promise_and_those_of_another_do_n
 def test_bands_fail_if_the_law_does_not_know_who_touches(tmp_path):
     """15 % of the near pairs do not touch: bands of 90 % then hold half of the forces, and again
     about nine tenths if balance may be open by 1.2 f. Where all touch they hold nine tenths."""
-    held = {}
-    for share, inner in ((1.0, INNER), (0.85, INNER), (0.85, 1.2)):
-        folder = tmp_path / f"{share}"
+    constrained = {}
+    for fraction, inner in ((1.0, INNER), (0.85, INNER), (0.85, 1.2)):
+        folder = tmp_path / f"{fraction}"
         folder.mkdir(exist_ok=True)
-        write_twin(folder, steps=2, n=100, seed=10, share=share)
-        shares = []
+        write_twin(folder, steps=2, n=100, seed=10, fraction=fraction)
+        fractions = []
         for name, files in steps_of(folder).items():
             packing = read_packing(name, *files)
             drawn = models.sampled(packing, MU, 1.0, inner, 0).draws
             one = drawn.reshape(-1, drawn.shape[2])[:, : len(packing.force)]
-            shares.append(bands(packing, one, 0.0)[0])
-        held[share, inner] = np.mean(shares)
-    assert held[1.0, INNER] > 0.84
-    assert held[0.85, INNER] < 0.7
-    assert held[0.85, 1.2] > 0.84
+            fractions.append(bands(packing, one, 0.0)[0])
+        constrained[fraction, inner] = np.mean(fractions)
+    assert constrained[1.0, INNER] > 0.84
+    assert constrained[0.85, INNER] < 0.7
+    assert constrained[0.85, 1.2] > 0.84
 
 
 def test_the_command_on_a_twin(twin, percussions, monkeypatch, tmp_path):
@@ -254,17 +254,17 @@ def test_what_the_command_refuses(percussions, tmp_path, twin):
 def test_a_model_error_widens_bands(twin):
     packing = read_packing("a", *next(iter(steps_of(twin[0]).values())))
     draws = np.tile(packing.scale, (50, len(packing.force)))
-    narrow, wide = (bands(packing, draws, error * packing.scale) for error in (0.0, 2.0))
-    assert narrow[0] < 0.9 < wide[0]
-    assert wide[2] > 3 * narrow[2]
+    narrow, width = (bands(packing, draws, error * packing.scale) for error in (0.0, 2.0))
+    assert narrow[0] < 0.9 < width[0]
+    assert width[2] > 3 * narrow[2]
 
 
 def test_distance_is_that_of_contacts_with_a_force():
     """Without friction an inner disk between two others takes F₁ ≠ F₂ up to the tolerance: half of the
     rest is missing on both sides. A contact without a force does not count, and shuffling leaves it."""
-    place = np.array([[0.0, 0], [40, 0], [80, 0], [0, 40]])
-    snapshot = disks_at(place, np.full(4, 20.0))
-    contacts, where = touching(snapshot, np.array([0, 1]), np.array([1, 2]))
+    anchor = np.array([[0.0, 0], [40, 0], [80, 0], [0, 40]])
+    snapshot = disks_at(anchor, np.full(4, 20.0))
+    contacts, where = contacts_listed(snapshot, np.array([0, 1]), np.array([1, 2]))
     force = np.zeros(len(contacts))
     force[where] = 1.0, 1.6
     sides = 2 * (force > 0)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.measured.models import INNER, equilibrium, open_by
-from analysis.measured.packing import ErrorBar, Packing, disks_at, touching
+from analysis.measured.packing import ErrorBar, Packing, contacts_listed, disks_at
 from analysis.scene.packing import heap
 from nscd.indeterminacy.ensemble import ensemble
 
@@ -28,7 +28,7 @@ def disks(n, seed):
 def bare(position, radius):
     """The packing without forces."""
     none, disks = np.zeros(0, int), disks_at(position, radius)
-    contacts, _ = touching(disks, none, none)
+    contacts, _ = contacts_listed(disks, none, none)
     force = np.zeros(len(contacts))
     return Packing(
         name="twin", snapshot=disks, contacts=contacts, force=force, sides=force.astype(int),
@@ -36,10 +36,10 @@ def bare(position, radius):
     )
 
 
-def thinned(packing, share, seed=0):
+def thinned(packing, fraction, seed=0):
     """The packing in which only a share of the near pairs touch: those that nobody can tell apart."""
     among = packing.contacts.select(
-        np.random.default_rng(seed).random(len(packing.contacts)) < share
+        np.random.default_rng(seed).random(len(packing.contacts)) < fraction
     )
     none = np.zeros(len(among))
     return replace(packing, contacts=among, force=none, sides=none.astype(int))
@@ -48,12 +48,12 @@ def thinned(packing, share, seed=0):
 def truth(packing, friction=MU, scale=SCALE_N, seed=0):
     """One draw (k,) of normal forces of the ensemble with no load given: that is free at the boundary.
     With it the load (n,2) N that each boundary disk then needs, friction forces included."""
-    held = equilibrium(packing, friction)
+    balance_of = equilibrium(packing, friction)
     inner = open_by(packing, INNER * scale, np.inf)
-    some = ensemble(held, scale, inner, seed=seed, chains=1, draws=2, most_sweeps=3000)
+    some = ensemble(balance_of, scale, inner, seed=seed, chains=1, draws=2, most_sweeps=3000)
     k = len(packing.contacts)
     force, across = some.draws[0, -1, :k], some.draws[0, -1, k:]
-    load = -held.net(force, across)[:, :2]
+    load = -balance_of.net(force, across)[:, :2]
     load[~packing.boundary] = 0.0
     return force, load
 
@@ -63,7 +63,7 @@ def write_disks(folder, step, position, radius):
     _write(folder / f"{PREFIX.format(step)}ParticleData.dlm", rows)
 
 
-def seen(force, random):
+def observed(force, random):
     """Both sides (k,) of true forces (k,) N: with noise, and nothing below the least that is
     detected. σ of their mean is √((αF)² + β²)."""
     noise = np.sqrt(2) * np.hypot(ALPHA * force, BETA_N) * random.normal(size=(2, len(force)))
@@ -83,14 +83,14 @@ def _write(path, rows):
     path.write_text("".join(",".join(f"{x:.8g}" for x in row) + "\n" for row in rows))
 
 
-def write_twin(folder, steps=2, n=150, seed=1, share=1.0):
+def write_twin(folder, steps=2, n=150, seed=1, fraction=1.0):
     """Write steps of a twin, each a packing of its own; return their true forces."""
     true = []
     for step in range(steps):
-        name, packing = f"{5384 + 2 * step:05d}", thinned(bare(*disks(n, seed + step)), share)
+        name, packing = f"{5384 + 2 * step:05d}", thinned(bare(*disks(n, seed + step)), fraction)
         force, _ = truth(packing, seed=seed + step)
         contacts = packing.contacts
-        sides = seen(force, np.random.default_rng([seed, step]))
+        sides = observed(force, np.random.default_rng([seed, step]))
         write_disks(folder, name, packing.snapshot.position, packing.snapshot.radius)
         write_forces(folder, name, len(packing.snapshot), contacts.first, contacts.second, sides)
         true.append(force)

@@ -12,7 +12,7 @@ from analysis.exposure.times import time_until
 from analysis.motion.study import Model, difference_words, differences_of, interval_cell
 
 from analysis.motion.study import least_words  # isort: skip
-from analysis.pages.numbers import whole
+from analysis.pages.numbers import integer
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make, variant
 from nscd import find_contacts
@@ -94,7 +94,7 @@ def test_equal_numbers_are_no_range_of_no_width():
     same = ensemble(np.full((3, 1), 0.5))
     assert interval_cell(same.interval("walls")) == "0.5 in each of 3 moments"
     people = ensemble(np.full((3, 4), 12.0)).interval("walls")
-    assert interval_cell(people, whole) == "12 in each of 12 moments"
+    assert interval_cell(people, integer) == "12 in each of 12 moments"
     assert interval_cell(ensemble([[0.5, 0.7]]).interval("walls")) == "0.6"
     assert least_words(differences_of(same, same)["walls"], "N") == "all equal"
     # a share of time is at most all of it
@@ -168,10 +168,10 @@ LOWER, UPPER = 1, 2
 RING = [(1, 2, 0), (2, 3, 0), (3, 4, 0), (4, 5, 0), (1, LOWER, 1), (5, UPPER, 1)]
 
 
-def window(contacts, start=0.0, newtons=100.0, places=PLACES):
+def window(contacts, start=0.0, newtons=100.0, positions=PLACES):
     """A window of 0.1 s in which these contacts press with so many newtons."""
     keys = np.array(sorted(contacts), dtype=np.int64).reshape(-1, 3)
-    now = disks_at(places, radius=0.2)
+    now = disks_at(positions, radius=0.2)
     impulse = np.column_stack([np.full(len(keys), 0.1 * newtons), np.zeros(len(keys))])
     return Window(start=start, end=start + 0.1, now=now, keys=keys, impulse=impulse)
 
@@ -192,9 +192,9 @@ def test_a_gap_anywhere_opens_it(door, missing):
 def test_who_hardly_presses_has_passed_or_is_far_is_no_part_of_it(door):
     assert not arch_in(door, window(RING, newtons=9.0))
     beyond = [*PLACES[:2], (0.1, 0.0), *PLACES[3:]]
-    assert not arch_in(door, window(RING, places=beyond))
+    assert not arch_in(door, window(RING, positions=beyond))
     far = [*PLACES[:2], (-1.9, 0.0), *PLACES[3:]]
-    assert not arch_in(door, window(RING, places=far))
+    assert not arch_in(door, window(RING, positions=far))
 
 
 def test_an_arch_lives_as_long_as_the_same_people_form_it(door):
@@ -203,6 +203,6 @@ def test_an_arch_lives_as_long_as_the_same_people_form_it(door):
     found = arches_of(door, [window(c, start=0.1 * n) for n, c in enumerate(shown)])
     assert [arch.lifetime for arch in found] == pytest.approx([0.2, 0.1, 0.3])
     assert [arch.start for arch in found] == pytest.approx([0.0, 0.2, 0.4])
-    whole = window([], start=0.0)
-    assert share_of(whole, found) == pytest.approx(1.0)
+    total = window([], start=0.0)
+    assert share_of(total, found) == pytest.approx(1.0)
     assert share_of(window([], start=0.3), found) == pytest.approx(0.0)

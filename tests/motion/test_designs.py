@@ -11,11 +11,11 @@ from scipy.stats import ttest_ind, ttest_rel
 from analysis.exposure.loads import RunLoads, walls_beside
 from analysis.motion.designs import (
     QUANTITIES,
-    Asked,
     Outcome,
     Table,
+    Target,
     difference,
-    looks,
+    interim_levels,
     needed,
     outcome_of,
     table_of,
@@ -48,7 +48,7 @@ def test_cliffs_delta_by_hand_and_replicates_that_are_alike():
 
 
 def test_looks_together_spend_ten_per_cent_and_no_more():
-    some = list(takewhile(lambda look: look[0] < 10**6, looks(5)))
+    some = list(takewhile(lambda style: style[0] < 10**6, interim_levels(5)))
     assert [size for size, _ in some][:4] == [5, 8, 12, 18]
     assert all(b > a for (a, _), (b, _) in pairwise(some))
     assert 0.09 < sum(alpha for _, alpha in some) < 0.1
@@ -61,7 +61,7 @@ def stopped(mine, base, schedule):
 
 
 def test_stopping_early_finds_no_difference_too_often():
-    random, plan = np.random.default_rng(1), list(takewhile(lambda look: look[0] < 80, looks(5)))
+    random, plan = np.random.default_rng(1), list(takewhile(lambda style: style[0] < 80, interim_levels(5)))
     series = random.normal(size=(2, 500, 80))
     wrong = [
         sum(stopped(*both, schedule) is not None for both in series.swapaxes(0, 1))
@@ -91,7 +91,7 @@ def test_the_rule_that_stops_is_that_of_sim_tools(seed):
     # twice the first design less the first design is the series itself
     every = [(n, difference(2 * base[:n], base[:n], ALPHA, paired=True)) for n in range(3, 400)]
     assert next(n for n, one in every if one.significant) == theirs(1.0)
-    narrow = Asked(share=0.2)
+    narrow = Target(share=0.2)
     assert next(n for n, one in every if one.half <= narrow.width(one)) == theirs(0.2)
 
 
@@ -99,11 +99,11 @@ def test_what_is_foretold_is_what_is_needed_if_the_spread_stays():
     random = np.random.default_rng(3)
     base, noise = random.normal(size=5), random.normal(size=5)
     found = difference(base + noise, base, ALPHA, paired=True)
-    asked = Asked(number=0.25 * found.half, unit="N")
-    size = needed(found, asked, (5, 5, 1000), 9)
-    halves = {n: found.half_at(n / 5, alpha / 9) for n, alpha in takewhile(lambda x: x[0] < 999, looks(5))}
-    assert next(n for n, half in halves.items() if half <= asked.number) == size
-    assert needed(found, asked, (5, 5, size - 1), 9) == 0
+    target = Target(number=0.25 * found.half, unit="N")
+    size = needed(found, target, (5, 5, 1000), 9)
+    halves = {n: found.half_at(n / 5, alpha / 9) for n, alpha in takewhile(lambda x: x[0] < 999, interim_levels(5))}
+    assert next(n for n, half in halves.items() if half <= target.number) == size
+    assert needed(found, target, (5, 5, size - 1), 9) == 0
 
 
 @pytest.mark.parametrize(
@@ -111,15 +111,15 @@ def test_what_is_foretold_is_what_is_needed_if_the_spread_stays():
 )
 def test_what_is_asked_for_in_other_words_is_refused(text):
     with pytest.raises(ValueError, match=r"--until .*: decided, a share"):
-        Asked.parse(text)
+        Target.parse(text)
 
 
 def test_what_is_asked_for():
-    assert Asked.parse("decided") == Asked()
-    assert Asked.parse("decided kN/m") == Asked(unit="kN/m")
-    assert Asked.parse("10%") == Asked.parse(" 10 % ") == Asked(share=0.1)
-    assert Asked.parse("0.2 per s") == Asked.parse("2e-1 1/s") == Asked(number=0.2, unit="1/s")
-    assert [key for key in QUANTITIES if Asked.parse("0.1 1/m2").of(key)] == ["density_door"]
+    assert Target.parse("decided") == Target()
+    assert Target.parse("decided kN/m") == Target(unit="kN/m")
+    assert Target.parse("10%") == Target.parse(" 10 % ") == Target(share=0.1)
+    assert Target.parse("0.2 per s") == Target.parse("2e-1 1/s") == Target(number=0.2, unit="1/s")
+    assert [key for key in QUANTITIES if Target.parse("0.1 1/m2").of(key)] == ["density_door"]
 
 
 def made(name, door, *, people=6, outward=True):
@@ -202,8 +202,8 @@ def test_a_design_is_compared_on_a_page_and_what_is_open_is_said(percussions, tm
     page = (tmp_path / "report/index.html").read_text(encoding="utf-8")
     assert page.count('class="ranges versus"') == len(rows) >= 6
     made("wide", 1.4).write(tmp_path)
-    asked = ("--until", "0.000001 N", "--minutes", 0.01)
-    done = percussions("report", "one.toml", "wide.toml", "--compare", "--seeds", 3, *asked)
+    requested = ("--until", "0.000001 N", "--minutes", 0.01)
+    done = percussions("report", "one.toml", "wide.toml", "--compare", "--seeds", 3, *requested)
     assert done.returncode == 1
     assert "largest contact force: no number of replicates in" in done.stderr
     assert "Open:" in (tmp_path / "report/index.html").read_text(encoding="utf-8")

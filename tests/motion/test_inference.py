@@ -32,8 +32,8 @@ def alone(mine, theirs, **kinds):
 def by_scipy(mine, theirs):
     """Two-sided p of the difference of means, over all ways to share out the labels."""
     how = {"n_resamples": np.inf, "alternative": "greater", "vectorized": True}
-    apart = lambda x, y, axis: np.abs(x.mean(axis) - y.mean(axis))  # noqa: E731
-    return permutation_test((mine, theirs), apart, **how).pvalue
+    difference = lambda x, y, axis: np.abs(x.mean(axis) - y.mean(axis))  # noqa: E731
+    return permutation_test((mine, theirs), difference, **how).pvalue
 
 
 def test_the_interval_is_of_the_shifts_that_an_exact_permutation_test_does_not_exclude():
@@ -55,9 +55,9 @@ def test_an_effect_is_shifted_by_what_is_added():
     theirs, mine = np.array([10.0, 11.0, 9.5, 10.4, 10.1]), np.array([10.2, 9.7, 10.9, 10.0, 10.3])
     found = alone(mine, theirs)
     assert not found.significant
-    for to, seen in ((0.97, False), (1.01, True)):
+    for to, observed in ((0.97, False), (1.01, True)):
         moved = mine + theirs.mean() * (to * found.least - found.value)
-        assert alone(moved, theirs).significant == seen
+        assert alone(moved, theirs).significant == observed
 
 
 def test_a_door_that_closes_is_the_first_difference():
@@ -124,9 +124,9 @@ def test_a_model_differs_from_itself_in_any_quantity_in_one_case_of_ten(count):
 
     draws = 150
     found = (differences(model(), model()).values() for _ in range(draws))
-    told = sum(any(one.significant for one in every) for every in found)
-    assert told <= binom.ppf(0.999, draws, 0.1)
-    assert told >= binom.ppf(0.001, draws, 0.03)  # it is a test, and tells models apart
+    cells = sum(any(one.significant for one in every) for every in found)
+    assert cells <= binom.ppf(0.999, draws, 0.1)
+    assert cells >= binom.ppf(0.001, draws, 0.03)  # it is a test, and tells models apart
 
 
 @pytest.mark.parametrize("counts", [[2, 2, 5], [1, 4, 4], [0, 0, 0], [0] * 10])
@@ -134,22 +134,22 @@ def test_a_range_of_counts_by_enumeration(counts):
     """With a variance equal to the mean, a further count is binomial given the sum."""
     counts = np.array(counts, dtype=float)
     assert counts.var(ddof=1) == pytest.approx(counts.mean())
-    total, share = int(counts.sum()), 1 / (len(counts) + 1)
+    total, fraction = int(counts.sum()), 1 / (len(counts) + 1)
     y = np.arange(60)
-    few = (binom.cdf(y, total + y, share) <= 0.05) & (total > 0)
-    kept = y[(binom.sf(y - 1, total + y, share) > 0.05) & ~few]
-    assert range_of_counts(counts) == (kept[0], kept[-1])
+    few = (binom.cdf(y, total + y, fraction) <= 0.05) & (total > 0)
+    selected = y[(binom.sf(y - 1, total + y, fraction) > 0.05) & ~few]
+    assert range_of_counts(counts) == (selected[0], selected[-1])
 
 
 @pytest.mark.parametrize("mean", [0.5, 2.0, 7.0])
 @pytest.mark.parametrize("count", [3, 5, 10])
 def test_ranges_of_counts_hold_nine_in_ten_of_poissons(mean, count):
     random = np.random.default_rng(5)
-    held = []
+    collected = []
     for _ in range(150):
         low, high = range_of_counts(random.poisson(mean, count).astype(float))
-        held.append(poisson.cdf(high, mean) - poisson.cdf(low - 1, mean))
-    assert 0.88 < np.mean(held) <= 1
+        collected.append(poisson.cdf(high, mean) - poisson.cdf(low - 1, mean))
+    assert 0.88 < np.mean(collected) <= 1
 
 
 @pytest.mark.parametrize("count", [3, 5, 10])
@@ -164,22 +164,22 @@ def test_ranges_of_windows_hold_nine_in_ten_of_further_windows(count):
         return np.exp(0.2 * (noise + 0.5 * random.normal(size=(number, 1))))
 
     further = replicates(2000)
-    held = []
+    collected = []
     for _ in range(100):
         low, high = range_of_windows(list(replicates(count)))
-        held.append(((further >= low) & (further <= high)).mean())
-    assert 0.86 < np.mean(held) < 0.94
+        collected.append(((further >= low) & (further <= high)).mean())
+    assert 0.86 < np.mean(collected) < 0.94
 
 
 @pytest.mark.parametrize("count", [3, 5])
 def test_ranges_of_one_number_per_replicate_are_students(count):
     random = np.random.default_rng(7)
     further = random.normal(10, 1, 2000)
-    held = []
+    collected = []
     for _ in range(300):
         low, high = range_of_windows([random.normal(10, 1, 1) for _ in range(count)])
-        held.append(((further >= low) & (further <= high)).mean())
-    assert np.mean(held) == pytest.approx(0.9, abs=0.025)
+        collected.append(((further >= low) & (further <= high)).mean())
+    assert np.mean(collected) == pytest.approx(0.9, abs=0.025)
 
 
 @pytest.fixture(scope="module")
@@ -216,29 +216,29 @@ def grown(line):
 def test_impulses_that_are_a_tenth_larger_are_found_so(rigid, tmp_path):
     other = changed(rigid, tmp_path / "grown", "impulses.dump", grown)
     compared = compare_windows(rigid, other)
-    said = compared.windows
-    assert (said["end_s"] - said["start_s"]).round(9).tolist() == [0.1] * 10
+    message = compared.windows
+    assert (message["end_s"] - message["start_s"]).round(9).tolist() == [0.1] * 10
     found = compared.paired()
     for name in ("contact_largest", "contact_95", "contact_mean", "person_largest", "walls"):
         assert found[name].more == pytest.approx(0.1, abs=0.003), name
     assert found["flow"].more == found["speed_door"].more == 0.0
-    busy = said["contacts_both"] > 10
+    busy = message["contacts_both"] > 10
     assert busy.any()
     for key in ("contact_relative_difference", "person_relative_difference", "sum_difference"):
-        assert said[key][busy] == pytest.approx(0.1)
-    assert said["contact_correlation"][busy] == pytest.approx(1.0)
-    assert not (said["contacts_only_first"] + said["contacts_only_second"]).any()
+        assert message[key][busy] == pytest.approx(0.1)
+    assert message["contact_correlation"][busy] == pytest.approx(1.0)
+    assert not (message["contacts_only_first"] + message["contacts_only_second"]).any()
 
 
 def test_one_pair_of_runs_has_numbers_and_their_autocorrelation():
     """Of which the definition is written out here; no verdict, whatever they are."""
     random = np.random.default_rng(4)
-    first, apart = random.uniform(5, 6, 50), np.cumsum(random.normal(size=50))
-    found = _paired(first, first + apart)
-    about = apart - apart.mean()
+    first, distance = random.uniform(5, 6, 50), np.cumsum(random.normal(size=50))
+    found = _paired(first, first + distance)
+    about = distance - distance.mean()
     assert found.autocorrelation == pytest.approx(about[:-1] @ about[1:] / (about @ about))
     assert found.independent < 10
-    assert found.more == pytest.approx(apart.mean() / first.mean())
+    assert found.more == pytest.approx(distance.mean() / first.mean())
     assert not hasattr(found, "verdict")
     constant = _paired(first, first * (1 + 1e-14))
     assert (constant.more, constant.relative) == (0.0, True)
@@ -277,12 +277,12 @@ def test_what_is_not_alike_is_not_compared(scene, rigid, tmp_path):
     heavier = scene.snapshot.mass.copy()
     heavier[6] = 80.0
     snapshot = dataclasses.replace(scene.snapshot, mass=heavier)
-    for change, said in (
+    for change, message in (
         ({"snapshot": snapshot}, r"mass \(kg\) of disk 7: 80.0, not 75.0"),
         ({"snapshot": make("arch", disks=20).snapshot}, "20 people, not 30"),
         ({"walls": scene.walls[:-1]}, "other walls"),
     ):
-        with pytest.raises(DumpError, match=said):
+        with pytest.raises(DumpError, match=message):
             check_same_crowd((rigid, scene), (tmp_path, scene.model_copy(update=change)))
     check_same_crowd((rigid, scene), (tmp_path, scene.with_contact(stiffness_N_per_m=1e7)))
     with pytest.raises(DumpError, match=r"window: 0\.05 s. Below 0\.1 s"):

@@ -57,7 +57,7 @@ def exact_velocity(snapshot, contacts, left, dissipation=None, maintained=False)
     for at, c in enumerate(soft, len(hard)):
         W[at][at] += 1 / K[c]
         q[at] *= 2
-    reaction, closed = _least(W, q, maintained)
+    reaction, closed = _least_norm(W, q, maintained)
     exact = [u[i] - sum(columns[c][i] * reaction[c] for c in closed) for i in range(2 * n)]
     # the Karush–Kuhn–Tucker conditions, to the last digit
     after = product(C, exact)
@@ -82,7 +82,7 @@ def _rows(contacts, n):
     return rows
 
 
-def _least(W, q, maintained):
+def _least_norm(W, q, maintained):
     """λ of min ½ λ·Wλ − λ·q over λ ≥ 0, or of W λ = q where maintained, and its indices."""
     k = len(q)
     reaction = [Fraction(0)] * k

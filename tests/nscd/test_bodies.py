@@ -13,7 +13,7 @@ from nscd import ContactLaw, Walls, find_contacts, solve
 from nscd.friction.planar import natural_map
 from nscd.indeterminacy import determinacy, equilibrium, intervals, nearest
 from nscd.rivals import first_order
-from nscd.stress import Kernel, smear, stress_field
+from nscd.stress import Kernel, coarse_grain, stress_field
 from tests.crowds import disks_at, lattice
 
 FLOOR = Walls(start=[[-9, 0]], end=[[9, 0]])
@@ -26,9 +26,9 @@ def percussions(crowd, walls=None, tolerance=1e-9, **law):
     return contacts, found
 
 
-def rod(centre, angle, radii, apart, body, mass=15.0):
+def rod(centre, angle, radii, difference, body, mass=15.0):
     """Disks in a row about a centre, as position, radius, mass and body."""
-    along = apart * (np.arange(len(radii)) - 0.5 * (len(radii) - 1))
+    along = difference * (np.arange(len(radii)) - 0.5 * (len(radii) - 1))
     way = np.array([np.cos(angle), np.sin(angle)])
     return (
         centre + along[:, None] * way,
@@ -129,10 +129,10 @@ def test_a_dumbbell_on_an_incline(mu):
     pull = push * np.array([np.sin(angle), -np.cos(angle)])
     crowd = crowd_of(rod(np.array([0.0, 0.2]), 0.0, [0.2, 0.2], 0.4, 1, mass=40.0), velocity=pull)
     _, found = percussions(crowd, FLOOR, friction=mu)
-    share = min(np.tan(angle), mu) * np.cos(angle)
-    wanted = 40 * push * np.array([np.cos(angle) - share, np.cos(angle) + share])
+    fraction = min(np.tan(angle), mu) * np.cos(angle)
+    wanted = 40 * push * np.array([np.cos(angle) - fraction, np.cos(angle) + fraction])
     np.testing.assert_allclose(found.reaction, wanted, rtol=1e-9)
-    slides = push * (np.sin(angle) - share)
+    slides = push * (np.sin(angle) - fraction)
     np.testing.assert_allclose(found.right_velocity, [[slides, 0]] * 2, atol=1e-10)
     np.testing.assert_allclose(found.right_spin, 0, atol=1e-10)
 
@@ -145,8 +145,8 @@ def test_bodies_of_one_disk_are_the_disks_to_the_bit(law):
     for name in ("reaction", "impulse", "right_velocity", "right_spin"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
     # through the rows of bodies it is the same to rounding
-    wide = replace(alone, bodies=replace(alone.bodies, inertia=alone.bodies.inertia * (1 + 1e-15)))
-    _, through = percussions(wide, FLOOR, **law)
+    width = replace(alone, bodies=replace(alone.bodies, inertia=alone.bodies.inertia * (1 + 1e-15)))
+    _, through = percussions(width, FLOOR, **law)
     if "friction" not in law:
         np.testing.assert_allclose(through.right_velocity, one.right_velocity, atol=1e-9)
 
@@ -159,8 +159,8 @@ def test_crowds_of_bodies_against_a_quadratic_program(seed):
     root = np.sqrt(mass)
     reaction = nnls((normal / root).T, root * left)[0]
     exact = left - normal.T @ reaction / mass
-    asked = ("auto", 1e-10), ("interior_point", 1e-3), ("active_set", 1e-8)
-    for solver, tolerance in asked:
+    requested = ("auto", 1e-10), ("interior_point", 1e-3), ("active_set", 1e-8)
+    for solver, tolerance in requested:
         found = solve(crowd, contacts, tolerance=tolerance, solver=solver, canonical=False)
         error = np.sqrt(mass @ (after(crowd, found) - exact) ** 2 / crowd.bodies.mass.sum())
         assert found.status == "solved"
@@ -209,10 +209,10 @@ def test_intervals_of_bodies_against_linear_programs(seed):
     normal, _, mass, left = rows_of(crowd, contacts)
     closed = normal @ after(crowd, found) >= -1e-6
     balance, right = normal[closed].T, mass * (left - after(crowd, found))
-    held = intervals.Intervals(equilibrium.Equilibrium.of(contacts, found))
+    balance_of = intervals.Intervals(equilibrium.Equilibrium.of(contacts, found))
     widths = []
     for c in np.flatnonzero(closed)[:8]:
-        mine = held.of(intervals.weights_of_contacts(contacts, c))
+        mine = balance_of.of(intervals.weights_of_contacts(contacts, c))
         goal = np.eye(len(contacts))[c][closed]
         ends = [
             linprog(sign * goal, A_eq=balance, b_eq=right, bounds=(0, None)) for sign in (1, -1)
@@ -222,8 +222,8 @@ def test_intervals_of_bodies_against_linear_programs(seed):
         widths.append(mine.width)
     assert max(widths) > 1.0
     assert determinacy(contacts, len(crowd), crowd).rank == np.linalg.matrix_rank(normal)
-    least = nearest.least_energy(contacts, found)
-    np.testing.assert_allclose(found.reaction, least, atol=1e-6)
+    least_energy = nearest.least_energy(contacts, found)
+    np.testing.assert_allclose(found.reaction, least_energy, atol=1e-6)
 
 
 BAD = {
@@ -237,10 +237,10 @@ BAD = {
 
 @pytest.mark.parametrize("words", BAD)
 def test_bodies_that_cannot_be_are_refused_in_one_line(words):
-    given = dict(BAD[words])
-    crowd = disks_at([[0, 0], [0.5, 0], [1, 0], [1.5, 0]], spin=given.pop("spin", np.zeros(4)))
+    arguments = dict(BAD[words])
+    crowd = disks_at([[0, 0], [0.5, 0], [1, 0], [1.5, 0]], spin=arguments.pop("spin", np.zeros(4)))
     with pytest.raises(ValueError, match=words) as refused:
-        crowd.joined(**given)
+        crowd.joined(**arguments)
     assert "\n" not in str(refused.value)
 
 
@@ -251,7 +251,7 @@ def test_stress_of_bodies_balances_their_momentum():
     at = np.random.default_rng(0).uniform(0, 2, (9, 2))
     field = stress_field(crowd, contacts, found.impulse, kernel, at)
     change = bodies.mean(found.right_velocity - crowd.velocity, crowd.mass) * bodies.mass[:, None]
-    wanted = smear(bodies.centre, change, kernel, at)[0]
+    wanted = coarse_grain(bodies.centre, change, kernel, at)[0]
     np.testing.assert_allclose(
         field.divergence + field.traction, wanted, rtol=1e-6, atol=1e-6 * np.abs(wanted).max()
     )
@@ -271,7 +271,7 @@ def test_models_of_disks_refuse_bodies():
 def test_contacts_within_a_body_are_none():
     crowd = disks_at([[0, 0], [0.4, 0], [0.9, 0]])
     contacts = find_contacts(crowd, tolerance=1e-9)
-    whole = crowd.joined([1, 1, 2])
-    assert (len(contacts), len(find_contacts(whole, tolerance=1e-9))) == (2, 1)
+    full = crowd.joined([1, 1, 2])
+    assert (len(contacts), len(find_contacts(full, tolerance=1e-9))) == (2, 1)
     with pytest.raises(ValueError, match="one body"):
-        solve(whole, contacts)
+        solve(full, contacts)

@@ -76,8 +76,8 @@ def test_disks_that_touch_touch_at_no_tolerance(seed, angle, shift):
     wall = Walls(start=[corner - across], end=[corner + across])
     contacts = find_contacts(pair, wall, tolerance=0.0)
     assert contacts.is_wall.tolist() == [False, True]
-    apart = disks_at([start, start + (first + second + 1e-9) * along], radius=[first, second])
-    assert not len(find_contacts(apart, tolerance=0.0))
+    difference = disks_at([start, start + (first + second + 1e-9) * along], radius=[first, second])
+    assert not len(find_contacts(difference, tolerance=0.0))
 
 
 NONSENSE = [
@@ -141,11 +141,11 @@ def test_answers_are_finite_or_said_to_be_failed(seed, decades, law):
     snapshot = disks_at(rows[:n], velocity, mass=10.0 ** rng.uniform(-decades, decades, n))
     contacts = find_contacts(snapshot, Walls(start=[[-9, -0.25]], end=[[99, -0.25]]), tolerance=0)
     for solver in SOLVERS if law is LAWS[0] else SOLVERS[:3]:
-        answer = solve(snapshot, contacts, law=law, solver=solver)
-        values = [getattr(answer, name) for name in answer.__slots__]
+        solution = solve(snapshot, contacts, law=law, solver=solver)
+        values = [getattr(solution, name) for name in solution.__slots__]
         numbers = [v for v in values if isinstance(v, float | np.ndarray)]
-        assert answer.status == "failed" or all(np.isfinite(v).all() for v in numbers)
-        assert answer.reason or answer.status == "solved"
+        assert solution.status == "failed" or all(np.isfinite(v).all() for v in numbers)
+        assert solution.reason or solution.status == "solved"
 
 
 def test_ids_and_masses_out_of_reach_are_refused():
@@ -157,9 +157,9 @@ def test_ids_and_masses_out_of_reach_are_refused():
 
 def test_no_answer_with_infinite_numbers_is_solved():
     refused("left_velocity", lambda: solve(TWO, TOUCHING, left_velocity=[[0, 1e308], [0, 0]]))
-    answer = solve(TWO, TOUCHING, left_velocity=[[1e99, 0], [0, 0]])
-    assert answer.status == "solved"
-    np.testing.assert_allclose(answer.impulse, [[1e99 * 75 * 60 / 135, 0]])
+    solution = solve(TWO, TOUCHING, left_velocity=[[1e99, 0], [0, 0]])
+    assert solution.status == "solved"
+    np.testing.assert_allclose(solution.impulse, [[1e99 * 75 * 60 / 135, 0]])
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -170,6 +170,6 @@ def test_the_active_set_takes_dissipation(law):
     contacts = find_contacts(snapshot, Walls(start=[[-9, -0.25]], end=[[9, -0.25]]), tolerance=1e-9)
     assert len(contacts) == 5
     other = solve(snapshot, contacts, law=law, solver="interior_point")
-    answer = solve(snapshot, contacts, law=law, solver="active_set")
-    assert answer.status == other.status == "solved"
-    np.testing.assert_allclose(answer.right_velocity, other.right_velocity, atol=1e-8)
+    solution = solve(snapshot, contacts, law=law, solver="active_set")
+    assert solution.status == other.status == "solved"
+    np.testing.assert_allclose(solution.right_velocity, other.right_velocity, atol=1e-8)

@@ -12,7 +12,7 @@ from nscd.solve import SOLVERS
 from tests.crowds import WALLS, disks_at, lattice, line
 
 
-def answer(snapshot, walls=WALLS, **keywords):
+def solution_of(snapshot, walls=WALLS, **keywords):
     contacts = find_contacts(snapshot, walls, tolerance=1e-9)
     return contacts, solve(snapshot, contacts, tolerance=1e-9, **keywords)
 
@@ -20,10 +20,10 @@ def answer(snapshot, walls=WALLS, **keywords):
 @given(st.integers(0, 10**6))
 def test_every_solver_gives_the_same_velocities(seed):
     snapshot = lattice(seed)
-    _, reference = answer(snapshot, solver="interior_point")
+    _, reference = solution_of(snapshot, solver="interior_point")
     assert reference.status == "solved"
     for solver in SOLVERS:
-        _, found = answer(snapshot, solver=solver)
+        _, found = solution_of(snapshot, solver=solver)
         if solver == "active_set" and found.status != "solved":
             continue  # it may cycle where contacts are redundant; it then says so
         assert found.status == "solved", (solver, found.reason)
@@ -37,16 +37,16 @@ def test_islands_equal_the_whole(seed):
     there = disks_at(np.add(two.position, [100.0, 0.0]), two.velocity, two.radius, two.mass)
     parts = ("position", "velocity", "radius", "mass")
     both = disks_at(*(np.concatenate([getattr(o, p) for o in (one, there)]) for p in parts))
-    _, whole = answer(both, None)
-    alone = np.concatenate([answer(part, None)[1].right_velocity for part in (one, two)])
-    np.testing.assert_allclose(whole.right_velocity, alone, atol=1e-7)
+    _, full = solution_of(both, None)
+    alone = np.concatenate([solution_of(part, None)[1].right_velocity for part in (one, two)])
+    np.testing.assert_allclose(full.right_velocity, alone, atol=1e-7)
 
 
 @given(st.integers(0, 10**6), st.floats(0, 0.1))
 def test_warm_equals_cold(seed, change):
     snapshot = lattice(seed, decades=1.0)
     rng = np.random.default_rng(seed)
-    contacts, before = answer(snapshot)
+    contacts, before = solution_of(snapshot)
     left = snapshot.velocity + change * rng.normal(size=snapshot.velocity.shape)
     cold = solve(snapshot, contacts, left_velocity=left, tolerance=1e-9)
     warm = solve(snapshot, contacts, left_velocity=left, tolerance=1e-9, guess=before)
@@ -69,12 +69,12 @@ def test_trees_equal_the_interior_point(seed, n, wall):
     snapshot = disks_at(position, rng.normal(size=(n, 2)), mass=rng.uniform(1, 100, n))
     lowest = position[:, 1].min() - 0.25
     walls = Walls(start=[[-50, lowest]], end=[[50, lowest]]) if wall else None
-    contacts, found = answer(snapshot, walls)
+    contacts, found = solution_of(snapshot, walls)
     if len(contacts) == 0:
         return
     assert found.status == "solved", found.reason
     assert found.solver in ("tree", "closed_form", "interior_point")
-    _, reference = answer(snapshot, walls, solver="interior_point")
+    _, reference = solution_of(snapshot, walls, solver="interior_point")
     np.testing.assert_allclose(found.right_velocity, reference.right_velocity, atol=1e-6)
     size = max(reference.reaction.max(), 1.0)
     np.testing.assert_allclose(found.reaction, reference.reaction, atol=1e-5 * size)
@@ -111,9 +111,9 @@ def test_nearly_elastic_answers_are_right_or_said_to_be_inaccurate(lost):
 def test_masses_far_apart_are_solved_whatever_the_law(seed, law):
     """Masses 1 : 10⁶ pressed into each other: k up to 10⁶ times a mass, W nearly singular."""
     rng = np.random.default_rng(seed)
-    place, velocity = rng.uniform(-1.5, 1.5, (40, 2)), rng.normal(size=(40, 2))
+    position, velocity = rng.uniform(-1.5, 1.5, (40, 2)), rng.normal(size=(40, 2))
     radius, mass = rng.uniform(0.18, 0.25, 40), 10.0 ** rng.uniform(0, 6, 40)
-    snapshot = disks_at(place, velocity, radius, mass)
+    snapshot = disks_at(position, velocity, radius, mass)
     wall = Walls(start=[[-9.0, -1.6]], end=[[9.0, -1.6]]) if seed % 2 else None
     contacts = find_contacts(snapshot, wall, tolerance=0.02)
     found = solve(snapshot, contacts, law=law, canonical=False)
@@ -132,12 +132,12 @@ def test_reactions_are_those_of_least_energy(seed):
     """The default λ is the least-norm one of all admissible percussions (an independent method:
     the interior point)."""
     snapshot = lattice(seed, decades=1.0)
-    contacts, found = answer(snapshot)
+    contacts, found = solution_of(snapshot)
     assert found.canonical
     reference = least_energy(contacts, found)
     size = max(reference.max(initial=0.0), 1e-9)
     np.testing.assert_allclose(found.reaction, reference, atol=1e-6 * size)
-    _, other = answer(snapshot, canonical=False)
+    _, other = solution_of(snapshot, canonical=False)
     np.testing.assert_allclose(other.right_velocity, found.right_velocity, atol=1e-7)
     assert (found.reaction**2).sum() <= (other.reaction**2).sum() * (1 + 1e-9)
 
@@ -149,9 +149,9 @@ def test_the_path_ends_at_once_at_what_is_no_number():
     parts = contacts.first, contacts.second, contacts.is_wall, contacts.normal
     crowd = snapshot.position, snapshot.radius, snapshot.mass, snapshot.velocity
     path = {"free": free, "solver": _core.Solver.INTERIOR_POINT}
-    sound = _core.solve_impact(*parts, *crowd, **path)
-    assert sound.finite
-    assert sound.iterations > 0
+    valid = _core.solve_impact(*parts, *crowd, **path)
+    assert valid.finite
+    assert valid.iterations > 0
     free[7, 1] = np.nan
     broken = _core.solve_impact(*parts, *crowd, **path)
     assert not broken.finite

@@ -14,7 +14,7 @@ from tests.crowds import disks_at, line, part_of_a_lattice, solved, wall_after
 from tests.nscd.exact import exact_velocity
 
 
-def answer(snapshot, walls=None, **law):
+def solution_of(snapshot, walls=None, **law):
     return solved(snapshot, walls, **law)[1]
 
 
@@ -29,7 +29,7 @@ MASSES = {
 def test_free_chain(mass):
     """Paper (5), (6): U = Σm u⁻/Σm and λ(i,i+1) = λ(i−1,i) − m_i (U − u_i⁻)."""
     left = np.linspace(2.0, 0.0, len(mass))
-    found = answer(line(mass, left))
+    found = solution_of(line(mass, left))
     common = (mass @ left) / mass.sum()
     reaction = np.cumsum(mass * (left - common))[:-1]
     np.testing.assert_allclose(found.right_velocity[:, 0], common, atol=1e-10)
@@ -41,7 +41,7 @@ def test_chain_against_a_wall(mass):
     """u⁺ = 0 and λ(i,i+1) = Σ_{j≤i} m_j u_j⁻; the last one is the wall's."""
     left = np.full(len(mass), 2.0)
     snapshot = line(mass, left)
-    found = answer(snapshot, wall_after(snapshot))
+    found = solution_of(snapshot, wall_after(snapshot))
     np.testing.assert_allclose(found.right_velocity, 0, atol=2e-10)
     np.testing.assert_allclose(found.reaction, np.cumsum(mass * left), rtol=1e-10)
 
@@ -51,7 +51,7 @@ def test_chain_against_a_wall(mass):
 def test_pair_restitution(ratio, restitution):
     """Two bodies: p = m_eff (1+e) U, separation velocity e U."""
     snapshot = line([75.0, 75.0 * ratio], [2.0, -1.0])
-    found = answer(snapshot, restitution=restitution)
+    found = solution_of(snapshot, restitution=restitution)
     m_eff = 75 * ratio / (1 + ratio)
     wanted = [[m_eff * (1 + restitution) * 3.0, 0]]
     np.testing.assert_allclose(found.impulse, wanted, rtol=1e-10, atol=1e-12)
@@ -63,24 +63,24 @@ def test_pair_restitution(ratio, restitution):
 
 def test_oblique_pair_only_collides_along_the_normal():
     snapshot = disks_at([[0, 0], [0.4, 0.3]], [[2, 0], [0, 0]])
-    found = answer(snapshot)
+    found = solution_of(snapshot)
     np.testing.assert_allclose(found.impulse, [[60 * 0.8, 60 * 0.6]], rtol=1e-10)
 
 
 @pytest.mark.parametrize(("k", "e"), [(10.0, 0.0), (37.5, 0.0), (75.0, 1 / 3), (375.0, 9 / 11)])
 def test_pair_dissipation_is_restitution(k, e):
     """e = max(0, (k − m_eff)/(k + m_eff)), m_eff = 37.5."""
-    found = answer(line([75.0, 75.0], [2.0, 0.0]), dissipation=k)
+    found = solution_of(line([75.0, 75.0], [2.0, 0.0]), dissipation=k)
     assert found.right_velocity[1, 0] - found.right_velocity[0, 0] == pytest.approx(2 * e, abs=1e-9)
     assert found.impulse[0, 0] == pytest.approx(37.5 * (1 + e) * 2, rel=1e-10)
 
 
 def test_four_disks_of_the_paper():
     """Fig. 1: k = 10 with m = 75 is inelastic (λ¹² = 92.5, p¹² = 112.5), with m = 1 nearly elastic."""
-    heavy = answer(line([75.0] * 4, [2.0, 0, 0, 0]), dissipation=10.0)
+    heavy = solution_of(line([75.0] * 4, [2.0, 0, 0, 0]), dissipation=10.0)
     assert heavy.reaction[0] == pytest.approx(92.5, rel=1e-10)
     np.testing.assert_allclose(heavy.impulse[:, 0], [112.5, 75, 37.5], rtol=1e-10)
-    light = answer(line([1.0] * 4, [2.0, 0, 0, 0]), dissipation=10.0)
+    light = solution_of(line([1.0] * 4, [2.0, 0, 0, 0]), dissipation=10.0)
     wanted = [-0.7907, 0.9302, 0.9302, 0.9302]
     np.testing.assert_allclose(light.right_velocity[:, 0], wanted, atol=5e-5)
 
@@ -88,17 +88,17 @@ def test_four_disks_of_the_paper():
 def test_four_disks_open_beyond_three_quarters_of_the_mass():
     """Contact 1–2 opens only for k > 3m/4 = 56.25, not for k > 37.5 as for a pair."""
     for k, opens in ((56.2, False), (56.3, True)):
-        found = answer(line([75.0] * 4, [2.0, 0, 0, 0]), dissipation=k)
+        found = solution_of(line([75.0] * 4, [2.0, 0, 0, 0]), dissipation=k)
         assert (found.right_velocity[1, 0] - found.right_velocity[0, 0] > 1e-6) == opens
 
 
 def test_maintained_contact_can_pull_and_complementarity_cannot():
     """Disks that part: the equality form (2) pulls, the physical one lets go."""
     snapshot = line([75.0] * 3, [0.0, 1.0, 3.0])
-    pulling = answer(snapshot, maintained=True)
+    pulling = solution_of(snapshot, maintained=True)
     np.testing.assert_allclose(pulling.right_velocity[:, 0], 4 / 3, atol=1e-9)
     np.testing.assert_allclose(pulling.reaction, [-100, -125], rtol=1e-9)
-    np.testing.assert_allclose(answer(snapshot).reaction, 0, atol=1e-8)
+    np.testing.assert_allclose(solution_of(snapshot).reaction, 0, atol=1e-8)
 
 
 def test_redundant_triangle_against_a_wall_is_solved_and_its_resultants_are_right():
@@ -116,7 +116,7 @@ def test_redundant_triangle_against_a_wall_is_solved_and_its_resultants_are_righ
 def test_tangential_dissipation_turns_disks_and_keeps_angular_momentum():
     """k_t > 0: the spins take up what the tangential percussion takes from the orbital motion."""
     snapshot = disks_at([[0, 0], [0.4, 0.3]], [[2, 0], [0, 0]], mass=[75, 60])
-    found = answer(snapshot, dissipation=0.0, tangential_dissipation=20.0)
+    found = solution_of(snapshot, dissipation=0.0, tangential_dissipation=20.0)
     x, m = snapshot.position, snapshot.mass
 
     def angular(u, w):
@@ -160,8 +160,8 @@ def test_who_is_knocked_away_is_not_pulled_back(restitution, friction):
     and B rebound as a pair, C goes on as it was."""
     turn = np.radians(110.0)
     towards = np.array([np.cos(turn), np.sin(turn)])
-    place, velocity = [[-0.5, 0], [0, 0], 0.5 * towards], [[2.0, 0], [0, 0], -0.05 * towards]
-    start = disks_at(place, velocity, mass=[60.0, 90.0, 75.0])
+    anchor, velocity = [[-0.5, 0], [0, 0], 0.5 * towards], [[2.0, 0], [0, 0], -0.05 * towards]
+    start = disks_at(anchor, velocity, mass=[60.0, 90.0, 75.0])
     contacts, found = solved(start, restitution=restitution, friction=friction)
     closing = contacts.approach_velocity(start.velocity)
     assert closing == pytest.approx([2.0, 0.05])
@@ -224,13 +224,13 @@ def test_no_contact_pulls_and_the_law_holds(seed, n, restitution, across, fricti
 def test_signs_that_nobody_can_know_do_not_change_for_ever(monkeypatch):
     """Masses of 75 g to 75 t: some C(u⁺ + u⁻) is 0 to rounding, and k_n would act and not act. Of
     these 40 crowds a dozen took all 60 rounds; which ones is chance."""
-    said, before = [], _core.solve_impact
-    listened = lambda *a, **b: said.append(before(*a, **b)) or said[-1]  # noqa: E731
+    result, before = [], _core.solve_impact
+    listened = lambda *a, **b: result.append(before(*a, **b)) or result[-1]  # noqa: E731
     monkeypatch.setattr(_core, "solve_impact", listened)
     for seed in range(1, 41):
         case = masses(60, seed)
         how = {"law": ContactLaw(restitution=0.7), "tolerance": 1e-10}
         found = solve(case.snapshot, case.contacts, left_velocity=case.left_velocity, **how)
-        assert said[-1].rounds <= 10, seed
+        assert result[-1].rounds <= 10, seed
         assert found.status == "solved", seed
         assert found.residual < 1e-10, seed

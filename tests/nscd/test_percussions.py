@@ -13,16 +13,16 @@ from tests.crowds import WALLS, disks_at, lattice, line, solved, turn, turned, w
 @given(st.integers(0, 10**6))
 def test_balance_energy_and_complementarity(seed):
     snapshot = lattice(seed, decades=4.0)
-    contacts, answer = solved(snapshot, WALLS)
-    momentum = snapshot.mass[:, None] * (answer.right_velocity - snapshot.velocity)
-    size = snapshot.mass * np.abs(snapshot.velocity).max() + np.abs(answer.reaction).sum()
-    missed = np.abs(momentum - contacts.momentum_change(answer.impulse, len(snapshot)))
+    contacts, solution = solved(snapshot, WALLS)
+    momentum = snapshot.mass[:, None] * (solution.right_velocity - snapshot.velocity)
+    size = snapshot.mass * np.abs(snapshot.velocity).max() + np.abs(solution.reaction).sum()
+    missed = np.abs(momentum - contacts.momentum_change(solution.impulse, len(snapshot)))
     assert (missed.max(1) < 1e-9 * size).all()
-    assert answer.energy_change <= 1e-12
-    assert answer.reaction.min() >= 0
-    approach = contacts.approach_velocity(answer.right_velocity)
+    assert solution.energy_change <= 1e-12
+    assert solution.reaction.min() >= 0
+    approach = contacts.approach_velocity(solution.right_velocity)
     assert approach.max() < 1e-9
-    pressed = answer.reaction * contacts.inverse_mass(snapshot.mass)
+    pressed = solution.reaction * contacts.inverse_mass(snapshot.mass)
     assert (np.minimum(pressed, -approach) < 1e-9).all()
 
 
@@ -55,7 +55,7 @@ def test_units_scale_the_answer(seed, mass_scale, velocity_scale):
     np.testing.assert_allclose(b.right_velocity, wanted, atol=1e-8 * velocity_scale)
 
 
-def answer(law=None):
+def solution_of(law=None):
     """A disk of 75 kg at 2 m/s against another one, that stands at a wall."""
     snapshot = disks_at([[0, 0], [0.5, 0]], [[2, 0], [0, 0]], ids=[7, 9])
     return solve(snapshot, find_contacts(snapshot, wall_after(snapshot), tolerance=0.0), law=law)
@@ -63,8 +63,8 @@ def answer(law=None):
 
 def test_an_answer_is_said_in_a_line():
     words = "<Percussions: 2 disks, 2 contacts, largest 150 N·s, solved, residual "
-    assert repr(answer()).startswith(words)
-    assert "largest 300 N," in repr(answer().over(0.5))
+    assert repr(solution_of()).startswith(words)
+    assert "largest 300 N," in repr(solution_of().over(0.5))
 
 
 def test_the_percussion_is_the_impulse_and_the_reaction_a_part_of_it():
@@ -80,7 +80,7 @@ def test_the_percussion_is_the_impulse_and_the_reaction_a_part_of_it():
 
 
 def test_forces_are_percussions_over_a_window():
-    found = answer()
+    found = solution_of()
     with pytest.raises(ValueError, match="force: an impact has percussions"):
         _ = found.force
     np.testing.assert_allclose(found.over(0.5).force, [[300, 0], [300, 0]])
@@ -90,20 +90,20 @@ def test_forces_are_percussions_over_a_window():
 
 
 def test_an_answer_is_a_table():
-    table = answer().over(0.5).to_dataframe()
+    table = solution_of().over(0.5).to_dataframe()
     assert list(table) == [
         "first", "second", "is_wall", "nx", "ny", "gap_m", "reaction_Ns", "impulse_x_Ns", "impulse_y_Ns",
         "force_x_N", "force_y_N", "force_N",
     ]  # fmt: skip
     assert table[["first", "second", "is_wall"]].to_numpy().tolist() == [[7, 9, 0], [9, 1, 1]]
     np.testing.assert_allclose(table["impulse_x_Ns"], 150)
-    assert "force_x_N" not in answer().to_dataframe()
-    assert "<table" in answer()._repr_html_()
+    assert "force_x_N" not in solution_of().to_dataframe()
+    assert "<table" in solution_of()._repr_html_()
 
 
 def test_an_answer_is_a_picture():
-    axes = answer().plot()
+    axes = solution_of().plot()
     assert axes.figure.axes[1].get_ylabel() == "percussion (N·s)"
     lines = axes.collections[1]
     np.testing.assert_allclose(lines.get_array(), 150)
-    assert answer().over(0.5).plot().figure.axes[1].get_ylabel() == "contact force (N)"
+    assert solution_of().over(0.5).plot().figure.axes[1].get_ylabel() == "contact force (N)"

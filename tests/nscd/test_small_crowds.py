@@ -22,9 +22,9 @@ WALLS = Walls(start=[[-1, -0.25]], end=[[9, -0.25]])
     st.integers(0, 10**6), st.integers(2, 40), st.floats(0.15, 1.0), st.floats(0.0, 2.0),
     st.booleans(),
 )  # fmt: skip
-def test_what_an_answer_says_of_itself_is_so(seed, n, kept, decades, canonical):
+def test_what_an_answer_says_of_itself_is_so(seed, n, selected, decades, canonical):
     """The law and the certificate, computed again from impulses and velocities."""
-    snapshot = part_of_a_lattice(seed, n, kept, decades)
+    snapshot = part_of_a_lattice(seed, n, selected, decades)
     contacts = find_contacts(snapshot, WALLS, tolerance=1e-9)
     found = solve(snapshot, contacts, tolerance=1e-10, canonical=canonical)
     assert found.status == "solved"
@@ -35,15 +35,15 @@ def test_what_an_answer_says_of_itself_is_so(seed, n, kept, decades, canonical):
     assert found.residual == pytest.approx(np.abs(error).max(initial=0.0) / scale, abs=1e-14)
     off = mass * (after - before) - contacts.momentum_change(found.impulse, n)
     received = contacts.sum_at_disks(found.reaction, n)
-    share = np.abs(off).max(1) / (snapshot.mass * scale + received)
-    assert found.momentum_error == pytest.approx(share.max(), abs=1e-14)
+    fraction = np.abs(off).max(1) / (snapshot.mass * scale + received)
+    assert found.momentum_error == pytest.approx(fraction.max(), abs=1e-14)
     energy = 0.5 * (mass * (after**2 - before**2)).sum()
     assert found.energy_change == pytest.approx(energy, abs=1e-12 * (mass * before**2).sum())
     assert found.energy_change <= 1e-9 * (mass * before**2).sum()
 
 
 @pytest.mark.parametrize(
-    ("n", "kept", "decades", "solver", "why"),
+    ("n", "selected", "decades", "solver", "why"),
     [
         (12, 0.2, 0.0, "tree", "form trees"),
         (64, 0.6, 0.0, "active_set", "descent found the closed contacts"),
@@ -51,17 +51,17 @@ def test_what_an_answer_says_of_itself_is_so(seed, n, kept, decades, canonical):
         (64, 0.85, 2.0, "interior_point", "masses far apart"),
     ],
 )
-def test_each_rung_is_taken(n, kept, decades, solver, why):
+def test_each_rung_is_taken(n, selected, decades, solver, why):
     """Everybody walks to the middle."""
-    still = part_of_a_lattice(4, n, kept, decades)
+    still = part_of_a_lattice(4, n, selected, decades)
     inward = still.position.mean(0) - still.position
     snapshot = dataclasses.replace(still, velocity=inward)
     contacts = find_contacts(snapshot, WALLS, tolerance=1e-9)
-    answer = solve(snapshot, contacts, tolerance=1e-10)
-    assert answer.status == "solved"
-    assert answer.solver == solver
-    assert why in answer.choice
-    assert answer.canonical
+    solution = solve(snapshot, contacts, tolerance=1e-10)
+    assert solution.status == "solved"
+    assert solution.solver == solver
+    assert why in solution.choice
+    assert solution.canonical
 
 
 CASES = [(family, 300) for family in ("heap", "jammed", "hexagonal", "masses")]
@@ -74,8 +74,8 @@ DENSE = pytest.mark.parametrize("solved", CASES[:3], indirect=True, ids="{0[0]}-
 def solved(request):
     family, size = request.param
     case = FAMILIES[family](size)
-    given = {"left_velocity": case.left_velocity, "tolerance": 1e-10}
-    return case, solve(case.snapshot, case.contacts, **given)
+    arguments = {"left_velocity": case.left_velocity, "tolerance": 1e-10}
+    return case, solve(case.snapshot, case.contacts, **arguments)
 
 
 def test_solved_and_said_so(solved):
@@ -116,6 +116,6 @@ def test_reactions_have_the_least_energy(solved):
     stiff = 1e5
     momentum = stiff * C[may].T @ found.reaction[may]
     rows = np.vstack([stiff * C[may].T, np.eye(may.sum())])
-    least, _ = nnls(rows, np.concatenate([momentum, np.zeros(may.sum())]), maxiter=50 * may.sum())
-    np.testing.assert_allclose(found.reaction[may], least, atol=1e-6 * least.max())
+    minimum, _ = nnls(rows, np.concatenate([momentum, np.zeros(may.sum())]), maxiter=50 * may.sum())
+    np.testing.assert_allclose(found.reaction[may], minimum, atol=1e-6 * minimum.max())
     assert not found.reaction[~may].any()

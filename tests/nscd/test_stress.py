@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from nscd import ContactLaw, Contacts, Walls, find_contacts, solve
-from nscd.stress import Kernel, branches, flow_field, smear, stress_field, virial
+from nscd.stress import Kernel, branches, coarse_grain, flow_field, stress_field, virial
 from tests.crowds import disks_at, turn, turned
 
 KERNELS = [Kernel(width=0.4, cutoff=9.0), Kernel(width=0.4, compact=True)]
@@ -37,13 +37,13 @@ def points(seed=1, m=300):
 def test_momentum_gained_is_divergence_and_traction(kernel, law):
     """Σ mΔu φ = div Σ + t to rounding, and not without the walls' traction."""
     snapshot, contacts = crowd()
-    answer = solve(snapshot, contacts, law=law, tolerance=1e-12)
+    solution = solve(snapshot, contacts, law=law, tolerance=1e-12)
     assert contacts.is_wall.any()
     assert not contacts.is_wall.all()
     at = points()
-    change = snapshot.mass[:, None] * (answer.right_velocity - snapshot.velocity)
-    gained, _ = smear(snapshot.position, change, kernel, at)
-    field = stress_field(snapshot, contacts, answer.impulse, kernel, at)
+    change = snapshot.mass[:, None] * (solution.right_velocity - snapshot.velocity)
+    gained, _ = coarse_grain(snapshot.position, change, kernel, at)
+    field = stress_field(snapshot, contacts, solution.impulse, kernel, at)
     size = np.abs(gained).max()
     assert np.abs(gained - field.divergence - field.traction).max() < 1e-11 * size
     assert np.abs(gained - field.divergence).max() > 0.3 * size
@@ -149,10 +149,10 @@ def test_wide_kernels_are_cut_within_the_stated_error():
     snapshot, contacts = crowd()
     impulse = solve(snapshot, contacts).impulse
     at = points()
-    whole = stress_field(snapshot, contacts, impulse, Kernel(width=0.4, cutoff=12.0), at)
+    total = stress_field(snapshot, contacts, impulse, Kernel(width=0.4, cutoff=12.0), at)
     for cutoff in (2.0, 4.0):
         cut = stress_field(snapshot, contacts, impulse, Kernel(width=0.4, cutoff=cutoff), at)
-        error = np.abs(cut.stress - whole.stress).max()
+        error = np.abs(cut.stress - total.stress).max()
         assert 0 < error <= cut.truncation
     assert stress_field(snapshot, contacts, impulse, KERNELS[1], at).truncation == 0
 
@@ -190,8 +190,8 @@ def test_bad_input_is_refused_by_name():
     snapshot, contacts = crowd(n=4)
     good, kernel, at = np.zeros((len(contacts), 2)), Kernel(width=0.3), points()
     broken = np.where(np.arange(len(good))[:, None] == 1, np.nan, good)
-    place = {"normal": [[1, 0]], "gap": [0], "point": [[0, 0]]}
-    beyond = Contacts(first=[7], second=[0], is_wall=[False], **place)
+    position = {"normal": [[1, 0]], "gap": [0], "point": [[0, 0]]}
+    beyond = Contacts(first=[7], second=[0], is_wall=[False], **position)
 
     def field(crowd=contacts, impulse=good, at=at):
         return stress_field(snapshot, crowd, impulse, kernel, at)
@@ -203,7 +203,7 @@ def test_bad_input_is_refused_by_name():
         (lambda: field(impulse=good[1:]), "impulse: shape"),
         (lambda: field(at=[1.0, 2.0]), "at: shape"),
         (lambda: field(at=[[np.inf, 2.0]]), "at: not a finite"),
-        (lambda: smear(snapshot.position, np.zeros(3), kernel, at), "values: shape"),
+        (lambda: coarse_grain(snapshot.position, np.zeros(3), kernel, at), "values: shape"),
         (lambda: field(beyond, [[1.0, 0.0]]), "disk index 7 where there"),
         (lambda: virial(snapshot, beyond, [[1.0, 0.0]]), "disk index 7 where there are 4 disks"),
     ]:
@@ -230,8 +230,8 @@ def any_case(seed):
 def test_rotation_and_translation(seed, angle, shift, kernel):
     snapshot, contacts, impulse, at = any_case(seed)
     by, far = turn(angle), np.array([shift, -0.3 * shift])
-    place = {"normal": contacts.normal @ by.T, "point": contacts.point @ by.T + far}
-    there = turned(snapshot, by, far), dataclasses.replace(contacts, **place)
+    position = {"normal": contacts.normal @ by.T, "point": contacts.point @ by.T + far}
+    there = turned(snapshot, by, far), dataclasses.replace(contacts, **position)
     before = stress_field(snapshot, contacts, impulse, kernel, at)
     after = stress_field(*there, impulse @ by.T, kernel, at @ by.T + far)
     np.testing.assert_allclose(after.stress, by @ before.stress @ by.T, atol=1e-9)
@@ -260,10 +260,10 @@ def test_momentum_balance_of_any_impulses(seed, kernel):
     """What impulses give the disks, smeared, is the divergence of their stress; parts add up."""
     snapshot, contacts, impulse, at = any_case(seed)
     change = contacts.momentum_change(impulse, len(snapshot))
-    given_to, _ = smear(snapshot.position, change, kernel, at)
-    whole = stress_field(snapshot, contacts, impulse, kernel, at)
-    np.testing.assert_allclose(whole.divergence, given_to, atol=1e-10)
+    given_to, _ = coarse_grain(snapshot.position, change, kernel, at)
+    total = stress_field(snapshot, contacts, impulse, kernel, at)
+    np.testing.assert_allclose(total.divergence, given_to, atol=1e-10)
     half = np.arange(len(contacts)) % 2 == 0
     one, two = (stress_field(snapshot, contacts.select(k), impulse[k], kernel, at).stress
                 for k in (half, ~half))  # fmt: skip
-    np.testing.assert_allclose(whole.stress, one + two, atol=1e-10)
+    np.testing.assert_allclose(total.stress, one + two, atol=1e-10)

@@ -47,12 +47,12 @@ def test_the_bound_holds_against_exact_arithmetic(law, seed, decades):
         solvers += itertools.product(("gauss_seidel", "projected_gradient"), (1e-2, 1e-5))
     for solver, tolerance in solvers:
         how = {"law": law, "solver": solver, "tolerance": tolerance}
-        answer = solve(snapshot, contacts, **how, canonical=False)
-        error = distance(snapshot, answer.right_velocity, exact)
-        assert error <= answer.velocity_error, (solver, tolerance)
+        solution = solve(snapshot, contacts, **how, canonical=False)
+        error = distance(snapshot, solution.right_velocity, exact)
+        assert error <= solution.velocity_error, (solver, tolerance)
         # Â weighs more than M where contacts dissipate, by 1 + k w at most
         looser = np.sqrt(1 + (coefficients * contacts.inverse_mass(snapshot.mass)).max())
-        assert answer.velocity_error <= 20 * looser * (error + answer.residual + ROUNDING)
+        assert solution.velocity_error <= 20 * looser * (error + solution.residual + ROUNDING)
 
 
 @pytest.mark.parametrize("n", [10, 30, 60])
@@ -61,12 +61,12 @@ def test_the_bound_sees_what_the_residual_does_not(n):
     = 0 but for those that are pushed away."""
     snapshot, wall = chain(n)
     contacts = find_contacts(snapshot, wall, tolerance=1e-9)
-    answer = solve(snapshot, contacts, solver="gauss_seidel", tolerance=1e-8, canonical=False)
+    solution = solve(snapshot, contacts, solver="gauss_seidel", tolerance=1e-8, canonical=False)
     exact = solve(snapshot, contacts, tolerance=1e-12)
     assert np.abs(exact.right_velocity).max() < 1e-12
-    error = np.sqrt((answer.right_velocity**2).sum() / n)
-    assert error > 0.05 * n * answer.residual
-    assert error <= answer.velocity_error <= 1.01 * error
+    error = np.sqrt((solution.right_velocity**2).sum() / n)
+    assert error > 0.05 * n * solution.residual
+    assert error <= solution.velocity_error <= 1.01 * error
 
 
 @pytest.mark.parametrize(("n", "seed"), [(24, 10), (26, 1), (88, 10), (89, 4)])
@@ -78,9 +78,9 @@ def test_the_bound_holds_where_roundings_add_up(n, seed):
     mass = snapshot.mass if seed % 2 else rng.uniform(50, 100, n)
     snapshot = replace(snapshot, mass=mass)
     contacts = find_contacts(snapshot, wall, tolerance=1e-9)
-    answer = solve(snapshot, contacts, solver="active_set", canonical=False)
-    error = np.sqrt(mass @ (answer.right_velocity**2).sum(1) / mass.sum())
-    assert 0 < error <= answer.velocity_error < 1e-12
+    solution = solve(snapshot, contacts, solver="active_set", canonical=False)
+    error = np.sqrt(mass @ (solution.right_velocity**2).sum(1) / mass.sum())
+    assert 0 < error <= solution.velocity_error < 1e-12
 
 
 @pytest.mark.parametrize("decades", [0.0, 1.0, 4.0])
@@ -92,8 +92,8 @@ def test_the_bound_holds_on_random_crowds(decades):
         for law in LAWS.values():
             sharp = solve(snapshot, contacts, law=law, solver="interior_point", tolerance=1e-14)
             found = solve(snapshot, contacts, law=law, tolerance=1e-4, canonical=False)
-            apart = snapshot.mass[:, None] * (found.right_velocity - sharp.right_velocity) ** 2
-            error = np.sqrt(apart.sum() / snapshot.mass.sum())
+            distance = snapshot.mass[:, None] * (found.right_velocity - sharp.right_velocity) ** 2
+            error = np.sqrt(distance.sum() / snapshot.mass.sum())
             assert error <= found.velocity_error + sharp.velocity_error
             assert sharp.velocity_error < 1e-7
 
@@ -104,8 +104,8 @@ def test_an_answer_that_is_none_has_a_large_bound():
     contacts = find_contacts(snapshot, WALLS, tolerance=1e-9)
     found = solve(snapshot, contacts, solver="gauss_seidel", tolerance=0.5, canonical=False)
     sharp = solve(snapshot, contacts)
-    apart = snapshot.mass[:, None] * (found.right_velocity - sharp.right_velocity) ** 2
-    error = np.sqrt(apart.sum() / snapshot.mass.sum())
+    distance = snapshot.mass[:, None] * (found.right_velocity - sharp.right_velocity) ** 2
+    error = np.sqrt(distance.sum() / snapshot.mass.sum())
     assert 1e-3 < error <= found.velocity_error < 3.0
 
 
@@ -117,6 +117,6 @@ def test_what_needs_no_solver_is_known_to_rounding():
     none = find_contacts(away, tolerance=0.0).select(np.zeros(0, dtype=int))
     assert solve(away, none).velocity_error == 0.0
     pair = line([75, 60], [2, 0])
-    touching = find_contacts(pair, tolerance=1e-9)
+    in_contact = find_contacts(pair, tolerance=1e-9)
     for law in (ContactLaw(), ContactLaw(restitution=0.5), ContactLaw(dissipation=1.0)):
-        assert 0 < solve(pair, touching, law=law).velocity_error < 1e-13
+        assert 0 < solve(pair, in_contact, law=law).velocity_error < 1e-13

@@ -44,9 +44,9 @@ def says_little(section, folder):
     page = templates().get_template("macros.html").module
     shown = page.section(section, defaultdict(lambda: [""]), title)
     inline = re.sub(r"</?(?:a|b|em|span|sub|sup|code)\b[^>]*>", "", shown)
-    said = words(html.unescape(re.sub(r"<[^>]*>", " ", inline)))
-    assert said <= PAPER_WORDS[section.number], said
-    return said
+    message = words(html.unescape(re.sub(r"<[^>]*>", " ", inline)))
+    assert message <= PAPER_WORDS[section.number], message
+    return message
 
 
 def answers_first(address):
@@ -62,8 +62,8 @@ def answers_first(address):
             works_by_keyboard(page)
             # the numbers of an axis are a picture
             page.evaluate("document.querySelectorAll('.axis').forEach(one => one.remove())")
-            said = page.locator("h1, .first .lead, .first .glance").all_inner_texts()
-            assert words(" ".join(said)) <= FIRST_WORDS
+            message = page.locator("h1, .first .lead, .first .glance").all_inner_texts()
+            assert words(" ".join(message)) <= FIRST_WORDS
 
 
 def works_by_keyboard(page):
@@ -88,9 +88,9 @@ def rows_of(page, section, caption):
     """The rows of the table of a section whose caption begins so, each head → text."""
     for table in page.locator(f"#{section} table").all():
         if (table.locator("caption").text_content() or "").startswith(caption):
-            heads = table.locator("th").all_text_contents()
+            positions = table.locator("th").all_text_contents()
             return [
-                dict(zip(heads, row.locator("td").all_text_contents(), strict=True))
+                dict(zip(positions, row.locator("td").all_text_contents(), strict=True))
                 for row in table.locator("tbody tr").all()
             ]
     raise AssertionError(f"no table '{caption}' in {section}")
@@ -102,9 +102,9 @@ def has_its_numbers(section, content):
     short = [one["rows"] for one in content["tables"] if not one["file"]]
     assert section.locator("table").count() == len(short)
     assert section.locator("tr").count() == sum(len(rows) + 1 for rows in short)
-    said = section.text_content()
+    message = section.text_content()
     for cell in (cell for rows in short for row in rows for cell in row):
-        assert isinstance(cell, str) or cell_html(cell) in said
+        assert isinstance(cell, str) or cell_html(cell) in message
     for one in (one for one in content["tables"] if one["file"]):
         (at,) = section.locator(f"a[href='./{one['file']}']").all()
         file = Path(url2pathname(urlsplit(at.evaluate("a => a.href")).path))
@@ -118,8 +118,8 @@ def says_little_beside(page, limit):
     """A page of the paper whose sections are open has few words beside these."""
     page.locator("summary").evaluate_all("all => all.forEach(one => one.parentNode.open = true)")
     sections = page.locator("section[data-figure]").all_inner_texts()
-    whole = words(page.locator("body").inner_text())
-    beside = whole - sum(map(words, sections))
+    full = words(page.locator("body").inner_text())
+    beside = full - sum(map(words, sections))
     assert beside <= PAPER_WORDS[limit], beside
 
 
@@ -143,13 +143,13 @@ def opened(address, width):
     """The page, on a screen so many pixels wide; it must load offline and without complaint, with
     all its pictures, and not scroll sideways."""
     assert address.startswith("file://")
-    complaints, asked = [], []
+    complaints, requested = [], []
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=BROWSER, args=QUIET)
         page = browser.new_page(viewport={"width": width, "height": HEIGHT})
         page.on("console", lambda message: complaints.append(message.text))
         page.on("pageerror", lambda error: complaints.append(str(error)))
-        page.on("request", lambda request: asked.append(request.url))
+        page.on("request", lambda request: requested.append(request.url))
         page.goto(address)
         yield page
         missing = "[...document.images].filter(i => !i.complete || !i.naturalWidth).length"
@@ -164,4 +164,4 @@ def opened(address, width):
             assert page.evaluate(f"Math.max(0, ...{right})") <= width
         browser.close()
     assert complaints == []
-    assert all(url.startswith(("file:", "data:")) for url in asked), asked
+    assert all(url.startswith(("file:", "data:")) for url in requested), requested

@@ -42,11 +42,11 @@ def test_a_file_named_like_a_script_is_a_file():
 def test_data_of_others_call_nobody(tmp_path):
     """Pictures and links in titles, notes, names of walls, sources and file names are text; and were
     there a way in, the page's policy would hold: nothing is loaded, no foreign script runs."""
-    asked = []
+    requested = []
 
     class Server(http.server.BaseHTTPRequestHandler):
         def do_GET(self):
-            asked.append(self.path)
+            requested.append(self.path)
 
     with http.server.HTTPServer(("127.0.0.1", 0), Server) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
@@ -81,15 +81,15 @@ def test_data_of_others_call_nobody(tmp_path):
             assert shown.title() != "run"
             browser.close()
         server.shutdown()
-    assert asked == []
+    assert requested == []
 
 
 def test_every_page_has_the_policy():
     for template in (ROOT / "analysis/pages/templates").glob("*.html"):
         content = template.read_text()
-        whole = "<html" in content
-        assert whole == (template.name == "page.html")
-        assert whole or "<script" not in content or "{% block scripts %}" in content
+        full = "<html" in content
+        assert full == (template.name == "page.html")
+        assert full or "<script" not in content or "{% block scripts %}" in content
 
 
 def test_a_table_says_in_each_cell_under_which_head_it_stands():
@@ -118,12 +118,12 @@ def test_cells(cell, shown, kind):
 
 
 def test_a_picture_for_a_telephone_stands_beside_the_other(tmp_path):
-    wide, narrow = Figure(figsize=(4, 1)), Figure(figsize=(1, 4))
+    width, narrow = Figure(figsize=(4, 1)), Figure(figsize=(1, 4))
     both, (left, right) = panels(9, 4, 1, 2, sharey=True)
     left.set(ylabel="force (N)", aspect="equal")
     add_scale(both, right, Normalize(0, 1), "shade")
     pictures = [
-        Picture(name="panels", caption="two", figure=wide, narrow=narrow),
+        Picture(name="panels", caption="two", figure=width, narrow=narrow),
         Picture(name="one", caption="one", figure=Figure(figsize=(2, 2))),
         Picture(name="side_by_side", caption="wide", figure=both),
     ]

@@ -44,8 +44,8 @@ def reported(tmp_path_factory):
         "report", "arch.toml", "--engine", "lammps", "--engine", "rigid", "--seeds", "3",
         "--stiffness", "1e6", "--out", "report", "--sheet",
     ]  # fmt: skip
-    status, said, printed = in_fork(lambda: as_program(words, folder), 600)
-    assert status == 0, said
+    status, message, printed = in_fork(lambda: as_program(words, folder), 600)
+    assert status == 0, message
     return printed, folder
 
 
@@ -77,8 +77,8 @@ def test_the_first_screen_has_the_film_and_four_ranges_without_scrolling(reporte
         page.wait_for_function("document.querySelector('.now').textContent.includes(' s:')")
         first = page.locator("main > section").first
         assert first.get_attribute("id") == "arch-at-a-glance"
-        seen = page.locator(".glance .ranges, .glance canvas, .glance .quiet:visible")
-        ends = seen.evaluate_all("all => all.map(one => one.getBoundingClientRect().bottom)")
+        observed = page.locator(".glance .ranges, .glance canvas, .glance .quiet:visible")
+        ends = observed.evaluate_all("all => all.map(one => one.getBoundingClientRect().bottom)")
         assert len(ends) > 6
         assert max(ends) <= 844
         titles = page.locator(".view option").all_text_contents()
@@ -86,11 +86,11 @@ def test_the_first_screen_has_the_film_and_four_ranges_without_scrolling(reporte
         # what is not chosen is not seen, and the numbers of an axis are a picture
         unseen = "document.querySelectorAll('option:not(:checked), .axis').forEach(o => o.remove())"
         page.evaluate(unseen)
-        said = " ".join(first.locator("h2, .lead, .glance").all_inner_texts())
-        assert words(said) <= 150
-        assert ("Red: limits" in said) == (page.locator(".glance .mark").count() > 0)
-        assert "each always pushes with 300\xa0N (assumed): no measured crowd does." in said
-        assert "6\u202f227\xa0N in 15\xa0s. Simulated: 0.4\xa0s, peak" in said
+        message = " ".join(first.locator("h2, .lead, .glance").all_inner_texts())
+        assert words(message) <= 150
+        assert ("Red: limits" in message) == (page.locator(".glance .mark").count() > 0)
+        assert "each always pushes with 300\xa0N (assumed): no measured crowd does." in message
+        assert "6\u202f227\xa0N in 15\xa0s. Simulated: 0.4\xa0s, peak" in message
         values = page.locator(".glance .value").all_inner_texts()
         for text, found in zip(values, motion["four"].values(), strict=True):
             ends = [float(end) for end in text.split(" ")[0].replace("\u202f", "").split("–")]
@@ -111,8 +111,8 @@ def test_the_first_screen_has_the_film_and_four_ranges_without_scrolling(reporte
                 shown = float(row["rigid"].split(" ")[0].replace("\u202f", ""))
                 assert shown == pytest.approx(found["mean"], rel=0.06, abs=0.06)
         works_by_keyboard(page)  # which unfolds everything
-        said = page.locator("li").all_text_contents()
-        assert len(set(said)) == len(said)
+        message = page.locator("li").all_text_contents()
+        assert len(set(message)) == len(message)
         # with everything unfolded, tables and captions counted
         assert words(first.inner_text()) <= 1530
         assumed = page.locator("#arch-assumptions").inner_text()
@@ -146,9 +146,9 @@ def test_what_nobody_knows_is_varied_one_thing_at_a_time(reported):
     scene = read_scene(folder / "arch.toml")
     models = motion_of(scene, ["lammps", "rigid"], [1e6], 3, folder / "out")
     assert all(run.is_finished() for model in models for run in model.runs)
-    told = ["rigid", "stiff, 1\u202f000 kN/m", "soft, 5.8 kN/m", "chest, 3.2 kN/m, not valid",
+    cells = ["rigid", "stiff, 1\u202f000 kN/m", "soft, 5.8 kN/m", "chest, 3.2 kN/m, not valid",
             "friction 0.4", "push 100 N"]  # fmt: skip
-    assert [one.label for one in models] == [*told, "radius − 1 cm", "radius + 1 cm"]
+    assert [one.label for one in models] == [*cells, "radius − 1 cm", "radius + 1 cm"]
     assert [one.factor for one in models[1::2]] == ["bodies", "bodies", "push", "radius"]
     gentle = motion_of(with_push(scene, 100.0), ["rigid"], [], 3, folder / "out")
     assert [one.label for one in gentle if one.factor == "push"] == ["push 200 N"]
@@ -170,12 +170,12 @@ def test_what_nobody_knows_is_varied_one_thing_at_a_time(reported):
         for one in (one for one in study.models if one.valid):
             interval = one.interval(key)
             assert found.low <= interval.low <= interval.mean <= interval.high <= found.high
-        least, most = found.factors["push"]
+        minimum, maximum = found.factors["push"]
         means = sorted(study.models[k].interval(key).mean for k in (0, 5))
-        assert [least, most] == means
+        assert [minimum, maximum] == means
     bars, matters, done = notes(study, [])
-    most = max(one.values["contact_largest"].max() for one in study.models[0].series)
-    assert f"Simulated: 0.4 s, peak {two(most)} N of 3 rigid runs." in done
+    maximum = max(one.values["contact_largest"].max() for one in study.models[0].series)
+    assert f"Simulated: 0.4 s, peak {two(maximum)} N of 3 rigid runs." in done
     assert "s, 3 starts. Pale: also with other stiffness, friction, push, radius, one at a time." in " ".join(bars.split())
     fewer, *_ = notes(replace(study, models=study.models[:5]), [])
     assert "Pale: also with other stiffness, friction, one at a time." in " ".join(fewer.split())
@@ -189,9 +189,9 @@ def test_what_nobody_knows_is_varied_one_thing_at_a_time(reported):
     walls = [row for row in table.rows if row[1] == "largest load on any metre of walls"]
     assert [row[0] for row in walls] == ["2 kN/m", "5 kN/m"]
     assert "resultant of a person's contact forces" in [row[1] for row in table.rows]
-    said = " ".join(verdicts(study))
-    assert "**Friction 0.4**:" in said
-    assert "**Soft, 5.8 kN/m**:" in said  # units keep their capitals
+    message = " ".join(verdicts(study))
+    assert "**Friction 0.4**:" in message
+    assert "**Soft, 5.8 kN/m**:" in message  # units keep their capitals
     assert 500.0 in marks_of(study, "contact_largest")
     assert motion_of(read_scene("pair"), ["rigid"], [1e6], 3, folder) == []
 

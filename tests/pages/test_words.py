@@ -119,8 +119,8 @@ PAGES = sorted(ROOT.glob("analysis/**/*.md"))
 def test_every_words_file_is_in_the_markdown_of_pages(page):
     """No number without a filter's form, no index or power without its marks."""
     slots = r"(?sm)\{\{.*?\}\}|\{%.*?%\}|^## [^\n]*"
-    said = re.sub(slots, "", page.read_text("utf-8"))
-    assert re.findall(r"(?<![\w`/])[^\W\d_]_\w+|\d[eE][-+]?\d+|\^[({]", said) == []
+    output = re.sub(slots, "", page.read_text("utf-8"))
+    assert re.findall(r"(?<![\w`/])[^\W\d_]_\w+|\d[eE][-+]?\d+|\^[({]", output) == []
     lines = page.read_text("utf-8").splitlines()
     assert [line for line in lines if len(line) > 100 and not line.startswith("|")] == []
 

@@ -111,20 +111,20 @@ def test_dissipation_of_a_pair():
 )
 def test_where_the_maximum_lies(distances, verdict):
     samples = [sample(distance_m=d) for d in distances]
-    claim = fig4_arch.place(WORDS, {"made up": samples}, "distance_m", "the sum")
+    claim = fig4_arch.position_claim(WORDS, {"made up": samples}, "distance_m", "the sum")
     assert claim.verdict.name == verdict
     assert f"the median {np.median(distances):.2f} m" in claim.reason
 
 
 def test_a_reading_that_holds_in_one_kind_of_crowd_holds_in_part():
     near, far = [sample(distance_m=1.0)] * 2, [sample(distance_m=5.0)] * 2
-    claim = fig4_arch.place(WORDS, {"heaps": near, "flowing": far}, "distance_m", "the sum")
+    claim = fig4_arch.position_claim(WORDS, {"heaps": near, "flowing": far}, "distance_m", "the sum")
     assert claim.verdict == Verdict.PARTLY
     assert "2 heaps: holds. " in claim.reason
     assert "2 flowing: does not hold. " in claim.reason
     for samples, verdict in ((near, Verdict.HOLDS), (far, Verdict.FAILS)):
         both = {"heaps": samples, "flowing": samples}
-        assert fig4_arch.place(WORDS, both, "distance_m", "the sum").verdict == verdict
+        assert fig4_arch.position_claim(WORDS, both, "distance_m", "the sum").verdict == verdict
 
 
 @pytest.mark.parametrize(
@@ -136,8 +136,8 @@ def test_percussions_as_contact_forces(monkeypatch, fixed, every, verdict):
 
     def statistics(contact):
         kinds = {"determined": fixed, "contact": contact, "disk_vector": fixed}
-        shares = {f"{kind}_relative_difference": share for kind, share in kinds.items()}
-        return {"determined_contacts": 2, "rigid_contacts": 9, **shares}
+        fractions = {f"{kind}_relative_difference": fraction for kind, fraction in kinds.items()}
+        return {"determined_contacts": 2, "rigid_contacts": 9, **fractions}
 
     def run(contact):
         return SimpleNamespace(balance=SimpleNamespace(unbalanced=1e-5), contact=contact)
@@ -152,7 +152,7 @@ def test_heaps_touch_without_overlap_and_open():
     """Just rigid: two contacts per disk, walls and the shut exit counted; the exit's are gone."""
     for seed in (1, 2):
         arch = grown(200, seed)
-        assert arch.answer.status == "solved"
+        assert arch.solution.status == "solved"
         assert arch.overlap_share() < 1e-9
         assert 1.9 < len(arch.contacts) / 200 < 2.0
         assert arch.opening() > 0
@@ -215,7 +215,7 @@ def test_sections_from_a_small_crowd(small, tmp_path):
     if all(engine.find() is None for engine in PENALTY):
         pytest.skip("no engine is installed")
     steps = []
-    first = build(tmp_path, lambda label, share: steps.append((label, share)))
+    first = build(tmp_path, lambda label, fraction: steps.append((label, fraction)))
     runs = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("run.json")}
     second = build(tmp_path)
     assert runs == {path: path.stat().st_mtime_ns for path in tmp_path.rglob("run.json")}

@@ -6,7 +6,7 @@ import pytest
 import scipy.sparse as sparse
 
 from analysis.paper.continuum import bridge
-from analysis.paper.continuum.bridge import HALF_DOOR, Crowd, Packing, area, crowd_size
+from analysis.paper.continuum.bridge import HALF_DOOR, FittedCrowd, Packing, area, crowd_size
 
 from analysis.paper.continuum.bridge import to_exit, toward_exit  # isort: skip
 from analysis.scene.packing import heap, press
@@ -44,15 +44,15 @@ def test_a_pressed_crowd_carries_its_push_before_the_shut_door():
     position, radius = heap(N, 1, MEAN, HALF_DOOR)
     pressed, rested = press(position, radius, HALF_DOOR, 0.02)
     assert rested
-    kept = []
-    for place, tolerance in ((position, 1e-9), (pressed, 0.0)):
-        crowd = snapshot(place, radius)
+    selected = []
+    for location, tolerance in ((position, 1e-9), (pressed, 0.0)):
+        crowd = snapshot(location, radius)
         contacts = find_contacts(crowd, SHUT, tolerance=tolerance)
-        answer = solve(crowd, contacts)
-        assert answer.status == "solved"
-        kept.append((answer.right_velocity**2).sum() / (crowd.velocity**2).sum())
-    assert kept[0] > 0.02
-    assert kept[1] < 1e-3
+        solution = solve(crowd, contacts)
+        assert solution.status == "solved"
+        selected.append((solution.right_velocity**2).sum() / (crowd.velocity**2).sum())
+    assert selected[0] > 0.02
+    assert selected[1] < 1e-3
 
 
 test_packings_refuse_bad_input = refusals(
@@ -73,20 +73,20 @@ def test_the_size_of_an_even_crowd_is_found():
 @pytest.fixture(scope="module")
 def crowd():
     previous, bridge.MESH = bridge.MESH, 0.6
-    made = Crowd(6.0)
+    made = FittedCrowd(6.0)
     _ = made.mesh
     bridge.MESH = previous
     return made
 
 
-def kept(flow, cells, desired):
+def retained_energy(flow, cells, desired):
     return (cells.measure @ (flow.right_velocity**2).sum(1)) / (cells.measure @ (desired**2).sum(1))
 
 
 def test_without_friction_it_is_the_place_equation(crowd):
     expected = first_order_flow(crowd.mesh, toward_exit)
-    given = crowd.mesh, crowd.density, expected.desired_velocity
-    flow = frictional_flow(*given, 0.0, tolerance=1e-9)
+    inputs = crowd.mesh, crowd.density, expected.desired_velocity
+    flow = frictional_flow(*inputs, 0.0, tolerance=1e-9)
     assert flow.status == expected.status == "solved"
     np.testing.assert_allclose(flow.right_velocity, expected.right_velocity, atol=1e-6)
     pressure, near = crowd.density * expected.pressure, 1e-5 * flow.stress.max()
@@ -96,15 +96,15 @@ def test_without_friction_it_is_the_place_equation(crowd):
 def test_friction_blocks_more_and_more(crowd):
     cells = Cells(crowd.mesh)
     desired = first_order_flow(crowd.mesh, toward_exit).desired_velocity
-    shares = []
+    fractions = []
     for friction in (0.0, 0.1, 0.3, 0.6):
         flow = frictional_flow(crowd.mesh, crowd.density, desired, friction)
         assert flow.status == "solved"
         p, a, b = flow.stress.T
         assert (np.hypot(a, b) <= friction * p * (1 + 1e-9)).all()
-        shares.append(kept(flow, cells, desired))
-    assert shares == sorted(shares, reverse=True)
-    assert shares[-1] < 0.1 * shares[0]
+        fractions.append(retained_energy(flow, cells, desired))
+    assert fractions == sorted(fractions, reverse=True)
+    assert fractions[-1] < 0.1 * fractions[0]
 
 
 def test_friction_agrees_with_conic_optimisation(crowd):
@@ -130,8 +130,8 @@ def test_friction_agrees_with_conic_optimisation(crowd):
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     problem = (sparse.csc_matrix(sparse.diags_array(double)), -double * desired.T.ravel(), matrix)
-    answer = clarabel.DefaultSolver(*problem, np.zeros(matrix.shape[0]), cones, settings).solve()
-    expected = np.array(answer.x).reshape(2, -1).T
+    solution = clarabel.DefaultSolver(*problem, np.zeros(matrix.shape[0]), cones, settings).solve()
+    expected = np.array(solution.x).reshape(2, -1).T
     flow = frictional_flow(mesh, crowd.density, desired, friction, tolerance=1e-7)
     missed = weight @ ((flow.right_velocity - expected) ** 2).sum(1)
     assert np.sqrt(missed) < 1e-4 * np.sqrt(weight @ (expected**2).sum(1))
@@ -141,10 +141,10 @@ def test_the_section_of_a_small_plan(monkeypatch, tmp_path):
     monkeypatch.setattr(bridge, "VOLUMES", (1e3, 1e4))
     monkeypatch.setattr(bridge, "FRICTIONS", (0.2,))
     monkeypatch.setattr(bridge, "MESH", 0.8)
-    seen = []
+    observed = []
     plan = {Packing.TOUCHING: {150: 2, 300: 1}, Packing.PRESSED: {150: 2, 300: 1}}
-    section = bridge.build(lambda what, share: seen.append((what, share)), plan)
-    assert seen[-1] == ("crowds", 1.0)
+    section = bridge.build(lambda what, fraction: observed.append((what, fraction)), plan)
+    assert observed[-1] == ("crowds", 1.0)
     assert not section.warnings
     assert len(section.pictures) == 3
     says_little(section, tmp_path)

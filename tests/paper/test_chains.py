@@ -104,8 +104,8 @@ def test_the_first_percussion_feels_the_last_disk():
 def test_momentum_through_a_gap_is_what_the_disks_beyond_gain():
     scene = read_scene("corridor")
     contacts = find_contacts(scene.snapshot, scene.wall_segments(), tolerance=1e-6)
-    answer = solve(scene.snapshot, contacts, tolerance=1e-10)
-    gaps = gaps_of(scene, contacts, answer)
+    solution = solve(scene.snapshot, contacts, tolerance=1e-10)
+    gaps = gaps_of(scene, contacts, solution)
     np.testing.assert_allclose(gaps.flux, gaps.gained, rtol=1e-8)
     assert (np.diff(gaps.flux) < 0).all()
     # the six contacts of the pushing disks with the first column behind them
@@ -153,8 +153,8 @@ def test_a_step_is_that_of_the_models_forces():
     inside = replace(crowd, position=crowd.position * 0.35 - [0.02, 0.0], velocity=moving)
     assert find_contacts(inside, tolerance=0.0).gap.min() < -0.05
     gone = [forces.GONE_M + 0.1, 0.0], [1.5, 0.0]
-    place, speeds = np.vstack([inside.position, gone[0]]), np.vstack([moving, gone[1]])
-    crowd = disks_at(place, speeds, np.append(inside.radius, 0.3), mass)
+    position, speeds = np.vstack([inside.position, gone[0]]), np.vstack([moving, gone[1]])
+    crowd = disks_at(position, speeds, np.append(inside.radius, 0.3), mass)
     moved = forces.advance(crowd, walls, drive, 1)
     near = find_contacts(inside, walls, tolerance=forces.REACH_M)
     wish = (drive.desired_velocity(inside.position) - moving) / forces.TIME_S
@@ -181,7 +181,7 @@ def test_one_person_before_a_closed_door_stands_where_the_forces_balance(speed):
 def test_people_leave_and_are_looked_at():
     found = forces.evacuate(2.0, 1, people=12, until=20.0)
     assert found.left == 12
-    assert len(found.looks) == 41
+    assert len(found.samples) == 41
     assert found.forces.size == 0
     np.testing.assert_array_equal(found.deepest, 0.0)
 

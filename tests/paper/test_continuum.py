@@ -18,8 +18,24 @@ from analysis.paper.continuum import fig7_border, fig10_density, fig11_left_velo
 from analysis.paper.continuum import fig8_turbulence as turbulence
 from analysis.paper.continuum import fig9_exit_pressure as exit_pressure
 from analysis.paper.continuum.exit_room import map_of
-from analysis.paper.continuum.fig8_turbulence import CHECKED, Case, Pair, Setting, Tried, readings
-from analysis.paper.page import CONTINUUM, Built, build, edition, keep, kept, label, write_pages
+from analysis.paper.continuum.fig8_turbulence import (
+    CHECKED,
+    Case,
+    Pair,
+    StepSetting,
+    Tried,
+    readings,
+)
+from analysis.paper.page import (
+    CONTINUUM,
+    Built,
+    build,
+    edition,
+    keep,
+    label,
+    stored_section,
+    write_pages,
+)
 from nscd.continuum.closed_forms import point_sink
 from tests.pages.browser import BROWSER, has_its_numbers, has_its_verdicts, opened, says_little
 
@@ -58,7 +74,7 @@ def test_page_in_a_browser_and_the_files_beside_it(built, tmp_path, monkeypatch)
     (made_by,) = {json.loads(path.read_text())["key"] for path in runs.rglob("section.json")}
     monkeypatch.setattr(building, "edition", lambda: made_by)
     (again,) = build(CONTINUUM, runs, ["11"])
-    assert again.kept
+    assert again.retained
     rows = [list(map(list, table.rows)) for table in again.section.tables]
     assert rows == [table["rows"] for table in numbers["11"]["tables"]]
 
@@ -77,12 +93,12 @@ def _read(address, folder, numbers, claims):
         has_its_verdicts(page, claims)
         says_little_beside(page, "beside the continuum")
         names = "all => all.map(a => a.getAttribute('href'))"
-        places = "a[href^='./figures/'], a[href^='continuum_']"
-        links = page.locator(places).evaluate_all(names)
+        positions = "a[href^='./figures/'], a[href^='continuum_']"
+        links = page.locator(positions).evaluate_all(names)
         assert len(links) == 3 + 3 * len(numbers)  # three files, and of a picture: large, PNG, PDF
         assert all((folder / link).is_file() for link in links)
-        places = "nav a[href^='#'], #claims [data-verdict] a"
-        inner = page.locator(places).evaluate_all(names)
+        positions = "nav a[href^='#'], #claims [data-verdict] a"
+        inner = page.locator(positions).evaluate_all(names)
         assert all(page.locator(f"[id='{link[1:]}']").count() == 1 for link in inner)
         # the other page is not there
         assert page.locator("a.other").count() == 0
@@ -151,7 +167,7 @@ def test_a_gaussian_pressure_would_be_called_one():
 def test_readings_of_the_forces():
     """In people or in kilograms the error is the same; the mean over the largest force in any
     triangle is the mesh's."""
-    plain = Setting(mesh=COARSE)
+    plain = StepSetting(mesh=COARSE)
     found = {}
     for name, setting in (
         ("plain", plain),
@@ -159,7 +175,7 @@ def test_readings_of_the_forces():
         ("fine", replace(plain, mesh=0.5 * COARSE)),
     ):
         pair = Pair(Case.UNIFORM, setting, 9.0)
-        assert pair.answer.status == pair.turbulence.status == "solved"
+        assert pair.solution.status == pair.turbulence.status == "solved"
         errors = turbulence.in_l2(pair), turbulence.in_any_triangle(pair), pair.bodies().in_l2()
         found[name] = errors
     assert found["people"] == pytest.approx(found["plain"], rel=1e-4)
@@ -203,11 +219,11 @@ def test_a_section_is_kept_whole_or_not_taken(tmp_path, monkeypatch):
     )  # fmt: skip
     section = replace(section, pictures=[drawn(picture) for picture in section.pictures])
     built = Built(section=section, cpu_seconds=1.5)
-    assert kept(tmp_path) is None
+    assert stored_section(tmp_path) is None
     keep(built, tmp_path, edition())
-    found = kept(tmp_path)
+    found = stored_section(tmp_path)
     section = found.section
-    assert (found.cpu_seconds, found.kept) == (1.5, True)
+    assert (found.cpu_seconds, found.retained) == (1.5, True)
     assert section.claims == built.section.claims
     assert section.tables == [replace(built.section.tables[0], rows=[["x", 0.1], ["y", 3]])]
     assert (section.number, section.words, section.warnings) == ("3.2.1", ["w"], ["careful"])
@@ -216,11 +232,11 @@ def test_a_section_is_kept_whole_or_not_taken(tmp_path, monkeypatch):
     file = tmp_path / "section.json"
     text = file.read_text()
     file.write_text(text[: len(text) // 2])
-    assert kept(tmp_path) is None
+    assert stored_section(tmp_path) is None
     file.write_text(text)
-    assert kept(tmp_path) is not None
+    assert stored_section(tmp_path) is not None
     monkeypatch.setattr(building, "edition", lambda: "another")
-    assert kept(tmp_path) is None
+    assert stored_section(tmp_path) is None
 
 
 @pytest.mark.long

@@ -56,14 +56,14 @@ def first_figure(tmp_path_factory):
     require("lammps")
     require("yade")
     runs = tmp_path_factory.mktemp("figure 1")
-    seen = []
-    return fig1_four_disks.build(runs, lambda label, share: seen.append((label, share))), runs, seen
+    observed = []
+    return fig1_four_disks.build(runs, lambda label, fraction: observed.append((label, fraction))), runs, observed
 
 
 def test_figure_1_holds_every_law_and_judges_the_claims(first_figure):
-    section, _, seen = first_figure
+    section, _, observed = first_figure
     assert not section.warnings
-    assert seen
+    assert observed
     laws = {row[0]: np.array(row[2:6], dtype=float) for row in section.tables[0].rows}
     assert len(laws) == 12
     np.testing.assert_allclose(laws["percussions, k = 0"], 0.5, atol=1e-9)

@@ -7,7 +7,7 @@ from scipy.integrate import solve_bvp
 
 from analysis.pages.section import Verdict
 from analysis.paper.continuum import solid_chain
-from analysis.paper.continuum.mesh_precision import ROOM, TABLE, Plan, Study, build, evaluated
+from analysis.paper.continuum.mesh_precision import ROOM, TABLE, MeshStudy, Plan, build, evaluated
 
 from analysis.paper.continuum.mesh_precision import seconds_to  # isort: skip
 from analysis.paper.continuum.solid_chain import FROM_WALL_M, LENGTH, SPEED, Varied
@@ -22,7 +22,7 @@ SMALL = Plan(room=((2.0, 1.0), (2.0, 1.0)), references=(0.9, 0.6), annulus=((8, 
 
 @pytest.fixture(scope="module")
 def small():
-    return Study(SMALL)
+    return MeshStudy(SMALL)
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -30,11 +30,11 @@ def test_fields_are_evaluated_anywhere(order):
     """w = (x + 2y + q x², 3y − x), q = 0 for P1: its value and D(w) at any point of another
     mesh."""
     q = 0.5 * (order - 1)
-    answer = collide(Space(mesh_of(ROOM, 3.0), order), TABLE, [0.0, 0.0])
-    x, y = answer.space.nodes.T
-    answer.velocity_sum[:] = np.column_stack([x + 2 * y + q * x**2, 3 * y - x])
+    solution = collide(Space(mesh_of(ROOM, 3.0), order), TABLE, [0.0, 0.0])
+    x, y = solution.space.nodes.T
+    solution.velocity_sum[:] = np.column_stack([x + 2 * y + q * x**2, 3 * y - x])
     x, y = np.random.default_rng(0).uniform([[-17.9], [-8.9]], [[-0.1], [8.9]], (2, 500))
-    w, strain = evaluated(answer, np.stack([x, y]))
+    w, strain = evaluated(solution, np.stack([x, y]))
     assert w == pytest.approx(np.stack([x + 2 * y + q * x**2, 3 * y - x]), abs=1e-9)
     assert strain[0, 0] == pytest.approx(1 + 2 * q * x, abs=1e-9)
     assert strain[0, 1] == pytest.approx(0.5, abs=1e-9)
@@ -81,8 +81,8 @@ def test_section_says_what_its_table_holds(tmp_path):
     assert all(len(row) == len(section.tables[0].head) for row in section.tables[0].rows)
     verdict = next(words for words in section.words if "pressure over a body:" in words)
     best = [row[7] for row in section.tables[0].rows if row[1] == "P1 uniform"]
-    least = min(best, key=lambda s: float(s[:-2]))
-    assert f"P1 uniform does not get there (best {least})" in verdict
+    minimum = min(best, key=lambda s: float(s[:-2]))
+    assert f"P1 uniform does not get there (best {minimum})" in verdict
     assert "cheapest: P2 graded" in verdict
     figure = section.pictures[0].figure
     assert [len(axes.lines) for axes in figure.axes] == [4, 4, 4, 2]
@@ -110,7 +110,7 @@ def test_a_chain_of_varying_density_against_a_boundary_value_problem(ends):
     assert exact.success
     expected = -volume * exact.sol(LENGTH - np.array(FROM_WALL_M))[1]
     assert rod.inner == pytest.approx(expected, rel=3e-3)
-    assert rod.answer.wall_force.sum() == pytest.approx(expected[0] - SPEED, rel=1e-6)
+    assert rod.solution.wall_force.sum() == pytest.approx(expected[0] - SPEED, rel=1e-6)
 
 
 def test_rigid_disks_press_with_the_momentum_of_all_behind(found):
@@ -131,5 +131,5 @@ def test_verdicts_on_the_chain(found):
     assert judged["variable"] is Verdict.PARTLY
     # the formula is right with the h of (13), not with the one beside it
     assert judged["solution"] is Verdict.PARTLY
-    assert found.constant.answer.right_velocity == pytest.approx(-SPEED)
+    assert found.constant.solution.right_velocity == pytest.approx(-SPEED)
     assert found.table_1.formula_error(found.table_1.printed_length) > 0.5

@@ -69,8 +69,8 @@ def _read(address, folder, numbers, claims):
         has_its_verdicts(page, claims)
         says_little_beside(page, "beside")
         with (folder / page.locator("#errata a").get_attribute("href")).open(newline="") as file:
-            said = [row["why"] for row in csv.DictReader(file)]
-        assert said == [one.why for one in errata("Section 2")]
+            sentences = [row["why"] for row in csv.DictReader(file)]
+        assert sentences == [one.why for one in errata("Section 2")]
         names = "all => all.map(a => a.getAttribute('href'))"
         links = page.locator("a[href^='./figures/']").evaluate_all(names)
         # the picture itself, PNG and PDF
@@ -100,16 +100,16 @@ def test_a_missing_engine_is_a_warning_on_the_page(percussions, tmp_path, monkey
 
 
 def test_runs_made_ahead_are_made_once_and_failures_are_counted(tmp_path):
-    engine = next((known.NAME for known in PENALTY if known.find() is not None), None)
+    engine = next((each.NAME for each in PENALTY if each.find() is not None), None)
     if engine is None:
         pytest.skip("no engine is installed")
     scenes = [make("jam", 20, seed).with_run(duration_s=0.2, frames=1) for seed in (1, 2)]
-    asked = (0, engine, "run0"), (1, engine, "run1"), (0, engine, "run0"), (0, "missing", "failed")
-    wanted = [EngineRun(scene=scenes[k], engine=by, folder=tmp_path / at) for k, by, at in asked]
-    told = []
-    costs = run_ahead(wanted, lambda label, share: told.append((label, share)), processes=2)
-    assert told[-1] == ("engine runs", pytest.approx(1.0))
-    assert [told[0], len(told)] == [("engine runs", 0.0), 4]
+    requested = (0, engine, "run0"), (1, engine, "run1"), (0, engine, "run0"), (0, "missing", "failed")
+    wanted = [EngineRun(scene=scenes[k], engine=by, folder=tmp_path / at) for k, by, at in requested]
+    cells = []
+    costs = run_ahead(wanted, lambda label, fraction: cells.append((label, fraction)), processes=2)
+    assert cells[-1] == ("engine runs", pytest.approx(1.0))
+    assert [cells[0], len(cells)] == [("engine runs", 0.0), 4]
     assert [costs[run.folder].made for run in wanted] == [1, 1, 1, 0]
     assert costs[wanted[3].folder] == Cost(failed=1)
     for run in wanted[:2]:

@@ -88,7 +88,7 @@ def test_a_queue_before_a_closed_exit_stays_whatever_the_masses():
     found = rival_forces.congestion_of(SimpleNamespace(arch=queue(), seed=1, stiffness=1e6))
     assert found.congests
     assert found.equal < 1e-9
-    assert found.freed == 0
+    assert found.released == 0
     assert len(set(found.unequal)) > 1
 
 
@@ -113,10 +113,10 @@ def few(monkeypatch):
 def test_the_whole_section_and_its_second_build(few, tmp_path):
     """Equal masses: the first-order model is the percussions. Unequal: it is not. Engine runs are
     taken again."""
-    told = []
-    section = rivals.build(tmp_path, lambda label, share: told.append(label))
+    cells = []
+    section = rivals.build(tmp_path, lambda label, fraction: cells.append(label))
     assert section.warnings == []
-    assert any("hooke_k1e+06" in label for label in told)
+    assert any("hooke_k1e+06" in label for label in cells)
     misjudged = {row[0]: row[1:] for row in section.tables[-1].rows}
     assert misjudged["arch"][0] < 1e-8 < 0.01 < misjudged["arch_masses"][0]
     assert misjudged["arch_masses"][3] > 0.05
@@ -125,9 +125,9 @@ def test_the_whole_section_and_its_second_build(few, tmp_path):
     assert len(section.pictures) == 4
     assert len(section.claims) == 9
     says_little(section, tmp_path)
-    told.clear()
-    again = rivals.build(tmp_path, lambda label, share: told.append(label))
-    assert not any("hooke_k1e+06" in label for label in told)
+    cells.clear()
+    again = rivals.build(tmp_path, lambda label, fraction: cells.append(label))
+    assert not any("hooke_k1e+06" in label for label in cells)
     assert [claim.verdict for claim in again.claims] == [claim.verdict for claim in section.claims]
 
 

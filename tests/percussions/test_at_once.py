@@ -34,16 +34,16 @@ def film(tmp_path_factory):
     return path, heap.walls
 
 
-def job(film, **given):
+def job(film, **arguments):
     path, walls = film
     setting = Setting(
         walls=walls,
         wall_names=tuple(f"wall{number}" for number in range(len(walls))),
         drive=make("arch", 30).drive,
         contact_tolerance=1e-3,
-        left_velocity=given.pop("left", "dump"),
+        left_velocity=arguments.pop("left", "dump"),
     )
-    return DumpToSolve(path=path, setting=setting, openness="none", **given)
+    return DumpToSolve(path=path, setting=setting, indeterminacy="none", **arguments)
 
 
 @pytest.mark.parametrize("left", ["dump", "desired"])
@@ -53,11 +53,11 @@ def test_each_frame_is_answered_as_alone(film, left):
     (found,) = dump.solve(range(FRAMES))
     lines = [line.split(",") for line in found.rows.decode().splitlines()]
     trajectory, at = open_bodies(dump.path).trajectory, 0
-    assert found.said.frames == FRAMES
+    assert found.summary.frames == FRAMES
     for frame in trajectory:
         snapshot = snapshot_of(frame, dump.path)
         alone = percussions_of(dump.setting, snapshot, tolerance=1e-10)
-        assert alone.answer.canonical
+        assert alone.solution.canonical
         cells = alone.columns(step=frame.data["step"])
         rows = [
             dict(zip(found.columns, line, strict=True))
@@ -68,31 +68,31 @@ def test_each_frame_is_answered_as_alone(film, left):
             assert [float(row[name]) for row in rows] == list(cells[name]), name
         for name in ("wall", "status"):
             assert [row[name] for row in rows] == list(cells[name]), name
-        largest = alone.answer.reaction.max()
+        largest = alone.solution.reaction.max()
         for name in ("reaction_Ns", "impulse_x_Ns", "impulse_y_Ns"):
             of_rows = np.array([float(row[name]) for row in rows])
             assert np.abs(of_rows - cells[name]).max() <= 1e-9 * largest
         assert max(float(row["residual"]) for row in rows) <= 1e-10
-    assert at == len(lines) == found.said.contacts > 50 * FRAMES
+    assert at == len(lines) == found.summary.contacts > 50 * FRAMES
 
 
 def test_threads_write_the_same_bytes(film, tmp_path, monkeypatch):
     monkeypatch.setattr("analysis.percussions.solving.BLOCK", film[0].stat().st_size // 5)
-    dump, whole = job(film), []
+    dump, full = job(film), []
     assert len(dump.blocks(range(FRAMES))) == 6
     for workers in (1, 2, 3):
-        whole.append(solve_dump(dump, tmp_path / f"{workers}.csv", workers=workers))
+        full.append(solve_dump(dump, tmp_path / f"{workers}.csv", workers=workers))
     texts = {(tmp_path / f"{workers}.csv").read_bytes() for workers in (1, 2, 3)}
     assert len(texts) == 1
-    assert whole[0] == whole[1] == whole[2]
+    assert full[0] == full[1] == full[2]
 
 
 def test_frames_that_are_not_solved_together_are_solved_alone(film):
     dump = job(film, tolerance=2e-16 * 50)
     solved = dump.solve(range(FRAMES))
-    said = [line for some in solved for line in some.said.unsolved]
-    assert sum(some.said.frames for some in solved) == FRAMES
-    assert said == sorted(said, key=lambda line: int(line.split("step ")[1].split(":")[0]))
+    sentences = [line for some in solved for line in some.summary.unsolved]
+    assert sum(some.summary.frames for some in solved) == FRAMES
+    assert sentences == sorted(sentences, key=lambda line: int(line.split("step ")[1].split(":")[0]))
 
 
 @pytest.mark.parametrize(
@@ -116,6 +116,6 @@ def test_what_is_wrong_is_said_as_of_one_frame(tmp_path, row, what):
                                                      [2, 0], [0, 0]])  # fmt: skip
     path.write_text(path.read_text().replace("\n2 0.5 0 0.25 75 0 0", "\n@", 1)
                     .replace("\n2 0.5 0 0.25 75 0 0", f"\n{row}").replace("@", "2 0.5 0 0.25 75 0 0"))  # fmt: skip
-    dump = DumpToSolve(path=path, setting=Setting(left_velocity="dump"), openness="none")
+    dump = DumpToSolve(path=path, setting=Setting(left_velocity="dump"), indeterminacy="none")
     with pytest.raises(DumpError, match=what):
         dump.solve(range(2))

@@ -21,13 +21,13 @@ def dump(tmp_path):
     path = tmp_path / "row.dump"
     with path.open("w") as file:
         for step in range(FRAMES):
-            apart = [0.5 if i < step - PART else 0.6 for i in range(ROW)]
-            x = [sum(apart[:i]) for i in range(ROW)]
+            cycle = [0.5 if i < step - PART else 0.6 for i in range(ROW)]
+            x = [sum(cycle[:i]) for i in range(ROW)]
             columns = {"id": range(1, ROW + 1), "x": x, "y": [0.0] * ROW, "radius": [0.25] * ROW}
             columns |= {"mass": [75.0] * ROW, "vx": [2.0 - 0.1 * i for i in range(ROW)]}
             columns["vy"] = [0.0] * ROW
             write_frame(file, "ATOMS", step, list(columns), list(columns.values()))
-    return DumpToSolve(path=path, setting=Setting(left_velocity="dump"), openness="none")
+    return DumpToSolve(path=path, setting=Setting(left_velocity="dump"), indeterminacy="none")
 
 
 def table(path):
@@ -35,9 +35,9 @@ def table(path):
 
 
 def test_the_rows_are_those_of_one_table(dump, tmp_path):
-    whole = solve_dump(dump, tmp_path / "one.parquet")
+    complete = solve_dump(dump, tmp_path / "one.parquet")
     parts = solve_in_chunks(dump, tmp_path / "parts.parquet", PART)
-    assert (parts.frames, parts.contacts, parts.when) == (FRAMES, whole.contacts, whole.when)
+    assert (parts.frames, parts.contacts, parts.when) == (FRAMES, complete.contacts, complete.when)
     assert len(list((tmp_path / "parts.parquet").glob("frames_*.parquet"))) == 13
     pd.testing.assert_frame_equal(
         table(tmp_path / "parts.parquet"), table(tmp_path / "one.parquet"), rtol=1e-9, atol=1e-9
@@ -53,10 +53,10 @@ def test_what_is_finished_is_kept(dump, tmp_path):
     names[5].write_bytes(names[5].read_bytes()[:-7])
     (folder / ".frames_00000012_00000015.parquet.99.part").write_text("of a worker that was lost")
     times = {name: name.stat().st_mtime_ns for name in names if name.exists()}
-    seen = []
-    again = solve_in_chunks(dump, folder, PART, progress=lambda _, share: seen.append(share))
+    observed = []
+    again = solve_in_chunks(dump, folder, PART, progress=lambda _, fraction: observed.append(fraction))
     assert again == before
-    assert seen == [12 / 13, 1.0]
+    assert observed == [12 / 13, 1.0]
     pd.testing.assert_frame_equal(table(folder), first)
     changed = {name for name in times if name.stat().st_mtime_ns != times[name]}
     assert changed == {names[5]}
@@ -82,7 +82,7 @@ def test_foreign_parts_are_refused_and_damaged_ones_are_made_again(dump, tmp_pat
     """A part of another dump under a right name, any other table, and a page that is damaged."""
     folder, other = tmp_path / "parts.parquet", tmp_path / "other.parquet"
     before = solve_in_chunks(dump, folder, 25)
-    whole = table(folder)
+    complete = table(folder)
     loose = dataclasses.replace(dump, tolerance=1e-6)
     solve_in_chunks(loose, other, 25)
     first, second = sorted(folder.glob("frames_*"))
@@ -104,7 +104,7 @@ def test_foreign_parts_are_refused_and_damaged_ones_are_made_again(dump, tmp_pat
         solve_in_chunks(dump, folder, 25)
     (folder / "frames_7.parquet").unlink()
     assert solve_in_chunks(dump, folder, 25) == before
-    pd.testing.assert_frame_equal(table(folder), whole, rtol=1e-9, atol=1e-9)
+    pd.testing.assert_frame_equal(table(folder), complete, rtol=1e-9, atol=1e-9)
 
 
 def test_the_command(dump, tmp_path, capsys):
@@ -123,11 +123,11 @@ def test_a_worker_is_lost(dump, tmp_path, cluster):
     address, (one, other) = cluster
     lost = []
 
-    def kill(_, share):
+    def kill(_, fraction):
         if not lost:
             one.kill()
             one.wait()
-            lost.append(share)
+            lost.append(fraction)
 
     found = solve_in_chunks(
         dump, tmp_path / "parts.parquet", PART, scheduler=address, progress=kill

@@ -28,14 +28,14 @@ def dump_of(folder, *frames):
     return path
 
 
-def solved(path, tmp_path, **given):
+def solved(path, tmp_path, **arguments):
     """Rows of the table that is written."""
     import csv
 
-    job = {name: given.pop(name) for name in ("time_step", "openness", "unit") if name in given}
-    room = given.pop("room", None)
+    job = {name: arguments.pop(name) for name in ("time_step", "indeterminacy", "unit") if name in arguments}
+    room = arguments.pop("room", None)
     solve_dump(
-        DumpToSolve(path=path, setting=setting_beside(path, room, **given), **job),
+        DumpToSolve(path=path, setting=setting_beside(path, room, **arguments), **job),
         tmp_path / "contacts.csv",
     )
     with (tmp_path / "contacts.csv").open() as file:
@@ -47,29 +47,29 @@ def in_cm(row):
     return [row[0], *(100 * each for each in row[1:4]), row[4], *(100 * each for each in row[5:])]
 
 
-@pytest.mark.parametrize("openness", ["none", "determined"])
-def test_a_dump_in_centimetres_is_asked_about(tmp_path, openness):
+@pytest.mark.parametrize("indeterminacy", ["none", "determined"])
+def test_a_dump_in_centimetres_is_asked_about(tmp_path, indeterminacy):
     path = dump_of(tmp_path, frame(1, PAIR), frame(2, [PAIR[1], PAIR[0]]))
-    known = solved(path, tmp_path, openness=openness)
+    known = solved(path, tmp_path, indeterminacy=indeterminacy)
     path = dump_of(tmp_path, *(frame(step, [in_cm(row) for row in PAIR]) for step in (1, 2)))
     with pytest.raises(DumpError, match=r"some.dump: radius: 25 m in the middle, .* m, cm or mm"):
-        solved(path, tmp_path, openness=openness)
-    assert solved(path, tmp_path, openness=openness, unit="cm") == known
-    in_m = solved(path, tmp_path, openness=openness, unit="m")
+        solved(path, tmp_path, indeterminacy=indeterminacy)
+    assert solved(path, tmp_path, indeterminacy=indeterminacy, unit="cm") == known
+    in_m = solved(path, tmp_path, indeterminacy=indeterminacy, unit="m")
     assert float(in_m[0]["impulse_x_Ns"]) == pytest.approx(100 * float(known[0]["impulse_x_Ns"]))
     with pytest.raises(DumpError, match=r"unit: 'ft'\. There are: m, cm, mm"):
         open_bodies(path, unit="ft")
 
 
 @pytest.mark.parametrize(
-    ("given", "kg_per_m3"),
+    ("inputs", "kg_per_m3"),
     [({"unit": "cm"}, 1000), ({"unit": "mm"}, 1), ({"unit": "cm", "mass_unit": "kg"}, 1)],
 )
-def test_a_density_beside_cm_is_in_grams_as_in_the_units_of_lammps(tmp_path, given, kg_per_m3):
-    size, m = (20, 0.2) if given["unit"] == "cm" else (200, 0.2)
+def test_a_density_beside_cm_is_in_grams_as_in_the_units_of_lammps(tmp_path, inputs, kg_per_m3):
+    size, m = (20, 0.2) if inputs["unit"] == "cm" else (200, 0.2)
     row = [1, 0, 0, size, 1140 / kg_per_m3]
     path = dump_of(tmp_path, frame(1, [row], "id x y radius density"))
-    mass = snapshot_of(open_bodies(path, **given).trajectory.ts, needs_velocity=False).mass
+    mass = snapshot_of(open_bodies(path, **inputs).trajectory.ts, needs_velocity=False).mass
     assert mass == pytest.approx([1140 * 4 / 3 * np.pi * m**3])
 
 
@@ -156,8 +156,8 @@ def test_a_room_needs_walls_and_drive_alone(tmp_path):
 
 def test_a_table_keeps_its_kinds_where_a_frame_has_no_contact(tmp_path):
     """Ids are whole numbers, `determined` as in the CSV, and a force has its magnitude."""
-    apart = [PAIR[0], [2, 3.0, 0, 0.25, 75, 0, 0]]
-    path = dump_of(tmp_path, frame(0, apart), frame(10, PAIR))
+    difference = [PAIR[0], [2, 3.0, 0, 0.25, 75, 0, 0]]
+    path = dump_of(tmp_path, frame(0, difference), frame(10, PAIR))
     walls = Walls(start=[[0.75, -1.0]], end=[[0.75, 1.0]])
     setting = Setting(walls=walls, left_velocity="free", window=0.1, acceleration=(3.0, 4.0))
     table = PercussionAnalysis(open_bodies(path, 0.1), setting).run().to_dataframe()
@@ -170,7 +170,7 @@ def test_a_table_keeps_its_kinds_where_a_frame_has_no_contact(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
+    ("inputs", "message"),
     [
         ({"contact_tolerance": 1e9}, "contact_tolerance: 1e\\+09 m. The smallest radius is 0.25 m"),
         ({"contact_tolerance": -1.0}, "contact_tolerance: -1.0 m. A finite length"),
@@ -185,10 +185,10 @@ def test_a_table_keeps_its_kinds_where_a_frame_has_no_contact(tmp_path):
         ({"time_step": math.nan}, "time_step: nan s. A finite time above 0"),
     ],
 )
-def test_nonsense_is_refused_by_name(tmp_path, given, message):
+def test_nonsense_is_refused_by_name(tmp_path, inputs, message):
     path = dump_of(tmp_path, frame(0, PAIR))
     with pytest.raises(ValueError, match=message):
-        solved(path, tmp_path, **given)
+        solved(path, tmp_path, **inputs)
     assert not (tmp_path / "contacts.csv").exists()
 
 
@@ -212,7 +212,7 @@ def test_one_rule_for_python_and_the_command(tmp_path, pressed):
     assert found.unit == "N"
     np.testing.assert_allclose(found.force[:, 0], [float(row["force_x_N"]) for row in table])
     np.testing.assert_allclose(
-        found.answer.impulse / pressed.drive.relaxation_time_s, found.force, rtol=1e-15
+        found.solution.impulse / pressed.drive.relaxation_time_s, found.force, rtol=1e-15
     )
     assert found.largest > 100
 
@@ -248,7 +248,7 @@ def test_results_have_times_frames_and_tables(tmp_path):
 def test_friction_has_columns_of_its_own(tmp_path, mu, across, state):
     oblique = [[1, 0, 0, 0.25, 75, 2, 1], [2, 0.5, 0, 0.25, 75, 0, 0]]
     path = dump_of(tmp_path, frame(0, oblique))
-    (row,) = solved(path, tmp_path, friction=mu, openness="ranges")
+    (row,) = solved(path, tmp_path, friction=mu, indeterminacy="ranges")
     assert float(row["reaction_Ns"]) == pytest.approx(75)
     assert float(row["impulse_y_Ns"]) == pytest.approx(across)
     assert row["determined"] == "1"
@@ -261,17 +261,17 @@ def test_friction_has_columns_of_its_own(tmp_path, mu, across, state):
 
 
 def test_a_scene_has_its_own_friction_and_a_blocked_crowd_no_spin(pressed):
-    rough = pressed.with_contact(friction=0.3)
+    frictional = pressed.with_contact(friction=0.3)
     disks = pressed.snapshot
-    touching = disks_at(
+    in_contact = disks_at(
         disks.position, disks.velocity, 1.3 * disks.radius, disks.mass, spin=np.ones(len(disks))
     )
-    found = percussions_of(rough, touching)
-    at_rest = replace(touching, spin=np.zeros(len(disks)))
+    found = percussions_of(frictional, in_contact)
+    at_rest = replace(in_contact, spin=np.zeros(len(disks)))
     again = percussions_of(pressed, at_rest, ContactLaw(friction=0.3))
-    assert found.answer.status == "solved"
-    assert np.abs(found.answer.friction.tangential).max() > 1.0
-    np.testing.assert_array_equal(found.answer.impulse, again.answer.impulse)
+    assert found.solution.status == "solved"
+    assert np.abs(found.solution.friction.tangential).max() > 1.0
+    np.testing.assert_array_equal(found.solution.impulse, again.solution.impulse)
 
 
 def test_a_universe_of_another_reader_says_what_to_do(tmp_path):
@@ -313,7 +313,7 @@ def test_the_ensemble_has_mean_spread_and_a_status(tmp_path, monkeypatch):
     rim = np.column_stack([np.cos(angle), np.sin(angle)])
     rows = [[2 + i, *(0.5 * at), 0.25, 75, *(-2.0 * at)] for i, at in enumerate(rim)]
     path = dump_of(tmp_path, frame(0, [[1, 0, 0, 0.25, 75, 0, 0], *rows]))
-    found = solved(path, tmp_path, openness="ensemble")
+    found = solved(path, tmp_path, indeterminacy="ensemble")
     assert len(found) == 12
     for row in found:
         assert (row["sampling"], row["determined"]) == ("converged", "0")
@@ -322,12 +322,12 @@ def test_the_ensemble_has_mean_spread_and_a_status(tmp_path, monkeypatch):
         assert float(row["sd_Ns"]) == pytest.approx(load / math.sqrt(12), abs=error)
         assert 0 < float(row["q05_Ns"]) < 0.2 * load < 0.8 * load < float(row["q95_Ns"]) < load
     monkeypatch.setattr("nscd.indeterminacy.ensemble.ENOUGH", 10**9)
-    job = DumpToSolve(path=path, setting=setting_beside(path, None), openness="ensemble")
-    said = solve_dump(job, tmp_path / "again.parquet")
-    assert said.unsolved == [f"{path}, step 0: sampling of 12 contacts not converged"]
+    job = DumpToSolve(path=path, setting=setting_beside(path, None), indeterminacy="ensemble")
+    message = solve_dump(job, tmp_path / "again.parquet")
+    assert message.unsolved == [f"{path}, step 0: sampling of 12 contacts not converged"]
     oblique = [[1, 0, 0, 0.25, 75, 2, 1], [2, 0.5, 0, 0.25, 75, 0, 0]]
     (row,) = solved(
-        dump_of(tmp_path, frame(0, oblique)), tmp_path, friction=0.5, openness="ensemble"
+        dump_of(tmp_path, frame(0, oblique)), tmp_path, friction=0.5, indeterminacy="ensemble"
     )
     assert row["sampling"] == "determined"
     assert (float(row["least_energy_Ns"]), float(row["mean_Ns"])) == pytest.approx((75, 75))

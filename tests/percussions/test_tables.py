@@ -28,8 +28,8 @@ def test_rows_come_back(rows):
     columns = list(zip(*rows, strict=True)) or [(), (), ()]
     read = list(csv.reader(io.StringIO(csv_lines(columns).decode(), newline="")))
     assert len(read) == len(rows)
-    for (number, whole, word), cells in zip(rows, read, strict=True):
-        assert cells[1:] == [str(whole), word]
+    for (number, full, word), cells in zip(rows, read, strict=True):
+        assert cells[1:] == [str(full), word]
         if math.isfinite(number):
             assert float(cells[0]).hex() == (number + 0.0).hex()  # 0 has no sign
         else:
@@ -42,9 +42,9 @@ def test_what_is_not_known_is_empty():
 
 @given(st.lists(st.tuples(st.floats(), st.integers(-(2**63), 2**63 - 1)), min_size=1))
 def test_arrays_are_written_as_lists_are(rows):
-    numbers, whole = zip(*rows, strict=True)
-    arrays = [np.array(numbers), np.array(whole)]
-    assert csv_lines(arrays) == csv_lines([numbers, whole])
+    numbers, full = zip(*rows, strict=True)
+    arrays = [np.array(numbers), np.array(full)]
+    assert csv_lines(arrays) == csv_lines([numbers, full])
     assert csv_lines([np.array([*rows])[:, 0]]) == csv_lines([numbers])  # not contiguous
 
 
@@ -56,11 +56,11 @@ def test_no_lines():
         csv_lines([["a\0"]])
 
 
-def dump_of(folder, *places):
+def dump_of(folder, *arguments):
     path, one = folder / "some.dump", [1, 0, 0, 0.25, 75, 2, 0]
-    frames = (frame(n, [one, [2, x, 0, 0.25, 75, 0, 0]]) for n, x in enumerate(places))
+    frames = (frame(n, [one, [2, x, 0, 0.25, 75, 0, 0]]) for n, x in enumerate(arguments))
     path.write_text("".join(frames))
-    return DumpToSolve(path=path, setting=Setting(left_velocity="dump"), openness="ranges")
+    return DumpToSolve(path=path, setting=Setting(left_velocity="dump"), indeterminacy="ranges")
 
 
 @pytest.mark.parametrize("group", [1, table.GROUP])

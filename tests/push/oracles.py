@@ -43,8 +43,8 @@ def disks_of(trial, gap):
     count = len(gap) + 1
     mass = np.full(count, HELD_KG)
     mass[1 : len(trial.mass)] = trial.mass[1:]
-    place = np.concatenate([[0.0], np.cumsum(gap + 2 * RADIUS_M)])
-    return disks_at(np.column_stack([place, np.zeros(count)]), radius=RADIUS_M, mass=mass)
+    position = np.concatenate([[0.0], np.cumsum(gap + 2 * RADIUS_M)])
+    return disks_at(np.column_stack([position, np.zeros(count)]), radius=RADIUS_M, mass=mass)
 
 
 def stepped(trial, gap, tau, step=0.001):
@@ -83,12 +83,12 @@ def by_lammps(trial, gap, tau, stiffness, folder):
     (folder / "speeds.txt").write_text("".join(f"{speed!r}\n" for speed in map(float, speeds)))
     fit = [4.8218, -18.022, 27.467, -22.348, 11.087, -4.2783, 1.2728 - 2.0]
     critical = max(root.real for root in np.roots(fit) if abs(root.imag) < 1e-9)
-    given = {
+    arguments = {
         "stiffness": stiffness, "critical": critical, "dt": frame / between,
         "frames": len(speeds) - 1, "between": between, "rate": 1 / tau,
         "held": "1" if trial.wall is None else f"1 {len(gap) + 1}",
     }
-    words = [str(w) for name, value in given.items() for w in ("-var", name, value)]
+    words = [str(w) for name, value in arguments.items() for w in ("-var", name, value)]
     found = engines.engine("lammps").find()
     deck = Path(__file__).with_name("row.in")
     subprocess.run(
@@ -99,9 +99,9 @@ def by_lammps(trial, gap, tau, stiffness, folder):
         env={"OMP_NUM_THREADS": "1"},
     )
     dump = index_dump(folder / "row.dump")
-    places = np.array([dump.table(frame)[:, 1] for frame in range(len(trial.time))])
+    positions = np.array([dump.table(frame)[:, 1] for frame in range(len(trial.time))])
     force = np.abs(np.loadtxt(folder / "force.txt")[:, 1])
-    ways = (places - places[0])[:, 1 : len(trial.mass)]
+    ways = (positions - positions[0])[:, 1 : len(trial.mass)]
     return ways, force.max(), force.sum() * frame / between
 
 
@@ -110,10 +110,10 @@ def made(folder, seed, name, wall=True, noise=0.002, people=5, arms=True):
     of arms included, with noise (m) on every head. Return the file, the wall's x (m), largest force and impulse."""
     random = np.random.default_rng(seed)
     room = random.uniform(0.03, 0.2, people - 1 + wall)
-    share = np.full(len(room), random.uniform())
+    fraction = np.full(len(room), random.uniform())
     if wall:
-        room[-1], share[-1] = random.uniform(0.1, 0.3), random.uniform()
-    gap = (1 - share) * np.maximum(room + random.normal(0, 0.019, len(room)), 0.0)
+        room[-1], fraction[-1] = random.uniform(0.1, 0.3), random.uniform()
+    gap = (1 - fraction) * np.maximum(room + random.normal(0, 0.019, len(room)), 0.0)
     time = np.arange(65) / 25
     far = random.uniform(0.3, 0.5)
     far = min(far, 0.85 * gap.sum()) if wall else far
@@ -127,12 +127,12 @@ def made(folder, seed, name, wall=True, noise=0.002, people=5, arms=True):
     layer = np.random.default_rng([seed, 1]).uniform(*np.transpose([REACH_M, ARM_N]))
     case = case_of(gap, 0.1 ** random.uniform(), *(layer if arms else ()))
     moved = rigid(row, case) if name == RIGID else soft(row, case, float(name))
-    heads = moved.along[..., 0] + random.normal(0, noise, row.along.shape)
+    headers = moved.along[..., 0] + random.normal(0, noise, row.along.shape)
     table = pd.DataFrame(
         [
             (person, at, x, 0.0, row.mass[person], "male")
             for person in range(people)
-            for at, x in zip(time, heads[:, person], strict=True)
+            for at, x in zip(time, headers[:, person], strict=True)
         ],
         columns=["id", "time", "x", "y", "Weight_kg", "Gender"],
     )

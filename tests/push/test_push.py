@@ -29,17 +29,17 @@ def table(people=2, frames=80, along="y", sign=-1.0, gap=GAP):
     time = np.arange(frames) / RATE
     rows = []
     for person in range(people):
-        place = person * (0.254 + gap) + (SPEED * np.maximum(time - 0.2, 0) if not person else 0.0)
-        for frame, (t, x) in enumerate(zip(time, np.broadcast_to(place, time.shape), strict=True)):
+        anchor = person * (0.254 + gap) + (SPEED * np.maximum(time - 0.2, 0) if not person else 0.0)
+        for frame, (t, x) in enumerate(zip(time, np.broadcast_to(anchor, time.shape), strict=True)):
             rows.append((person, frame, t, sign * x, 0.0, 80.0, "male"))
     names = ["id", "frame", "time", along, "x" if along == "y" else "y", "Weight_kg", "Gender"]
     return pd.DataFrame(rows, columns=names)
 
 
-def written(folder, content, **given):
+def written(folder, content, **arguments):
     path = folder / "heads.csv"
     content.to_csv(path, index=False)
-    return read_trial(path, **given)
+    return read_trial(path, **arguments)
 
 
 @pytest.fixture
@@ -58,7 +58,7 @@ def test_what_is_read(trial):
 
 def test_order_gaps_and_columns_do_not_matter(tmp_path):
     """Shuffled rows and columns, an order of names, lost and empty heads, no masses."""
-    whole = written(tmp_path, table(people=3))
+    complete = written(tmp_path, table(people=3))
     content = table(people=3)
     content["MoCap_ID"] = content.id.map({0: "A", 1: "B", 2: "C"})
     content["id"] = content.id.map({0: 7, 1: 3, 2: 5})
@@ -67,7 +67,7 @@ def test_order_gaps_and_columns_do_not_matter(tmp_path):
     content = content[~((content.id == 5) & (content.frame == 30))]
     content = content.drop(columns="Weight_kg").sample(frac=1.0, random_state=1)
     mixed = written(tmp_path, content[sorted(content.columns)])
-    np.testing.assert_allclose(mixed.along, whole.along, atol=1e-12)
+    np.testing.assert_allclose(mixed.along, complete.along, atol=1e-12)
     assert mixed.people == ("A", "B", "C")
     assert mixed.mass.tolist() == [85.5] * 3
     assert len(mixed.notes) == 5
@@ -89,7 +89,7 @@ def as_text(tmp_path, text):
 
 @pytest.mark.parametrize("mark", [",", ";", "\t"])
 def test_comments_and_separators_do_not_matter(tmp_path, mark):
-    whole = written(tmp_path, table())
+    complete = written(tmp_path, table())
     text = table().to_csv(index=False, sep=mark)
     for changed_text in (
         f"# filmed in a hall\n# 25 fps\n{text}# the end\n",
@@ -97,7 +97,7 @@ def test_comments_and_separators_do_not_matter(tmp_path, mark):
         "\ufeff" + text.replace("\n", "\r\n"),
         text.replace("\n", "\n\n", 9),
     ):
-        np.testing.assert_array_equal(as_text(tmp_path, changed_text).along, whole.along)
+        np.testing.assert_array_equal(as_text(tmp_path, changed_text).along, complete.along)
     lines = text.splitlines()
     bad = mark.join("here" if k == 3 else c for k, c in enumerate(lines[2].split(mark)))
     broken = "\n".join(["# a", "# b", *lines[:2], bad, *lines[3:]])
@@ -112,10 +112,10 @@ def test_noise_of_a_millimetre_is_no_onset_at_any_frame_rate(tmp_path, rate):
     content, random = table(), np.random.default_rng(3)
     expected = onsets(written(tmp_path, content), written(tmp_path, content).along)
     rows = []
-    for one, seen in content.groupby("id"):
-        time = np.arange(seen.time.min(), seen.time.max(), 1 / rate)
-        place = {name: np.interp(time, seen.time, seen[name]) for name in ("x", "y")}
-        rows.append(pd.DataFrame({"id": one, "time": time} | place))
+    for one, present in content.groupby("id"):
+        time = np.arange(present.time.min(), present.time.max(), 1 / rate)
+        position = {name: np.interp(time, present.time, present[name]) for name in ("x", "y")}
+        rows.append(pd.DataFrame({"id": one, "time": time} | position))
     noisy = pd.concat(rows)
     noisy[["x", "y"]] += random.normal(0, 1e-3, (len(noisy), 2))
     trial = written(tmp_path, noisy)
@@ -180,8 +180,8 @@ def test_frames_at_odd_times_do_not_multiply(tmp_path):
     assert len(odd.time) <= len(written(tmp_path, content).time)
     time = np.arange(0, 3.1, 1e-4)
     fine = [
-        pd.DataFrame({"id": one, "time": time, "x": 0.0, "y": np.interp(time, seen.time, seen.y)})
-        for one, seen in content.groupby("id")
+        pd.DataFrame({"id": one, "time": time, "x": 0.0, "y": np.interp(time, observed.time, observed.y)})
+        for one, observed in content.groupby("id")
     ]
     assert np.diff(written(tmp_path, pd.concat(fine)).time) == pytest.approx(0.01)
 
@@ -211,11 +211,11 @@ def test_the_shipped_trial(tmp_path):
     trial = read_trial(EXCERPT)
     np.testing.assert_allclose(onsets(trial, trial.along), [0, 0.17, 0.26, 0.38, 0.61], atol=0.02)
     chests, armed = (hindcast(trial, (0.0,), (2e3, 1.2e5), 2, reach) for reach in ((0,), (0, 0.2)))
-    assert chests.together() == ["120000", "rigid"]
-    assert armed.together() == ["2000", "120000", "rigid"]
+    assert chests.combined() == ["120000", "rigid"]
+    assert armed.combined() == ["2000", "120000", "rigid"]
     assert np.median(chests.models["2000"].scores[ONSET]) > 0.3
     found = hindcast(trial, (0.0, 1.0), (2e3, 1.2e5), 2)
-    assert set(found.together()) == {"2000", "120000", "rigid"}
+    assert set(found.combined()) == {"2000", "120000", "rigid"}
     assert "not validated" in verdicts(found)[-1]
     *files, page = write_hindcast(found, tmp_path, "percussions push")
     assert "not validated" in page.read_text()
@@ -423,12 +423,12 @@ def test_the_truth_is_inside_what_is_said(tmp_path, wall):
         file, end, largest, impulse = made(tmp_path, seed, name, wall)
         trial = read_trial(file, end)
         found, other = (hindcast(trial, arms, SOFT, 2) for arms in ((0, 1), (0, 0.5, 0.75, 0.9)))
-        said = np.array([found.likely(one)[1:] for one in found.together()])
-        force, through = ((np.nanmin(said[:, k]), np.nanmax(said[:, k])) for k in (0, 1))
-        missed += [name not in found.together(), name not in other.together()]
+        message = np.array([found.likely(one)[1:] for one in found.combined()])
+        force, through = ((np.nanmin(message[:, k]), np.nanmax(message[:, k])) for k in (0, 1))
+        missed += [name not in found.combined(), name not in other.combined()]
         missed += [not force[0] <= largest <= force[1], not through[0] <= impulse <= through[1]]
         best = max(found.odds, key=lambda one: found.odds[one].share)
-        assert best in other.together()
+        assert best in other.combined()
         assert force[1] <= most_force(trial, SOFT[-1])
         assert through[1] <= most_impulse(trial, np.array([0.1]))[0]
     # 16 statements; of the ranges, which hold 5 to 95 %, one in ten may miss

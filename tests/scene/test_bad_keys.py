@@ -55,7 +55,7 @@ HUGE = {
 }  # fmt: skip
 
 
-def whole():
+def full_scene():
     """The content of a scene that has every key."""
     content = tomllib.loads((shipped("scenes") / "gate.toml").read_text(encoding="utf-8"))
     for key, more in MORE.items():
@@ -64,15 +64,15 @@ def whole():
     return content
 
 
-def leaves(table, place=()):
+def leaves(table, position=()):
     """The place of each key, the first row of lists of tables."""
     for key, value in table.items():
         if isinstance(value, dict):
-            yield from leaves(value, (*place, key))
+            yield from leaves(value, (*position, key))
         elif isinstance(value, list) and value and isinstance(value[0], dict):
-            yield from leaves(value[0], (*place, key, 0))
+            yield from leaves(value[0], (*position, key, 0))
         else:
-            yield (*place, key), value
+            yield (*position, key), value
 
 
 def bad_values(key, value):
@@ -99,21 +99,21 @@ def folder(tmp_path_factory):
     return here
 
 
-PLACES = dict(leaves(whole()))
+PLACES = dict(leaves(full_scene()))
 
 
-def named(place):
-    return ".".join(str(part + 1 if isinstance(part, int) else part) for part in place)
+def named(position):
+    return ".".join(str(part + 1 if isinstance(part, int) else part) for part in position)
 
 
-@pytest.mark.parametrize("place", PLACES, ids=named)
-def test_every_key_of_a_scene(folder, place):
-    key, value = place[-1], PLACES[place]
+@pytest.mark.parametrize("target", PLACES, ids=named)
+def test_every_key_of_a_scene(folder, target):
+    key, value = target[-1], PLACES[target]
     cases = bad_values(key, value)
     for name, bad in {**cases, "unknown": None}.items():
-        content = copy.deepcopy(whole())
+        content = copy.deepcopy(full_scene())
         table = content
-        for part in place[:-1]:
+        for part in target[:-1]:
             table = table[part]
         if name == "unknown":  # another unit, or a slip
             table[f"{key}_ft"] = table.pop(key)
@@ -123,10 +123,10 @@ def test_every_key_of_a_scene(folder, place):
         path.write_text(tomli_w.dumps(content), encoding="utf-8")
         with pytest.raises(SceneError) as refused:
             read_scene(path)
-        said = str(refused.value)
-        assert said.startswith(str(path)), (name, said)
-        assert key in said, (name, said)
-        assert "\n" not in said, (name, said)
+        message = str(refused.value)
+        assert message.startswith(str(path)), (name, message)
+        assert key in message, (name, message)
+        assert "\n" not in message, (name, message)
 
 
 LIMIT = {
@@ -152,10 +152,10 @@ def test_every_key_of_a_limit(tmp_path, key):
         path.write_text(tomli_w.dumps({"limit": [limit]}), encoding="utf-8")
         with pytest.raises(LimitError) as refused:
             known_limits([path])
-        said = str(refused.value)
-        assert said.startswith(f"{path}: limit"), (name, said)
-        assert key in said, (name, said)
-        assert "\n" not in said, (name, said)
+        message = str(refused.value)
+        assert message.startswith(f"{path}: limit"), (name, message)
+        assert key in message, (name, message)
+        assert "\n" not in message, (name, message)
 
 
 @pytest.mark.parametrize(

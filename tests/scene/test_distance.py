@@ -13,21 +13,21 @@ TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
 
 def drive(walls=None, **keys):
     door = {"door_start_m": (0, -1), "door_end_m": (0, 1), "outward": (1, 0)}
-    given = {
+    arguments = {
         "speed_m_per_s": SPEED,
         "relaxation_time_s": 0.5,
         "time_gap_s": GAP_S,
         "push_share": 0.0,
     }
-    made = Drive.model_validate(door | given | keys)
+    made = Drive.model_validate(door | arguments | keys)
     ends = np.array([] if walls is None else walls, dtype=float).reshape(-1, 4)
     return made.routed(Walls(start=ends[:, :2], end=ends[:, 2:]), RADIUS)
 
 
-def wanted(of, *places, time=0.0, ids=None):
-    place = np.array(places, dtype=float)
-    who = np.arange(1, 1 + len(place)) if ids is None else ids
-    return of.desired_velocity(place, who, time, np.full(len(place), RADIUS))
+def wanted(of, *arguments, time=0.0, ids=None):
+    position = np.array(arguments, dtype=float)
+    who = np.arange(1, 1 + len(position)) if ids is None else ids
+    return of.desired_velocity(position, who, time, np.full(len(position), RADIUS))
 
 
 def test_somebody_alone_walks_as_fast_as_wished_to_a_place_clear_of_the_posts():
@@ -76,9 +76,9 @@ def test_a_push_of_one_is_todays_drive_to_the_last_bit_and_shares_mix_both():
     mixed = wanted(some, *crowd)
     assert np.array_equal(mixed[2:5], pushing[2:5])
     assert np.array_equal(mixed[6:], never[6:])
-    share = drive(push_share=0.4, pushing_people=0.3).push_shares(np.arange(2000))
-    assert set(share) == {0.0, 0.4}
-    assert np.mean(share > 0) == pytest.approx(0.3, abs=0.04)
+    fraction = drive(push_share=0.4, pushing_people=0.3).push_shares(np.arange(2000))
+    assert set(fraction) == {0.0, 0.4}
+    assert np.mean(fraction > 0) == pytest.approx(0.3, abs=0.04)
 
 
 def test_the_law_knows_no_direction_of_its_own_and_no_one_out_of_reach():
@@ -102,15 +102,15 @@ BACK = {"people": (2, 2), "door_start_m": (-9, -1), "door_end_m": (-9, 1), "outw
      (3.01, 0.0, ()), (1.0, 1.01, ()), (0.1, 0.4, (0.1 / GAP_S, 0.2 / GAP_S))],
 )  # fmt: skip
 def test_who_sees_people_come_keeps_to_the_right_and_the_longer_way_waits(gap, off, speeds):
-    apart = np.sqrt((2 * RADIUS + gap) ** 2 - off**2)
-    places = (-5, off / 2), (-5 + apart, -off / 2)
-    both = wanted(drive(goals=[BACK]), *places)
+    distance = np.sqrt((2 * RADIUS + gap) ** 2 - off**2)
+    positions = (-5, off / 2), (-5 + distance, -off / 2)
+    both = wanted(drive(goals=[BACK]), *positions)
     right = 2 * (1 - gap / 3) if gap < 3 and abs(off) < 1 else 0.0
     expected = np.array([[1, -right], [-1, right]]) / np.hypot(1, right)
     assert both == pytest.approx(expected * np.reshape(speeds or [SPEED] * 2, (2, 1)), rel=1e-12)
     between = drive([(-4.9, -3, -4.9, 3)], goals=[BACK])  # a wall that hides them from each other
-    alone = [wanted(between, place, ids=np.array([k + 1]))[0] for k, place in enumerate(places)]
-    assert wanted(between, *places) == pytest.approx(np.array(alone), abs=1e-13)
+    alone = [wanted(between, index, ids=np.array([k + 1]))[0] for k, index in enumerate(positions)]
+    assert wanted(between, *positions) == pytest.approx(np.array(alone), abs=1e-13)
 
 
 @pytest.mark.parametrize("side", [6.0, 2.5, 1.4])
@@ -118,14 +118,14 @@ def test_who_sees_people_come_keeps_to_the_right_and_the_longer_way_waits(gap, o
                                   {"stops": [{"people": (1, 30), "time_s": 1.0}]}])  # fmt: skip
 def test_what_somebody_wants_is_to_the_last_bit_what_those_within_reach_make_of_it(side, keys):
     random = np.random.default_rng(7)
-    place = random.uniform((-side, -side / 2), (0.3, side / 2), (180, 2))
-    place[3, 0], place[5] = place[2, 0], (40.0, -900.0)
+    position = random.uniform((-side, -side / 2), (0.3, side / 2), (180, 2))
+    position[3, 0], position[5] = position[2, 0], (40.0, -900.0)
     of = drive([(0, -4, 0, -1), (0, 1, 0, 4), (-0.8, 0.1, -0.5, 0.2)], jostling_m_per_s=0.1, **keys)
     ids, radius = np.arange(1, 181), random.uniform(0.1, 0.3, 180)
-    of_all = of.desired_velocity(place, ids, 2.0, radius)
+    of_all = of.desired_velocity(position, ids, 2.0, radius)
     for one in range(0, len(ids), 7):
-        near = np.hypot(*(place - place[one]).T) < 3.7
-        of_near = of.desired_velocity(place[near], ids[near], 2.0, radius[near])
+        near = np.hypot(*(position - position[one]).T) < 3.7
+        of_near = of.desired_velocity(position[near], ids[near], 2.0, radius[near])
         assert np.array_equal(of_near[near[:one].sum()], of_all[one])
 
 
@@ -136,14 +136,14 @@ def test_many_who_come_turn_nobody_by_more_than_two_of_the_way():
 
 
 def test_headings_have_their_spread_and_are_held_by_everybody_from_another_instant_on():
-    of, places = (
+    of, positions = (
         drive(heading_sd_rad=0.2, heading_hold_s=0.5, seed=3),
         [(-3 - 5 * k, 0) for k in range(400)],
     )
     ids = np.arange(7, 407)
     angles = np.array(
         [
-            np.arctan2(*wanted(of, *places, time=t, ids=ids)[:, ::-1].T)
+            np.arctan2(*wanted(of, *positions, time=t, ids=ids)[:, ::-1].T)
             for t in np.arange(0, 3, 0.05)
         ]
     )
@@ -151,8 +151,8 @@ def test_headings_have_their_spread_and_are_held_by_everybody_from_another_insta
     assert angles.std() == pytest.approx(0.2, rel=0.05)
     changes = (np.diff(angles, axis=0) != 0).mean()
     assert changes == pytest.approx(0.05 / 0.5, rel=0.05)
-    one = wanted(of, places[9], time=0.7, ids=ids[9:10])
-    assert np.array_equal(one, wanted(of, *places, time=0.7, ids=ids)[9:10])
+    one = wanted(of, positions[9], time=0.7, ids=ids[9:10])
+    assert np.array_equal(one, wanted(of, *positions, time=0.7, ids=ids)[9:10])
 
 
 def test_jostling_has_its_size_length_and_period_and_ends_at_the_door():

@@ -15,14 +15,14 @@ DOOR = {"door_start_m": (0.0, -0.5), "door_end_m": (0.0, 0.5), "outward": (1.0, 
 FRONT = Walls(start=[(0, -9), (0, 0.5)], end=[(0, -0.5), (0, 9)])
 
 
-def wish(*place, radius=0.2, **more):
+def wish(*anchor, radius=0.2, **more):
     drive = Drive.model_validate(LAW | DOOR | more).routed(FRONT, radius)
-    many = np.arange(1, len(place) + 1), 0.0, np.full(len(place), radius)
-    return drive.desired_velocity(np.array(place, float), *many)
+    many = np.arange(1, len(anchor) + 1), 0.0, np.full(len(anchor), radius)
+    return drive.desired_velocity(np.array(anchor, float), *many)
 
 
 @pytest.mark.parametrize(
-    ("place", "way"),
+    ("position", "way"),
     [
         ((-3, 0.1), (1, 0)),  # before it
         ((-3, 5), (0, -1)),  # more than 45° aslant: along its line
@@ -30,8 +30,8 @@ def wish(*place, radius=0.2, **more):
         ((1, 2), (1, 0)),  # beyond
     ],
 )
-def test_a_door_is_come_to_from_before_it(place, way):
-    np.testing.assert_allclose(wish(place)[0], way / np.hypot(*way), atol=1e-12)
+def test_a_door_is_come_to_from_before_it(position, way):
+    np.testing.assert_allclose(wish(position)[0], way / np.hypot(*way), atol=1e-12)
 
 
 @pytest.mark.parametrize("gap", [0.0, 0.05])
@@ -60,7 +60,7 @@ def test_the_flow_through_a_real_gate_is_that_of_people():
         "push_share": 0.0,
         "jostling_m_per_s": 0.06,
     }
-    time, place, force = real_gate.run(real_gate.gate(2.3), real_gate.crowd(2.3, 20, 0.12, 1), law)
-    flow, density, _ = real_gate.measured(time, place, 2.3)
+    time, anchor, force = real_gate.run(real_gate.gate(2.3), real_gate.crowd(2.3, 20, 0.12, 1), law)
+    flow, density, _ = real_gate.measured(time, anchor, 2.3)
     assert [flow, density] == pytest.approx([1.38, 1.24], rel=0.6)  # seen
     assert np.quantile(force, 0.9) < 500.0  # everybody who pushes for ever: 4 to 10 kN

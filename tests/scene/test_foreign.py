@@ -43,13 +43,13 @@ def test_memory_goes_with_rows_not_with_frame_numbers(tmp_path):
             words = ["import", name, "--frame", "2", "--room", str(FREE), "--out", name + ".d"]
             pages = int(Path("/proc/self/statm").read_text().split()[0])
             # addresses, not memory: libraries reserve some when they are first used
-            most = pages * resource.getpagesize() + (1 << 32)
-            resource.setrlimit(resource.RLIMIT_AS, (most, resource.RLIM_INFINITY))
+            maximum = pages * resource.getpagesize() + (1 << 32)
+            resource.setrlimit(resource.RLIMIT_AS, (maximum, resource.RLIM_INFINITY))
             found.append(as_program(words, tmp_path))
         return max(found)
 
-    status, said, _ = in_fork(program, 60)
-    assert status == 0, said
+    status, message, _ = in_fork(program, 60)
+    assert status == 0, message
     first = (tmp_path / "far.txt.d/free.data").read_bytes()
     for name in ("far.sqlite", "far.h5"):
         assert (tmp_path / f"{name}.d/free.data").read_bytes() == first
@@ -110,7 +110,7 @@ def unfinished(path):
 
 
 @pytest.mark.parametrize(
-    ("name", "make", "said"),
+    ("name", "make", "message"),
     [
         ("a.h5", text_of_links, "its numbers in other files"),
         ("a.h5", other_file, "a link to somewhere else"),
@@ -128,9 +128,9 @@ def unfinished(path):
         ("a.sqlite", lambda p: p.write_bytes(b"SQLite format 3\0" + bytes(600)), "damaged"),
     ],
 )
-def test_what_is_no_table_of_numbers_is_refused(name, make, said, tmp_path):
+def test_what_is_no_table_of_numbers_is_refused(name, make, message, tmp_path):
     make(tmp_path / name)
-    with pytest.raises(TrajectoryError, match=rf"a\.\w+: .*{re.escape(said)}"):
+    with pytest.raises(TrajectoryError, match=rf"a\.\w+: .*{re.escape(message)}"):
         Recording.read(tmp_path / name)
 
 
@@ -144,16 +144,16 @@ def test_a_reader_changes_nothing_beside_the_file(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "row", "said"),
+    ("name", "row", "message"),
     [
         ("crowdit.csv", "3,nan,1,0.5", r"line 17: time: nan. Up to 1e\+09 s are needed"),
         ("crowdit.csv", "4,1e17,1,0.5", r"line 17: time: 1e\+17. Up to"),
     ],
 )
-def test_no_row_is_dropped_or_bent_in_silence(name, row, said, tmp_path):
+def test_no_row_is_dropped_or_bent_in_silence(name, row, message, tmp_path):
     content = (ROOT / "tests/data/trajectories" / name).read_text()
     (tmp_path / name).write_text(content + row + "\n")
-    with pytest.raises(TrajectoryError, match=said):
+    with pytest.raises(TrajectoryError, match=message):
         Recording.read(tmp_path / name)
 
 
@@ -173,8 +173,8 @@ def test_no_row_is_dropped_or_bent_in_silence(name, row, said, tmp_path):
 def test_what_other_programs_write_is_read(tmp_path, name, text, rate):
     (tmp_path / name).write_text(text)
     stated = "time" in text or name == "exponent.csv"
-    given = {} if stated and rate == 2 else {"frame_rate": 4.0}
-    found = Recording.read(tmp_path / name, unit="m", **given)
+    arguments = {} if stated and rate == 2 else {"frame_rate": 4.0}
+    found = Recording.read(tmp_path / name, unit="m", **arguments)
     assert found.frame_rate == rate
     assert found.data[["id", "frame", "x", "y"]].to_numpy()[:2].tolist() == [
         [1, 0, 1, 2],
@@ -224,7 +224,7 @@ def test_all_that_a_format_knows_is_used_or_named(name, make, unused, tmp_path, 
 
 
 @pytest.mark.parametrize(
-    ("name", "make", "said"),
+    ("name", "make", "message"),
     [
         ("a.h5", lambda p: archive(p, [(*row, 3.0 * (row[1] % 2), 0) for row in walkers()], HIGH), "above each other"),
         ("a.h5", lambda p: archive(p, x="in m", y="in cm"), "One of m and cm is read"),
@@ -232,9 +232,9 @@ def test_all_that_a_format_knows_is_used_or_named(name, make, unused, tmp_path, 
         ("a.csv", lambda p: p.write_text("id,t,x,y\n1,0,0,0\n", "utf-16"), "UTF-16. Save it as UTF-8"),
     ],
 )  # fmt: skip
-def test_what_would_change_the_answer_is_refused(name, make, said, tmp_path):
+def test_what_would_change_the_answer_is_refused(name, make, message, tmp_path):
     make(tmp_path / name)
-    with pytest.raises(TrajectoryError, match=said):
+    with pytest.raises(TrajectoryError, match=message):
         Recording.read(tmp_path / name)
 
 
@@ -321,7 +321,7 @@ def test_the_evacuation_of_lemons(percussions, tmp_path):
     assert exact.bodies.mass == pytest.approx(crowd.snapshot.mass, rel=1e-12)
     assert exact.bodies.centre == pytest.approx(crowd.snapshot.position, abs=1e-12)
     assert exact.bodies.inertia[:4].tolist() == [2.05, 1.18, 1.39, 2.97]
-    by_hand = [turn(-0.29) @ place + [1.115, 0.362] for place, _ in first[:1]]
+    by_hand = [turn(-0.29) @ position + [1.115, 0.362] for position, _ in first[:1]]
     assert exact.position[:1] == pytest.approx(np.array(by_hand), abs=1e-12)
     shutil.copytree(EVACUATION, tmp_path / "evacuation")
     (tmp_path / "room.toml").write_text(ROOM)
@@ -379,7 +379,7 @@ def test_options_of_trajectories_and_missing_files(refused, folder):
         assert refused(*WORDS, "--one-disk", f"--{name}", value) == (
             f"percussions: --{name}: of XML only for <fcd-export> of SUMO. Files of LEMONS say it"
         )
-    said = refused("import", "heads.txt", "--room", "room.toml")
-    assert said.startswith("percussions: --frame: of a trajectory it is needed")
+    message = refused("import", "heads.txt", "--room", "room.toml")
+    assert message.startswith("percussions: --frame: of a trajectory it is needed")
     (folder / "Geometry.xml").unlink()
     assert refused(*WORDS, "--one-disk") == "percussions: Geometry.xml: no such file"

@@ -28,11 +28,11 @@ def real(path):
     return path
 
 
-def three_walkers(heads):
+def three_walkers(positions):
     """What tests/data/trajectories/README.md says of every file in it, at frame 2."""
-    np.testing.assert_array_equal(heads.ids, [1, 2, 3])
-    np.testing.assert_allclose(heads.position, [[0, 0.2], [0.5, 0.2], [1, 0.2]], atol=1e-12)
-    np.testing.assert_allclose(heads.velocity, [[0, 1], [0, 1], [0, 1]], atol=1e-9)
+    np.testing.assert_array_equal(positions.ids, [1, 2, 3])
+    np.testing.assert_allclose(positions.position, [[0, 0.2], [0.5, 0.2], [1, 0.2]], atol=1e-12)
+    np.testing.assert_allclose(positions.velocity, [[0, 1], [0, 1], [0, 1]], atol=1e-9)
 
 
 STATED = "metres.txt centimetres.txt pathfinder.csv pathfinder.json crowdit.csv viswalk.pp".split()  # noqa: SIM905
@@ -65,11 +65,11 @@ def test_formats_that_do_not():
 
 
 def test_whole_file_gives_the_shipped_scene():
-    whole = import_crowd(read_heads(real(WHOLE), 405), radius=0.18, room=GATE)
+    full = import_crowd(read_heads(real(WHOLE), 405), radius=0.18, room=GATE)
     shipped = read_scene("gate")
     for name in ("position", "velocity", "ids"):
         np.testing.assert_array_equal(
-            getattr(whole.scene.snapshot, name), getattr(shipped.snapshot, name)
+            getattr(full.scene.snapshot, name), getattr(shipped.snapshot, name)
         )
 
 
@@ -83,8 +83,8 @@ def test_excerpt_is_unchanged_lines_of_the_whole_file():
 def test_room_holds_the_crowd_that_was_filmed():
     """Every head of the run that is before the gate is between the walls of the room."""
     room, _ = read_room(GATE)
-    heads = np.loadtxt(real(WHOLE), usecols=(2, 3))
-    before = heads[heads[:, 1] > 0]
+    positions = np.loadtxt(real(WHOLE), usecols=(2, 3))
+    before = positions[positions[:, 1] > 0]
     area = shapely.MultiPoint(
         [p for wall in room.walls for p in (wall.start_m, wall.end_m)]
     ).envelope
@@ -101,12 +101,12 @@ def test_room_holds_the_crowd_that_was_filmed():
 def test_report_agrees_with_the_scene():
     made = import_crowd(read_heads(EXCERPT, 405), radius=0.18, room=GATE)
     report, snapshot = made.report, made.scene.snapshot
-    moved = np.hypot(*(snapshot.position - made.heads).T)
+    moved = np.hypot(*(snapshot.position - made.head_positions).T)
     assert report.people == len(snapshot) == 55
     assert report.left_out == 2
     assert report.moved_largest_m == pytest.approx(moved.max(), abs=1e-6)
     assert report.moved_mean_m == pytest.approx(moved.mean(), abs=1e-6)
-    pairs = np.hypot(*(made.heads[:, None] - made.heads[None]).transpose(2, 0, 1))[
+    pairs = np.hypot(*(made.head_positions[:, None] - made.head_positions[None]).transpose(2, 0, 1))[
         np.triu_indices(55, 1)
     ]
     assert report.overlaps_before == (pairs < 0.36).sum()
@@ -234,9 +234,9 @@ def test_person_not_seen_long_enough(tmp_path):
     ],
 )  # fmt: skip
 def test_bad_arguments_have_one_message(change, message):
-    given = {"file": EXCERPT, "frame": 405, "radius": 0.18, "room": GATE} | change
+    arguments = {"file": EXCERPT, "frame": 405, "radius": 0.18, "room": GATE} | change
     with pytest.raises((SceneError, TrajectoryError), match=message):
-        import_crowd(read_heads(given.pop("file"), given.pop("frame")), **given)
+        import_crowd(read_heads(arguments.pop("file"), arguments.pop("frame")), **arguments)
 
 
 def test_bad_rooms_name_the_key(tmp_path):

@@ -42,20 +42,20 @@ def test_a_room_by_command(percussions, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("given", "speed", "tau", "push"),
+    ("inputs", "speed", "tau", "push"),
     [
         ({"relaxation": 1.0}, 2.0, 1.0, 150.0),
         ({"speed": 1.5}, 1.5, 0.75, 150.0),
         ({"speed": 1.5, "relaxation": 0.25, "friction": 0.4}, 1.5, 0.25, 450.0),
     ],
 )
-def test_speed_tau_and_push_give_each_other(given, speed, tau, push):
+def test_speed_tau_and_push_give_each_other(inputs, speed, tau, push):
     """Push = m speed/τ."""
-    made = room("small", 4.0, 3.0, 0.8, Crowd(people=4, law="body_hertz", **given))
+    made = room("small", 4.0, 3.0, 0.8, Crowd(people=4, law="body_hertz", **inputs))
     drive, contact = made.drive, made.contact
     assert (drive.speed_m_per_s, drive.relaxation_time_s) == pytest.approx((speed, tau))
     assert f"push with {push:g} N" in made.notes
-    assert (contact.law, contact.friction) == ("body_hertz", given.get("friction", 0.0))
+    assert (contact.law, contact.friction) == ("body_hertz", inputs.get("friction", 0.0))
     assert contact.stiffness_N_per_m == pytest.approx(5445.0)
 
 
@@ -64,13 +64,13 @@ def test_a_named_crowd_pushes_with_its_share(name, push):
     """75 kg · p · 1.34 m/s / 0.3 s of who keeps a distance, as file and in Python."""
     made = room("small", 4.0, 3.0, 0.8, Crowd(people=4, does=name))
     assert made.push_range == pytest.approx((push, push))
-    same = [(one, share) for one, share, same in crowds_beside(made) if same]
+    same = [(one, ratio) for one, ratio, same in crowds_beside(made) if same]
     assert same == [(name, CROWDS[name].shares[0])]
-    for other, share, _ in crowds_beside(made):
-        changed = with_crowd(made, other, share)
+    for other, fraction, _ in crowds_beside(made):
+        changed = with_crowd(made, other, fraction)
         assert (changed.drive.time_gap_s is None) == (other == "pushing")
-        assert [share for *_, same in crowds_beside(changed) if same] == [share]
-        assert changed.push_range[0] == pytest.approx(150 if other == "pushing" else 335 * share)
+        assert [fraction for *_, same in crowds_beside(changed) if same] == [fraction]
+        assert changed.push_range[0] == pytest.approx(150 if other == "pushing" else 335 * fraction)
 
 
 def test_people_wait_nearest_to_the_door_without_overlaps_or_order():
@@ -107,8 +107,8 @@ def test_a_floor_with_a_pillar(percussions, tmp_path, form):
     assert shapely.contains_xy(floor, position).all()
     assert tuple(scene.drive.outward) == (0.0, 1.0)
     behind = (position[:, 0] > 6) & (position[:, 1] < 4)  # no straight way round the corner
-    (said,) = (line for line in scene.notes.splitlines() if "walk round it" in line)
-    assert int(said.split()[0]) >= behind.sum() > 0
+    (message,) = (line for line in scene.notes.splitlines() if "walk round it" in line)
+    assert int(message.split()[0]) >= behind.sum() > 0
 
 
 @pytest.mark.parametrize(
@@ -138,8 +138,8 @@ def test_a_floor_with_a_pillar(percussions, tmp_path, form):
     ],
 )
 def test_what_cannot_be_made_is_one_line(refused, words, says):
-    said = refused("new", "bad", "--people", 90, *words.split())
-    assert said.startswith(f"percussions: {says}")
+    message = refused("new", "bad", "--people", 90, *words.split())
+    assert message.startswith(f"percussions: {says}")
 
 
 FLOORS = {
@@ -159,8 +159,8 @@ FLOORS = {
 def test_a_floor_that_is_none_is_one_line(refused, tmp_path, floor):
     text, says = FLOORS[floor]
     (tmp_path / "floor").write_text(text)
-    said = refused("new", "no", "--geometry", "floor", "--door", "0,0,1,0", "--people", 1)
-    assert said.startswith(f"percussions: floor: {says}")
+    message = refused("new", "no", "--geometry", "floor", "--door", "0,0,1,0", "--people", 1)
+    assert message.startswith(f"percussions: floor: {says}")
 
 
 def test_a_door_lies_on_one_side_and_a_floor_is_one_polygon():

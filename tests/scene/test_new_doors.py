@@ -34,8 +34,8 @@ def test_each_door_has_its_share_of_those_who_are_near_it():
     scene = room("two", 10.0, 8.0, TWO, Crowd(people=120))
     one, two = parted(scene)
     assert (one.sum(), two.sum()) == (80, 40)
-    place = shapely.points(scene.snapshot.position)
-    far = np.array([shapely.distance(place, shapely.LineString(way.ends)) for way in TWO])
+    position = shapely.points(scene.snapshot.position)
+    far = np.array([shapely.distance(position, shapely.LineString(way.ends)) for way in TWO])
     # nobody would gain by a change of places with somebody of the other door
     assert (far[1] - far[0])[one].min() >= (far[1] - far[0])[two].max() - 0.2
     doors = scene.door()
@@ -95,25 +95,25 @@ def test_shares_decide_who_waits_where():
 def test_cells_are_shared_out_at_the_least_price():
     random = np.random.default_rng(3)
     for _ in range(5):
-        price = random.uniform(0, 3, (3, 60)) + 6 * (random.uniform(size=(3, 60)) < 0.4)
+        cost = random.uniform(0, 3, (3, 60)) + 6 * (random.uniform(size=(3, 60)) < 0.4)
         wanted = np.array([25, 10, 5])
-        going = _shared_out(price, wanted)
+        going = _shared_out(cost, wanted)
         counts = np.bincount(going + 1, minlength=4)[1:]
         assert np.abs(counts - wanted).max() <= 1
-        rows = np.repeat(price, counts, axis=0)
-        least = rows[linear_sum_assignment(rows)].sum()
-        taken = going >= 0
-        assert price[going[taken], np.flatnonzero(taken)].sum() == pytest.approx(least)
+        rows = np.repeat(cost, counts, axis=0)
+        minimum = rows[linear_sum_assignment(rows)].sum()
+        used = going >= 0
+        assert cost[going[used], np.flatnonzero(used)].sum() == pytest.approx(minimum)
 
 
 def test_doors_as_long_as_the_floor_share_out_whole_and_broken_columns():
     column = np.repeat(np.arange(30.0), 10)  # before such a door a whole column is as far from it
-    price = np.stack([column, 29 - column])
+    cost = np.stack([column, 29 - column])
     for wanted in (np.array([35, 12]), np.array([250, 19]), np.array([150, 150])):
-        going = _shared_out(price, wanted)
+        going = _shared_out(cost, wanted)
         for row, number in enumerate(wanted):
-            mine = price[row, going == row]
-            assert sorted(mine) == sorted(price[row])[:number]
+            mine = cost[row, going == row]
+            assert sorted(mine) == sorted(cost[row])[:number]
 
 
 @pytest.mark.parametrize(("people", "seed"), [(2, 3), (5, 6), (10, 7)])
@@ -202,9 +202,9 @@ BAD = {
 def test_a_scenario_that_is_no_room_is_one_line(refused, tmp_path, bad):
     change, says = BAD[bad]
     (tmp_path / "hall.scenario").write_text(json.dumps(vadere(**change)))
-    said = refused("new", "hall", "--geometry", "hall.scenario", "--people", 40)
+    message = refused("new", "hall", "--geometry", "hall.scenario", "--people", 40)
     where = "hall.scenario: " if says else "door: hall.scenario has none"
-    assert said.startswith(f"percussions: {where}{says or ''}")
+    assert message.startswith(f"percussions: {where}{says or ''}")
 
 
 def test_people_of_a_source_stand_all_over_it(tmp_path):
@@ -216,9 +216,9 @@ def test_people_of_a_source_stand_all_over_it(tmp_path):
     }
     (tmp_path / "gap.scenario").write_text(json.dumps(vadere(**changes)))
     floor = read_floor(tmp_path / "gap.scenario")
-    place = from_geometry("gap", floor.polygon, floor.doors, Crowd(people=60)).snapshot.position
-    assert place.std(0) == pytest.approx([6 / np.sqrt(12)] * 2, rel=0.2)
-    assert place.mean(0) == pytest.approx([5, 5], abs=4 * 1.73 / np.sqrt(60))
+    position = from_geometry("gap", floor.polygon, floor.doors, Crowd(people=60)).snapshot.position
+    assert position.std(0) == pytest.approx([6 / np.sqrt(12)] * 2, rel=0.2)
+    assert position.mean(0) == pytest.approx([5, 5], abs=4 * 1.73 / np.sqrt(60))
 
 
 def test_a_floor_that_is_packed_and_cut_off_is_damaged(tmp_path):
@@ -248,8 +248,8 @@ def test_a_floor_that_is_packed_and_cut_off_is_damaged(tmp_path):
     ],
 )
 def test_what_cannot_be_made_is_one_line(refused, words, says):
-    said = refused("new", "bad", "--room", "8x6", "--people", 9, *words.split())
-    assert said.startswith(f"percussions: {says}")
+    message = refused("new", "bad", "--room", "8x6", "--people", 9, *words.split())
+    assert message.startswith(f"percussions: {says}")
 
 
 def test_a_start_that_is_too_small():

@@ -37,14 +37,14 @@ def test_a_room_says_nothing_of_another_file(tmp_path):
     other.write_text("\n".join(["# framerate: 25 fps", "# id frame x/m y/m z/m", *rows, ""]))
     made = imported(other, "--frame", 405, "--room", GATE, "--others", 0, "--out", tmp_path)
     assert made.exit_code == 0
-    said = made.stdout + (tmp_path / "gate.toml").read_text()
+    output = made.stdout + (tmp_path / "gate.toml").read_text()
     for own in ("040", "motivation", "0.22 m", "1.02 m/s"):
-        assert own not in said
+        assert own not in output
         assert own in EXCERPT.read_text()
 
 
 @pytest.mark.parametrize(
-    ("frame", "count", "apart", "found"),
+    ("frame", "count", "difference", "found"),
     [
         (405, 4, 0.08, [403, 407, 401, 409]),
         (405, 2, 0.04, [404, 406]),
@@ -54,8 +54,8 @@ def test_a_room_says_nothing_of_another_file(tmp_path):
         (405, 0, 1.0, []),
     ],
 )
-def test_which_frames(frame, count, apart, found):
-    assert frames_near(frame, Recording.read(EXCERPT), count, apart) == found
+def test_which_frames(frame, count, difference, found):
+    assert frames_near(frame, Recording.read(EXCERPT), count, difference) == found
 
 
 def test_a_film_of_one_frame_has_no_others():
@@ -74,8 +74,8 @@ def test_crowds_take_turns_with_the_frames():
         far = np.hypot(*(made.snapshot.position - own.position).T)
         assert 0 < np.median(far) < 3 * PLACE_M
         assert not made.other_crowds
-    said = how_varied(scene, 5)
-    assert "(3 frames, from 0.2 s before to 0.2 s after that of the first crowd)" in said
+    message = how_varied(scene, 5)
+    assert "(3 frames, from 0.2 s before to 0.2 s after that of the first crowd)" in message
     assert "2 frames, from 0.2 s before to 0 s after" in how_varied(scene, 2)
     assert "frame" not in how_varied(scene, 1)
 

@@ -50,9 +50,9 @@ def test_three_in_a_row_share_the_overlaps():
 
 def test_unequal_overlaps_in_a_row_keep_the_centre_of_mass():
     # constraints at x = (c − 0.4, c, c + 0.4); the mean displacement vanishes
-    heads = np.array([[0.0, 0.0], [0.2, 0.0], [0.5, 0.0]])
-    arranged = reconcile(heads, np.full(3, 0.2))
-    centre = heads[:, 0].mean()
+    positions = np.array([[0.0, 0.0], [0.2, 0.0], [0.5, 0.0]])
+    arranged = reconcile(positions, np.full(3, 0.2))
+    centre = positions[:, 0].mean()
     expected = [[centre - 0.4, 0.0], [centre, 0.0], [centre + 0.4, 0.0]]
     np.testing.assert_allclose(arranged.position, expected, atol=DIGITS)
 
@@ -75,12 +75,12 @@ def test_a_centre_is_not_pushed_through_the_door():
     # gives way
     walls = Walls(start=[[-2.0, 0.0], [0.25, 0.0]], end=[[-0.25, 0.0], [2.0, 0.0]])
     door, outward = Walls(start=[[-0.25, 0.0]], end=[[0.25, 0.0]]), np.array([0.0, -1.0])
-    heads = np.array([[0.0, 0.02], [0.0, 0.32]])
-    free = reconcile(heads, np.full(2, 0.2), walls).position
+    positions = np.array([[0.0, 0.02], [0.0, 0.32]])
+    free = reconcile(positions, np.full(2, 0.2), walls).position
     assert free[0, 1] < 0
-    held = reconcile(heads, np.full(2, 0.2), walls, door, outward).position
-    np.testing.assert_allclose(held, [[0.0, 0.0], [0.0, 0.4]], atol=DIGITS)
-    assert held[0, 1] >= 0
+    fixed = reconcile(positions, np.full(2, 0.2), walls, door, outward).position
+    np.testing.assert_allclose(fixed, [[0.0, 0.0], [0.0, 0.4]], atol=DIGITS)
+    assert fixed[0, 1] >= 0
 
 
 def test_radii_may_differ():
@@ -89,28 +89,28 @@ def test_radii_may_differ():
 
 
 def gate_heads():
-    heads = read_heads(EXCERPT, 405).position
-    return heads[heads[:, 1] > 0]
+    tracked = read_heads(EXCERPT, 405).position
+    return tracked[tracked[:, 1] > 0]
 
 
 def test_optimality_on_a_real_crowd():
     """No overlap, and each displacement is a non-negative sum of contact normals (KKT)."""
-    heads, radius = gate_heads(), 0.18
-    arranged = reconcile(heads, np.full(len(heads), radius)).position
-    contacts = contacts_of(arranged, np.full(len(heads), radius))
+    positions, radius = gate_heads(), 0.18
+    arranged = reconcile(positions, np.full(len(positions), radius)).position
+    contacts = contacts_of(arranged, np.full(len(positions), radius))
     assert 0 <= contacts.gap.min() <= 2 * SPARE_M
-    back = (heads - arranged).ravel()
-    _, rest = nnls(contacts.normal_matrix(len(heads)).T.toarray(), back)
+    back = (positions - arranged).ravel()
+    _, rest = nnls(contacts.normal_matrix(len(positions)).T.toarray(), back)
     assert rest < 1e-6 * np.linalg.norm(back)
 
 
 def test_no_farther_than_another_optimiser():
     """SLSQP on the true, curved constraints, from the same heads."""
-    heads, radius = gate_heads(), 0.18
-    n = len(heads)
-    arranged = reconcile(heads, np.full(n, radius)).position
+    positions, radius = gate_heads(), 0.18
+    n = len(positions)
+    arranged = reconcile(positions, np.full(n, radius)).position
     i, j = np.triu_indices(n, 1)
-    near = np.hypot(*(heads[i] - heads[j]).T) < 1.2
+    near = np.hypot(*(positions[i] - positions[j]).T) < 1.2
     i, j = i[near], j[near]
     rows = np.arange(len(i))
 
@@ -125,7 +125,7 @@ def test_no_farther_than_another_optimiser():
             matrix[rows, 2 * j + axis] = -difference[:, axis]
         return matrix
 
-    flat = heads.ravel()
+    flat = positions.ravel()
     other = minimize(
         lambda q: 0.5 * ((q - flat) ** 2).sum(),
         flat,
@@ -135,19 +135,19 @@ def test_no_farther_than_another_optimiser():
         options={"maxiter": 200, "ftol": 1e-12},
     )
     assert other.success
-    ours = 0.5 * ((arranged - heads) ** 2).sum()
+    ours = 0.5 * ((arranged - positions) ** 2).sum()
     assert ours <= other.fun * (1 + 1e-5)
 
 
 @pytest.mark.parametrize("seed", [117, 1098, 1215])
 def test_a_slow_search_ends_too(seed):
     """Six people on less than a square metre, whose steps shrink by a thirtieth each."""
-    heads, radius = np.random.default_rng(seed).uniform(0.0, 0.8, (6, 2)), np.full(6, 0.2)
-    arranged = reconcile(heads, radius)
+    positions, radius = np.random.default_rng(seed).uniform(0.0, 0.8, (6, 2)), np.full(6, 0.2)
+    arranged = reconcile(positions, radius)
     assert arranged.linearisations > 100
     contacts = contacts_of(arranged.position, radius)
     assert 0 <= contacts.gap.min() <= 2 * SPARE_M
-    back = (heads - arranged.position).ravel()
+    back = (positions - arranged.position).ravel()
     _, rest = nnls(contacts.normal_matrix(6).T.toarray(), back)
     assert rest < 1e-6 * np.linalg.norm(back)
 
@@ -156,10 +156,10 @@ def test_a_slow_search_ends_too(seed):
 @given(st.integers(0, 10_000))
 def test_random_crowds_between_walls_end_without_overlap(seed):
     rng = np.random.default_rng(seed)
-    heads, radius = rng.uniform(0.1, 1.9, (8, 2)), rng.uniform(0.12, 0.22, 8)
+    positions, radius = rng.uniform(0.1, 1.9, (8, 2)), rng.uniform(0.12, 0.22, 8)
     corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]])
     walls = Walls(start=corners, end=np.roll(corners, -1, axis=0))
-    arranged = reconcile(heads, radius, walls).position
+    arranged = reconcile(positions, radius, walls).position
     assert ((arranged > 0) & (arranged < 2)).all()
     contacts = contacts_of(arranged, radius, walls)
     assert contacts.gap.min(initial=0.0) >= 0

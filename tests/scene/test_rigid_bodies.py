@@ -20,8 +20,8 @@ from tests.crowds import disks_at
 @pytest.fixture
 def scene(tmp_path):
     """Two dumbbells that walk to a door, one with an inertia of its own."""
-    places = [[-3.0, 0.1], [-3.0, 0.5], [-2.2, 0.0], [-2.2, -0.4]]
-    crowd = disks_at(places, (1.0, 0.0), 0.2, 30.0, spin=[0.5, 0.5, -1, -1], ids=[1, 2, 5, 7])
+    positions = [[-3.0, 0.1], [-3.0, 0.5], [-2.2, 0.0], [-2.2, -0.4]]
+    crowd = disks_at(positions, (1.0, 0.0), 0.2, 30.0, spin=[0.5, 0.5, -1, -1], ids=[1, 2, 5, 7])
     crowd = crowd.joined([4, 4, 9, 9], inertia=[3.0, 5.0])
     arch = read_scene("arch").with_run(duration_s=0.3, frames=3, rigid_step_s=0.01)
     found = arch.model_copy(update={"name": "two", "snapshot": crowd})
@@ -41,16 +41,16 @@ def test_a_scene_of_bodies_comes_back_as_it_was(scene, tmp_path):
 def test_the_rigid_engine_turns_them_and_goes_on_to_the_same_digits(scene, tmp_path):
     out = tmp_path / "out"
     assert main([str(tmp_path / "two.toml"), "--out", str(out)]) == 0
-    whole = (out / "bodies.dump").read_bytes()
+    full = (out / "bodies.dump").read_bytes()
     trajectory = open_bodies(out / "bodies.dump", 0.01).trajectory
     end = snapshot_of(trajectory[len(trajectory) - 1])
     np.testing.assert_allclose(end.bodies.inertia, [3.0, 5.0])
-    apart = end.position[1] - end.position[0]
+    distance = end.position[1] - end.position[0]
     turned = [-0.4 * np.sin(0.15), 0.4 * np.cos(0.15)]
-    np.testing.assert_allclose(apart, turned, atol=1e-9)
-    (out / "bodies.dump").write_bytes(whole[: len(whole) * 3 // 4])
+    np.testing.assert_allclose(distance, turned, atol=1e-9)
+    (out / "bodies.dump").write_bytes(full[: len(full) * 3 // 4])
     assert main([str(tmp_path / "two.toml"), "--out", str(out)]) == 0
-    assert (out / "bodies.dump").read_bytes() == whole
+    assert (out / "bodies.dump").read_bytes() == full
 
 
 def test_many_frames_at_once_are_solved_as_bodies(tmp_path):
@@ -67,7 +67,7 @@ def test_many_frames_at_once_are_solved_as_bodies(tmp_path):
     dump = tmp_path / "bodies.dump"
     dump.write_text("".join(frame.format(step) for step in range(4)), encoding="utf-8")
     setting = Setting(walls=Walls(start=[[-9, 0]], end=[[9, 0]]))
-    todo = DumpToSolve(path=dump, setting=setting, time_step=1.0, openness="none")
+    todo = DumpToSolve(path=dump, setting=setting, time_step=1.0, indeterminacy="none")
     assert todo.in_batches
     solve_dump(todo, tmp_path / "contacts.csv")
     with open(tmp_path / "contacts.csv", encoding="utf-8") as file:
@@ -143,7 +143,7 @@ def test_every_number_of_a_file_of_bodies_counts(scene, tmp_path):
     path, digest = tmp_path / "two.bodies", scene.digest()
     lines = path.read_text().splitlines()
     table = [line.split() for line in lines[1:]]
-    taken, said = [], []
+    used, sentences = [], []
     for row, column in np.ndindex(2, 20):
         for word in ("nan", "inf", "-1", "0", "1e308", "", "x", table[1 - row][column]):
             changed = [list(cells) for cells in table]
@@ -151,12 +151,12 @@ def test_every_number_of_a_file_of_bodies_counts(scene, tmp_path):
             path.write_text("\n".join([lines[0], *map(" ".join, changed)]))
             try:
                 assert read_scene(tmp_path / "two.toml").digest() == digest, (row, column, word)
-                taken.append(float(word) == float(table[row][column]))
+                used.append(float(word) == float(table[row][column]))
             except SceneError as why:
-                said.append(str(why))
-    assert taken
-    assert all(taken)
-    assert [one for one in said if "two.bodies" not in one] == []
+                sentences.append(str(why))
+    assert used
+    assert all(used)
+    assert [one for one in sentences if "two.bodies" not in one] == []
     for count in ("3", "", "two"):
         path.write_text("\n".join([count, *lines[1:]]))
         with pytest.raises(SceneError, match=r"two\.bodies, line 1: .* where 2 bodies follow"):

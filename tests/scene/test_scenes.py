@@ -9,7 +9,7 @@ import lzma
 import numpy as np
 import pytest
 
-from analysis.scene.anthropometry import Varied, apart, bodies_of
+from analysis.scene.anthropometry import Varied, bodies_of, separated
 from analysis.scene.drive import Goal
 from analysis.scene.placement import check_room
 from analysis.scene.real.import_crowd import import_crowd
@@ -113,7 +113,7 @@ def square(x, y, side):
 
 
 @pytest.mark.parametrize(
-    ("squares", "door", "place", "is_refused"),
+    ("squares", "door", "position", "is_refused"),
     [
         ([(0, 0, 1)], None, (3, 0), False),  # a pillar on an open floor
         ([(0, 0, 1), (4, 0, 1)], None, (2.5, 0.5), False),  # two
@@ -124,13 +124,13 @@ def square(x, y, side):
         ([(0, 0, 9), (4, 4, 1)], ((3, 0), (4, 0)), (-2, 2), True),  # outside of all
     ],
 )
-def test_a_pillar_is_no_room(squares, door, place, is_refused):
+def test_a_pillar_is_no_room(squares, door, position, is_refused):
     walls = [wall for corner in squares for wall in square(*corner)]
     if door:  # the wall below it in two
         (_, _, side), walls = squares[0], walls[1:]
         walls += [((0, 0), door[0]), (door[1], (side, 0))]
     start, end = np.array([wall for wall in walls], dtype=float).transpose(1, 0, 2)
-    one = Snapshot(position=[place], velocity=[[0, 0]], radius=[0.2], mass=[75])
+    one = Snapshot(position=[position], velocity=[[0, 0]], radius=[0.2], mass=[75])
     room = Walls(start=start, end=end)
     doors = Walls(start=[door[0]], end=[door[1]]) if door else None
     if is_refused:
@@ -260,8 +260,8 @@ def test_a_scene_of_people_is_the_same_when_written_and_read_again(tmp_path):
     radii, masses = bodies_of("ANSUR II", 30, seed=5)
     assert (scene.snapshot.radius == radii).all()
     assert (scene.snapshot.mass == masses).all()
-    touching = find_contacts(scene.snapshot, scene.wall_segments(), tolerance=0.0)
-    assert touching.gap.min(initial=0.0) > -1e-9
+    in_contact = find_contacts(scene.snapshot, scene.wall_segments(), tolerance=0.0)
+    assert in_contact.gap.min(initial=0.0) > -1e-9
     again = read_scene(scene.write(tmp_path / "again"))
     assert again.digest() == scene.digest()
 
@@ -290,7 +290,7 @@ def test_a_push_gives_speed_and_relaxation_time_to_yade_s_script_too(
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "message"),
     [
         ("speed_m_per_s = 2.0", "speed_m_per_s = 2.0\npush_N = 100.0", "push_N: instead of"),
         ("speed_m_per_s = 2.0", "push_N = -1.0", "push_N"),
@@ -300,9 +300,9 @@ def test_a_push_gives_speed_and_relaxation_time_to_yade_s_script_too(
         ('data = "arch.data"', 'data = "arch.data"\npeople_seed = -1', r"disks.people_seed"),
     ],
 )
-def test_what_makes_no_sense_is_refused_by_its_key(tmp_path, old, new, said):
+def test_what_makes_no_sense_is_refused_by_its_key(tmp_path, old, new, message):
     path = written(tmp_path, old, new)
-    with pytest.raises(SceneError, match=said) as found:
+    with pytest.raises(SceneError, match=message) as found:
         read_scene(path)
     assert str(path) in str(found.value)
 
@@ -318,9 +318,9 @@ def test_radii_within_a_share():
 
 def test_a_real_crowd_of_people(tmp_path):
     """The imported frame says how radii are spread, and nobody overlaps."""
-    heads = read_heads(shipped("scenes") / "gate_excerpt.txt", 405)
+    tracked = read_heads(shipped("scenes") / "gate_excerpt.txt", 405)
     room = shipped("scenes") / "rooms" / "gate.toml"
-    found = import_crowd(heads, radius=0.18, room=room, varied=Varied(people="ANSUR II women"))
+    found = import_crowd(tracked, radius=0.18, room=room, varied=Varied(people="ANSUR II women"))
     scene = read_scene(found.write(tmp_path))
     radii = scene.snapshot.radius
     assert 0.13 < radii.min() < radii.max() < 0.20
@@ -340,9 +340,9 @@ def test_half_are_men():
 @pytest.mark.parametrize("seed", [4, 8, 14])
 def test_nobody_is_pushed_apart_through_a_wall(seed):
     """30 people of whom many overlap by half: at once, one would leave the room."""
-    place = np.random.default_rng(seed).uniform([-2.9, -0.9], [2.9, 0.9], (30, 2))
+    position = np.random.default_rng(seed).uniform([-2.9, -0.9], [2.9, 0.9], (30, 2))
     corners = np.array([[-3.0, -1.0], [3.0, -1.0], [3.0, 1.0], [-3.0, 1.0]])
     walls = Walls(start=corners, end=np.roll(corners, -1, axis=0))
-    moved = apart(disks_at(place), walls)
+    moved = separated(disks_at(position), walls)
     assert (np.abs(moved.position) < [3.0, 1.0]).all()
     assert find_contacts(moved, walls, tolerance=0.0).gap.min(initial=0.0) > -1e-9

@@ -17,7 +17,7 @@ from analysis.dumps import open_bodies, snapshot_of
 from analysis.engines import engine
 from analysis.engines.programs import rigid
 from analysis.engines.record import EngineError
-from analysis.film.files import Given, open_any
+from analysis.film.files import FileOptions, open_any
 from analysis.percussions import percussions_of
 from analysis.percussions.setting import setting_beside
 from analysis.scene.distance import Pusher
@@ -54,9 +54,9 @@ def patched(**changes):
 
 
 def percussions(kind, folder, room):
-    dump, given = folder / "crowd.dump", {} if kind is None else {"left_velocity": kind}
-    given |= {"window": 0.01} if kind == "free" else {}
-    setting = setting_beside(dump, room, **given)
+    dump, inputs = folder / "crowd.dump", {} if kind is None else {"left_velocity": kind}
+    inputs |= {"window": 0.01} if kind == "free" else {}
+    setting = setting_beside(dump, room, **inputs)
     snapshot = snapshot_of(open_bodies(dump, 1e-2).trajectory[1], dump)
     return shown(percussions_of(setting, snapshot))
 
@@ -67,7 +67,7 @@ def shown(found):
 
 def film(name, folder, room):
     step = {"time_step": 1e-2} if name.endswith("dump") else {"radius": 0.25}
-    frames = list(open_any(folder / name, Given(room=room, **step)).frames(None))
+    frames = list(open_any(folder / name, FileOptions(room=room, **step)).frames(None))
     if why := next((one.reason for one in frames if one.reason), ""):
         raise ValueError(why)
     return [shown(one.found) for one in frames]
@@ -98,12 +98,12 @@ COMMANDS = {
 }  # fmt: skip
 
 
-def leaves(model, place=""):
+def leaves(model, position=""):
     """The keys of a table, with those of the tables in it."""
     inner = {"walls": Wall, "drive": Drive, "body_force": BodyForce, "contact": ContactModel, "run": Run,
              "analysis": Analysis, "goals": Goal, "stops": Stop, "pushers": Pusher}  # fmt: skip
     for key in model.model_fields:
-        yield from leaves(inner[key], f"{place}{key}.") if key in inner else [f"{place}{key}"]
+        yield from leaves(inner[key], f"{position}{key}.") if key in inner else [f"{position}{key}"]
 
 
 def test_every_key_has_a_row():
@@ -130,12 +130,12 @@ def test_a_key_is_used_or_refused_or_named(tmp_path, caplog, command):
         " ".join(map(str, row)) + "\n" for row in rows
     )
     (tmp_path / "crowd.dump").write_text("".join(frame.format(step) + body for step in (0, 1)))
-    heads = [
+    positions = [
         f"{k + 1} {f} {x:.9f} {y - 0.01 * (f + 1):.9f}\n"
         for f in range(2)
         for k, (x, y) in enumerate(PLACES)
     ]
-    (tmp_path / "crowd.txt").write_text("# framerate: 100\n# id frame x/m y/m\n" + "".join(heads))
+    (tmp_path / "crowd.txt").write_text("# framerate: 100\n# id frame x/m y/m\n" + "".join(positions))
     room, caplog.handler.level = tmp_path / "room.toml", 0
     for key, value, beside in ROWS:
         key = key.replace("walls.", "walls.0.")

@@ -31,23 +31,23 @@ ELL = between([(0, -8), (0, 0), (-8, 0), (-8, 2), (2, 2), (2, -8)])
 DOWN = np.array([[(0, -8), (2, -8), (0, -1)]], dtype=float)
 
 
-def taut(place, radius):
+def taut(position, radius):
     """From (n,2) m round a disk at the corner, then straight down to the door."""
-    away = np.hypot(*place.T)
-    seen = np.arctan2(place[:, 1], place[:, 0]) - np.arccos(radius / away)
-    turning = np.sqrt(away**2 - radius**2) + radius * seen + 8.0
+    away = np.hypot(*position.T)
+    observed = np.arctan2(position[:, 1], position[:, 0]) - np.arccos(radius / away)
+    turning = np.sqrt(away**2 - radius**2) + radius * observed + 8.0
     # who is beyond the corner walks straight
-    x, y = place.T
+    x, y = position.T
     aside = np.maximum(0.0, np.maximum(radius - x, x - (2 - radius)))
-    return np.where(seen > 0, turning, np.hypot(aside, y + 8.0))
+    return np.where(observed > 0, turning, np.hypot(aside, y + 8.0))
 
 
 @pytest.mark.parametrize("clearance", [0.0, 0.15])
 def test_the_way_round_a_corner_is_a_taut_string(clearance):
     way = way_of(ELL, DOWN, 0.2, clearance)
     random = np.random.default_rng(1)
-    place = random.uniform((-7.5, 0.5), (0.0, 1.5), (200, 2))
-    column, row = np.floor((place - way.origin) / way.cell).T.astype(int)
+    anchor = random.uniform((-7.5, 0.5), (0.0, 1.5), (200, 2))
+    column, row = np.floor((anchor - way.origin) / way.cell).T.astype(int)
     middle = way.origin + way.cell * (np.column_stack([column, row]) + 0.5)
     length = way.length[0, row, column]
     assert (length >= taut(middle, 0.98 * 0.2) - 0.01).all()
@@ -60,28 +60,28 @@ def walked(walls, doors, way, radius, step=0.04):
     lines = shapely.MultiLineString([*np.stack([walls.start, walls.end], axis=1)])
     shapely.prepare(lines)
     x, y = np.meshgrid(*(np.arange(way.origin[i], way.origin[i] + 14, 0.37) for i in (0, 1)))
-    place = np.column_stack([x.ravel(), y.ravel()])
+    position = np.column_stack([x.ravel(), y.ravel()])
     door = shapely.LineString(doors[0, :2])
     faces = shapely.get_parts(shapely.polygonize([*lines.geoms, door]))
     floor = next(face for face in faces if face.boundary.contains(door))
-    inside = shapely.contains_xy(floor, place)
-    inside &= shapely.distance(shapely.points(place), lines) >= radius
-    start = place[inside]
-    place, near = start.copy(), np.full(len(start), np.inf)
+    inside = shapely.contains_xy(floor, position)
+    inside &= shapely.distance(shapely.points(position), lines) >= radius
+    start = position[inside]
+    position, near = start.copy(), np.full(len(start), np.inf)
     length = np.zeros(len(start))
     a, b, outward = doors[0]
     for _ in range(int(60 / step)):
-        left = (place - a) @ outward < -1e-9
-        left |= way.corner(place, 0)[0]
+        left = (position - a) @ outward < -1e-9
+        left |= way.corner(position, 0)[0]
         if not left.any():
             break
-        turning, corner = way.corner(place, 0)
-        share = np.clip((place - a) @ (b - a) / ((b - a) @ (b - a)), 0, 1)
-        to = np.where(turning[:, None], corner, a + share[:, None] * (b - a)) - place
+        turning, corner = way.corner(position, 0)
+        fraction = np.clip((position - a) @ (b - a) / ((b - a) @ (b - a)), 0, 1)
+        to = np.where(turning[:, None], corner, a + fraction[:, None] * (b - a)) - position
         to *= (np.minimum(1.0, step / (np.hypot(*to.T) + 1e-300)) * left)[:, None]
-        place, length = place + to, length + np.hypot(*to.T)
-        far = np.abs((place - a) @ outward) > 2 * radius
-        near[far] = np.minimum(near, shapely.distance(shapely.points(place), lines))[far]
+        position, length = position + to, length + np.hypot(*to.T)
+        far = np.abs((position - a) @ outward) > 2 * radius
+        near[far] = np.minimum(near, shapely.distance(shapely.points(position), lines))[far]
     return start, np.where(left, np.inf, length), near
 
 
@@ -133,44 +133,44 @@ def test_lengths_among_random_blocks_are_those_of_a_visibility_graph():
         walls = between([(12, 7), (12, 12), (0, 12), (0, 0), (12, 0), (12, 5)], *rings)
         doors = np.array([[(12, 5), (12, 7), (1, 0)]], dtype=float)
         way = way_of(walls, doors, 0.2, 0.0)
-        place = random.uniform(0.5, 11.5, (60, 2))
-        column, row = np.floor((place - way.origin) / way.cell).T.astype(int)
-        place = way.origin + way.cell * (np.column_stack([column, row]) + 0.5)
+        anchor = random.uniform(0.5, 11.5, (60, 2))
+        column, row = np.floor((anchor - way.origin) / way.cell).T.astype(int)
+        anchor = way.origin + way.cell * (np.column_stack([column, row]) + 0.5)
         lines = shapely.MultiLineString([*np.stack([walls.start, walls.end], axis=1)])
-        clear = shapely.distance(shapely.points(place), lines) > 0.3
-        clear &= ~shapely.contains_xy(shapely.union_all(blocks), place)
-        oracle = by_visibility(lines, place[clear])
+        clear = shapely.distance(shapely.points(anchor), lines) > 0.3
+        clear &= ~shapely.contains_xy(shapely.union_all(blocks), anchor)
+        oracle = by_visibility(lines, anchor[clear])
         found = way.length[0, row[clear], column[clear]]
         blocked = way.next[0, row[clear], column[clear]] < 0
         assert (np.isinf(oracle) == blocked).all()
         assert found[~blocked] == pytest.approx(oracle[~blocked], abs=0.02)
 
 
-def by_visibility(lines, place):
+def by_visibility(lines, position):
     """Lengths from (n,2) m to the door x = 12, 5.2 < y < 6.8 among lines, by all pairs of corners."""
-    wide = lines.buffer(0.2, quad_segs=4)
-    corners = shapely.get_coordinates(wide)
+    width = lines.buffer(0.2, quad_segs=4)
+    corners = shapely.get_coordinates(width)
     corners = corners[(corners.min(1) > 0) & (corners.max(1) < 12)]
     door = np.column_stack([np.full(41, 11.99), np.linspace(5.2, 6.8, 41)])
-    shut = wide.buffer(-1e-6).union(shapely.LineString([(12.05, 0), (12.05, 12)]))
+    shut = width.buffer(-1e-6).union(shapely.LineString([(12.05, 0), (12.05, 12)]))
     shapely.prepare(shut)
-    nodes = np.concatenate([place, corners, door])
+    nodes = np.concatenate([position, corners, door])
     one, two = np.triu_indices(len(nodes), 1)
     far = np.hypot(*(nodes[one] - nodes[two]).T)
-    seen = ~shapely.intersects(
+    observed = ~shapely.intersects(
         shut, shapely.linestrings(np.stack([nodes[one], nodes[two]], axis=1))
     )
     graph = np.zeros((len(nodes), len(nodes)))
-    graph[one[seen], two[seen]] = far[seen]
+    graph[one[observed], two[observed]] = far[observed]
     graph[-41:, -41:] = 0
     every = dijkstra(
         graph, directed=False, indices=np.arange(len(nodes) - 41, len(nodes)), min_only=True
     )
-    return every[: len(place)]
+    return every[: len(position)]
 
 
 @pytest.mark.parametrize(
-    ("barrier", "said"),
+    ("barrier", "message"),
     [
         ([(-4, -3), (-4, 3)], r"drive: the way of person \d+ to the door from .* is shut"),
         (
@@ -179,9 +179,9 @@ def by_visibility(lines, place):
         ),
     ],
 )
-def test_a_door_that_nobody_can_reach_is_refused(barrier, said):
+def test_a_door_that_nobody_can_reach_is_refused(barrier, message):
     start = Doorway(ends=((0, -0.5), (0, 0.5)), start=shapely.box(-8, -3, -5, 3))
-    with pytest.raises(SceneError, match=said):
+    with pytest.raises(SceneError, match=message):
         room("shut", 8.0, 6.0, [start], Crowd(people=5), inside=Inside(barriers=[barrier]))
 
 
@@ -233,16 +233,16 @@ def test_who_is_alone_arrives_after_the_length_of_the_way_and_one_relaxation():
     scene, tau = read_scene("turns"), 0.1
     quick = scene.drive.model_copy(update={"relaxation_time_s": tau})
     scene = scene.model_copy(update={"drive": quick})
-    place, speed = np.array([[1.2, 5.0]]), quick.speed_m_per_s
+    position, speed = np.array([[1.2, 5.0]]), quick.speed_m_per_s
     body = {"radius": scene.snapshot.radius.max(keepdims=True), "mass": np.array([75.0])}
-    alone = Snapshot(position=place, velocity=np.zeros((1, 2)), **body)
+    alone = Snapshot(position=position, velocity=np.zeros((1, 2)), **body)
     motion = motion_of(scene.model_copy(update={"snapshot": alone}), alone)
-    walked, before = 0.0, place
+    walked, before = 0.0, position
     while not scene.drive.gone(motion.position, alone.ids).any():
         motion.advance()
         walked += float(np.hypot(*(motion.position - before).T).sum())
         before = motion.position.copy()
-    length = float(scene.drive.way.at(place, 0, scene.drive.way.length)[0])
+    length = float(scene.drive.way.at(position, 0, scene.drive.way.length)[0])
     assert walked == pytest.approx(length, rel=0.02)
     assert 0.9 * tau < motion.time - length / speed < 3 * tau + 0.02 * length / speed
 

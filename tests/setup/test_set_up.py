@@ -50,9 +50,9 @@ def test_an_interrupted_installation_begins_with_an_empty_environment(tmp_path):
 @pytest.mark.skipif(shutil.which("make") is None, reason="no make")
 def test_lint_leaves_the_files_of_a_user_alone():
     """Somebody's plot.py beside the Makefile prints, as a script may."""
-    asked = subprocess.run(["make", "-n", "lint"], cwd=ROOT, capture_output=True, text=True)
+    requested = subprocess.run(["make", "-n", "lint"], cwd=ROOT, capture_output=True, text=True)
     ours = "nscd analysis crowd_percussions yade_scripts benchmarks examples tests docs"
-    assert f"ruff check {ours}\n" in asked.stdout
+    assert f"ruff check {ours}\n" in requested.stdout
 
 
 def test_little_memory_is_said_at_once():

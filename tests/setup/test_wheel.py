@@ -86,8 +86,8 @@ def bare(wheel, tmp_path_factory):
 
 def outside(tmp_path):
     """Of a process that knows nothing of the source tree."""
-    kept = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-    return {"cwd": tmp_path, "env": {**kept, "HOME": str(tmp_path)}}
+    selected = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    return {"cwd": tmp_path, "env": {**selected, "HOME": str(tmp_path)}}
 
 
 def test_the_wheel_has_the_one_version(wheel):
@@ -96,8 +96,8 @@ def test_the_wheel_has_the_one_version(wheel):
 
 
 def test_a_stranger_can_import_and_solve(bare, tmp_path):
-    said = called(str(bare / "bin/python"), "-c", FIRST, **outside(tmp_path))
-    assert said == f"solved [[112.5, 0.0]] {PROJECT['version']}\n"
+    message = called(str(bare / "bin/python"), "-c", FIRST, **outside(tmp_path))
+    assert message == f"solved [[112.5, 0.0]] {PROJECT['version']}\n"
 
 
 def test_the_command_is_there(bare, tmp_path):
@@ -123,7 +123,7 @@ def test_what_is_shown_of_each_kind_of_thing_is_short():
         position=[[0, 0], [0.5, 0]], velocity=[[2, 0], [0, 0]], radius=[0.25, 0.25], mass=[75, 75]
     )
     contacts = cp.find_contacts(pair, tolerance=1e-9)
-    answer = cp.solve(pair, contacts, law=cp.ContactLaw(friction=0.3))
+    solution = cp.solve(pair, contacts, law=cp.ContactLaw(friction=0.3))
     gate = cp.read_scene("gate")
     found = cp.percussions_of(gate, gate.snapshot)
     things = {
@@ -135,8 +135,8 @@ def test_what_is_shown_of_each_kind_of_thing_is_short():
         "Determinacy": cp.determinacy(contacts, 2),
         "Inside": cp.Inside(blocks=[(0.0, 0.0, 1.0, 1.0)]),
         "Question": cp.Question(error=0.05), "Motion": cp.Motion(pair, step=0.01),
-        "Percussions": answer, "Scene": gate, "Setting": found.setting, "Snapshot": pair,
-        "Status": answer.status, "Walls": found.setting.walls,
+        "Percussions": solution, "Scene": gate, "Setting": found.setting, "Snapshot": pair,
+        "Status": solution.status, "Walls": found.setting.walls,
     }
     record = SimpleNamespace(engine="lammps")
     match = SimpleNamespace(contacts=contacts)
@@ -144,7 +144,7 @@ def test_what_is_shown_of_each_kind_of_thing_is_short():
         scene=gate, record=record, match=match, balance=None, percussions=found, law=None,
         by_balance=None,
     )  # fmt: skip
-    others = [answer.friction, gate.drive, gate.contact, cp.read_room("gate")[0], found]
+    others = [solution.friction, gate.drive, gate.contact, cp.read_room("gate")[0], found]
     for thing in (*things.values(), *others):
         shown = repr(thing)
         assert len(shown) <= 400, shown

@@ -10,7 +10,7 @@ def row_of(name, label):
     return case, next((row for row in rows if str(row) == str(label)), label)
 
 
-def tried(name, column, label, folder):
+def cell_of(name, column, label, folder):
     case, row = row_of(name, label)
     return case.attempt(column, row, folder)
 

@@ -8,7 +8,7 @@ from analysis.stability.case import Outcome
 from analysis.stability.crowds import FRAMES, disks, line, scene_of
 from analysis.stability.trial import guard_says, try_engine
 from tests.engines.at_hand import require
-from tests.stability.cells import theory, tried
+from tests.stability.cells import cell_of, theory
 
 pytestmark = pytest.mark.long
 
@@ -37,12 +37,12 @@ EDGES = [
 ]
 
 
-@pytest.mark.parametrize(("case", "row", "share", "found", "silent"), EDGES)
-def test_a_method_fails_where_theory_says(case, row, share, found, silent, tmp_path):
+@pytest.mark.parametrize(("case", "row", "fraction", "found", "silent"), EDGES)
+def test_a_method_fails_where_theory_says(case, row, fraction, found, silent, tmp_path):
     if "yade" in str(row):
         require("yade")
     edge = theory(case, row)
-    cells = [tried(case, edge * factor, row, tmp_path) for factor in (1 - share, 1 + share)]
+    cells = [cell_of(case, edge * factor, row, tmp_path) for factor in (1 - fraction, 1 + fraction)]
     for cell, outcome in zip(cells, found, strict=True):
         assert cell.outcome in (outcome if isinstance(outcome, tuple) else (outcome,))
         if cell.outcome is not STABLE and silent is not None:
@@ -51,18 +51,18 @@ def test_a_method_fails_where_theory_says(case, row, share, found, silent, tmp_p
 
 def test_light_disks_and_soft_ones(tmp_path):
     """Elastic ones are not damped more than asked; hot ones are found, whatever the exit status."""
-    assert tried("stiffness", 100.0, 0.003, tmp_path).outcome is INACCURATE
-    light = tried("mass_ratio_engines", 1e4, "lammps, e = 1", tmp_path)
-    hot = tried("mass_ratio_engines", 1e6, "lammps, e = 1 (heavy’s step)", tmp_path)
+    assert cell_of("stiffness", 100.0, 0.003, tmp_path).outcome is INACCURATE
+    light = cell_of("mass_ratio_engines", 1e4, "lammps, e = 1", tmp_path)
+    hot = cell_of("mass_ratio_engines", 1e6, "lammps, e = 1 (heavy’s step)", tmp_path)
     assert (light.outcome, hot.outcome, hot.said) == (STABLE, GAIN, "0")
-    touching = tried("initial_overlap", 1e-3, "lammps, k = 1e+06", tmp_path)
-    slow = tried("small_speeds", 0.0, "lammps, Δt = 0.01", tmp_path)
-    assert touching.outcome is slow.outcome is STABLE
+    in_contact = cell_of("initial_overlap", 1e-3, "lammps, k = 1e+06", tmp_path)
+    slow = cell_of("small_speeds", 0.0, "lammps, Δt = 0.01", tmp_path)
+    assert in_contact.outcome is slow.outcome is STABLE
 
 
 def test_coinciding_centres_give_no_numbers_and_exit_status_0(tmp_path):
     require("yade")
-    cell = tried("initial_overlap", 2.0, "yade, k = 1e+06", tmp_path)
+    cell = cell_of("initial_overlap", 2.0, "yade, k = 1e+06", tmp_path)
     assert cell.outcome is Outcome.LOST
     assert "finite" in cell.reason
     assert cell.said == "0"
@@ -70,20 +70,20 @@ def test_coinciding_centres_give_no_numbers_and_exit_status_0(tmp_path):
 
 
 def test_contacts_are_not_lost_by_the_products_deck(tmp_path):
-    assert tried("skin", 0.005, "lammps, checks each step", tmp_path).outcome is STABLE
-    assert tried("skin", 0.005, "lammps, every 400", tmp_path).outcome is not STABLE
+    assert cell_of("skin", 0.005, "lammps, checks each step", tmp_path).outcome is STABLE
+    assert cell_of("skin", 0.005, "lammps, every 400", tmp_path).outcome is not STABLE
 
 
 def test_drift_over_many_steps(tmp_path):
-    assert tried("drift", 0.02, "lammps", tmp_path).outcome is Outcome.STABLE
-    assert tried("drift", 0.5, "lammps", tmp_path).outcome in (Outcome.ENERGY_GAIN, Outcome.LOST)
+    assert cell_of("drift", 0.02, "lammps", tmp_path).outcome is Outcome.STABLE
+    assert cell_of("drift", 0.5, "lammps", tmp_path).outcome in (Outcome.ENERGY_GAIN, Outcome.LOST)
 
 
 def test_a_run_split_in_two_forgets_its_tangential_springs(tmp_path):
-    smooth, rough = (tried("restart", friction, "lammps", tmp_path) for friction in (0.0, 0.5))
+    smooth, frictional = (cell_of("restart", friction, "lammps", tmp_path) for friction in (0.0, 0.5))
     assert smooth.outcome is Outcome.STABLE
-    assert rough.outcome is Outcome.INACCURATE
-    assert rough.numbers[0] > 10 * smooth.numbers[0]
+    assert frictional.outcome is Outcome.INACCURATE
+    assert frictional.numbers[0] > 10 * smooth.numbers[0]
 
 
 def test_a_trial_is_taken_again_until_something_changes(tmp_path):

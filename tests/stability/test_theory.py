@@ -20,7 +20,7 @@ from analysis.stability.cases.percussions import (
 )
 from analysis.stability.crowds import PERIOD_S, critical_time_step, pressed_line, pressed_rhombus
 from analysis.stability.page import LOOKS, draw_map, words_of
-from tests.stability.cells import theory, tried
+from tests.stability.cells import cell_of, theory
 
 
 @pytest.mark.parametrize("n", [1, 2, 10])
@@ -92,12 +92,12 @@ TRIED = [
 
 @pytest.mark.parametrize(("case", "column", "row", "outcome"), TRIED)
 def test_what_a_cell_finds(case, column, row, outcome, tmp_path):
-    assert tried(case, column, row, tmp_path).outcome is outcome
+    assert cell_of(case, column, row, tmp_path).outcome is outcome
 
 
 def test_any_reactions_of_a_redundant_packing_are_one_of_many(tmp_path):
     rows = ("gauss_seidel, any λ", "auto")
-    free, chosen = (tried("redundant", 4.0, row, tmp_path) for row in rows)
+    free, chosen = (cell_of("redundant", 4.0, row, tmp_path) for row in rows)
     assert free.outcome is Outcome.INACCURATE
     assert free.silent
     assert chosen.outcome is Outcome.STABLE
@@ -109,10 +109,10 @@ def test_dense_percussions_agree_with_the_closed_chain_and_satisfy_the_law():
     reaction, velocity = dense_percussions(snapshot, contacts, snapshot.velocity)
     assert np.abs(velocity).max() < 1e-12
     assert np.sort(reaction) == pytest.approx(75.0 * np.arange(1, 7))
-    packing, touching = pressed_corner(3)
-    least, _ = dense_percussions(packing, touching, packing.velocity, least=True)
-    some, _ = dense_percussions(packing, touching, packing.velocity)
-    assert least @ least <= some @ some * (1 + 1e-9)
+    packing, in_contact = pressed_corner(3)
+    minimum, _ = dense_percussions(packing, in_contact, packing.velocity, minimum=True)
+    some, _ = dense_percussions(packing, in_contact, packing.velocity)
+    assert minimum @ minimum <= some @ some * (1 + 1e-9)
 
 
 def test_exact_line_has_the_two_disk_restitution_and_the_printed_four_disk_case():
@@ -124,13 +124,13 @@ def test_exact_line_has_the_two_disk_restitution_and_the_printed_four_disk_case(
 
 
 def test_k_on_opening_contacts_adds_energy_and_the_answer_warns(tmp_path):
-    cell = tried("opening_contacts", 0.4, 20.0, tmp_path)
+    cell = cell_of("opening_contacts", 0.4, 20.0, tmp_path)
     assert (cell.outcome, cell.numbers[-1]) == (Outcome.ENERGY_GAIN, 1)
     assert exact_energy(0.4, 20.0)[1] > 0 > exact_energy(0.4, 1.0)[1]
 
 
 def test_a_rigid_disk_is_held_by_every_door_narrower_than_itself(tmp_path):
-    cells = [tried("narrow_door", width, PERCUSSIONS, tmp_path) for width in (0.5, 0.97, 1.1)]
+    cells = [cell_of("narrow_door", width, PERCUSSIONS, tmp_path) for width in (0.5, 0.97, 1.1)]
     assert [cell.reason for cell in cells] == ["is held", "is held", "walks through"]
 
 
@@ -161,8 +161,8 @@ STEP = Case(
 
 def test_a_boundary_is_halved_down_to_where_the_outcome_changes(tmp_path):
     cells = {(x, "a"): attempt(STEP, x, "a", tmp_path) for x in STEP.columns.values}
-    wide = boundary(STEP, "a", cells, tmp_path, halvings=0)
-    assert (wide.low, wide.high) == (2.0, 4.0)
+    width = boundary(STEP, "a", cells, tmp_path, halvings=0)
+    assert (width.low, width.high) == (2.0, 4.0)
     edge = boundary(STEP, "a", cells, tmp_path, halvings=7)
     assert edge.low < 3 <= edge.high
     assert edge.difference == pytest.approx(0, abs=0.01)
@@ -220,21 +220,21 @@ def test_names_of_cases_are_known_or_refused():
 def test_a_disk_that_passes_is_held_back_from_the_step_that_theory_names(tmp_path):
     for clearance in (0.001, 0.01):
         edge = theory("long_step", clearance)
-        below = tried("long_step", 0.98 * edge, clearance, tmp_path)
-        above = tried("long_step", 1.02 * edge, clearance, tmp_path)
+        below = cell_of("long_step", 0.98 * edge, clearance, tmp_path)
+        above = cell_of("long_step", 1.02 * edge, clearance, tmp_path)
         assert (below.outcome, above.outcome) == (Outcome.STABLE, Outcome.INACCURATE)
         assert above.silent
 
 
 def test_what_a_step_does_not_look_for_overlaps(tmp_path):
     edge = theory("missed_contacts", 0.005)
-    assert tried("missed_contacts", 1.01 * edge, 0.005, tmp_path).outcome is Outcome.STABLE
-    missed = tried("missed_contacts", 0.99 * edge, 0.005, tmp_path)
+    assert cell_of("missed_contacts", 1.01 * edge, 0.005, tmp_path).outcome is Outcome.STABLE
+    missed = cell_of("missed_contacts", 0.99 * edge, 0.005, tmp_path)
     assert missed.outcome is Outcome.INACCURATE
     assert missed.numbers[1] == 1
 
 
 def test_a_step_without_an_answer_is_named(tmp_path):
-    stopped = tried("unsolved_step", 1e8, "1e-06, accelerated gradient", tmp_path)
+    stopped = cell_of("unsolved_step", 1e8, "1e-06, accelerated gradient", tmp_path)
     assert stopped.outcome is Outcome.NOT_CONVERGED
     assert "residual" in stopped.reason

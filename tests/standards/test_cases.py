@@ -16,11 +16,11 @@ def scene(name, number=0):
     return SCENES[name][number]
 
 
-def track(one, *places, every=1.0):
+def track(one, *arguments, every=1.0):
     """Of all people at the same place in each frame, or at places (n,2) m."""
     n = len(one.snapshot)
-    position = np.array([np.broadcast_to(np.asarray(at, float), (n, 2)) for at in places])
-    return Track(scene=one, time=every * np.arange(len(places)), position=position)
+    position = np.array([np.broadcast_to(np.asarray(at, float), (n, 2)) for at in arguments])
+    return Track(scene=one, time=every * np.arange(len(arguments)), position=position)
 
 
 def leaving(one, times, inside=(-4.0, 2.5), outside=(1.0, 2.5)):
@@ -57,15 +57,15 @@ def test_who_stays_in_the_corridor_fails():
 
 
 @pytest.mark.parametrize(
-    ("places", "passed"),
+    ("positions", "passed"),
     [
         (((1, 1), (11, 1), (11, 13)), True),
         (((1, 1), (11, 13)), False),  # across the corner
         (((1, 1), (11, 1), (11, 11)), False),  # not out
     ],
 )
-def test_corner(places, passed):
-    assert CASES["corner"].judge(track(scene("corner"), *places)).passed == passed
+def test_corner(positions, passed):
+    assert CASES["corner"].judge(track(scene("corner"), *positions)).passed == passed
 
 
 def counterflow(*times):
@@ -85,9 +85,9 @@ def test_counterflow():
     assert stuck.numbers["crossed"] == {0: 100, 10: 100, 50: 100, 100: 0}
 
 
-@pytest.mark.parametrize(("place", "passed"), [((4.0, 5.0), True), ((4.0, 9.0), False)])
-def test_congestion(place, passed):
-    judged = CASES["congestion"].judge(track(scene("congestion"), place))
+@pytest.mark.parametrize(("position", "passed"), [((4.0, 5.0), True), ((4.0, 9.0), False)])
+def test_congestion(position, passed):
+    judged = CASES["congestion"].judge(track(scene("congestion"), position))
     assert judged.passed == passed
     assert sorted(judged.numbers.values()) == [0.0, 50.0 if passed else 25.0]
 

@@ -15,11 +15,11 @@ FLOOR = Walls(start=[[-99, 0]], end=[[99, 0]])
 def rods(*centres, disks=3, radius=0.1, spin=0.0, velocity=(0.0, 0.0)):
     """Touching disks of 20 kg in a row along x about each centre."""
     along = 2 * radius * (np.arange(disks) - (disks - 1) / 2)
-    places = np.concatenate([np.array(at) + np.outer(along, [1.0, 0.0]) for at in centres])
+    positions = np.concatenate([np.array(at) + np.outer(along, [1.0, 0.0]) for at in centres])
     body = np.repeat(np.arange(len(centres)), disks)
     turning = np.broadcast_to(spin, len(centres))[body]
     moving = np.broadcast_to(velocity, (len(centres), 2))[body]
-    return disks_at(places, moving, radius, 20.0, spin=turning).joined(body)
+    return disks_at(positions, moving, radius, 20.0, spin=turning).joined(body)
 
 
 def momenta(motion, bodies):
@@ -78,13 +78,13 @@ def test_a_rod_slides_down_a_slope_as_a_block_does(mu):
     motion = Motion(crowd, FLOOR, step=1e-3, friction=mu, push=push, tolerance=1e-11)
     for _ in range(200):
         report = motion.advance()
-    share = min(mu, np.tan(angle)) * np.cos(angle)
-    wanted = 9.81 * (np.sin(angle) - share) * 0.2
+    fraction = min(mu, np.tan(angle)) * np.cos(angle)
+    wanted = 9.81 * (np.sin(angle) - fraction) * 0.2
     np.testing.assert_allclose(motion.velocity, [[wanted, 0.0]] * 3, atol=1e-9)
-    near, force = report.neighbours, report.reaction / 1e-3
-    moment = force @ crowd.position[near.first, 0]
+    neighbours, force = report.neighbours, report.reaction / 1e-3
+    moment = force @ crowd.position[neighbours.first, 0]
     assert force.sum() == pytest.approx(60 * 9.81 * np.cos(angle), rel=1e-8)
-    assert moment == pytest.approx(0.1 * 60 * 9.81 * share, rel=1e-7, abs=1e-7)
+    assert moment == pytest.approx(0.1 * 60 * 9.81 * fraction, rel=1e-7, abs=1e-7)
     assert motion.overlap < 1e-9
 
 
@@ -109,8 +109,8 @@ def test_overlapping_bodies_are_pushed_apart_whole():
     motion = Motion(crowd, step=1e-3)
     assert 0.01 < motion.separate() < 0.1
     assert motion.overlap < 1e-9
-    apart = np.linalg.norm(motion.position[2] - motion.position[0])
-    assert apart == pytest.approx(0.4, abs=1e-12)
+    distance = np.linalg.norm(motion.position[2] - motion.position[0])
+    assert distance == pytest.approx(0.4, abs=1e-12)
     motion.forget()
     start = motion.position.copy()
     motion.advance()

@@ -57,8 +57,8 @@ def test_a_drive_gives_a_free_walker_its_energy():
 def test_a_row_that_runs_into_a_wall_loses_all_that_the_drive_gave():
     """Four disks with gaps of 5 cm: at rest, impacts have taken start and work, nearest the wall most
     often."""
-    place = np.column_stack([-0.3 - 0.55 * np.arange(4), np.zeros(4)])
-    row = disks_at(place, (1.0, 0.0), mass=MASS)
+    index = np.column_stack([-0.3 - 0.55 * np.arange(4), np.zeros(4)])
+    row = disks_at(index, (1.0, 0.0), mass=MASS)
     push = Push(desired=rightwards, relaxation_time=TAU)
     walls = Walls(start=[[0.0, -1.0]], end=[[0.0, 1.0]])
     motion = Motion(row, walls, step=0.01, push=push, tolerance=1e-12)
@@ -70,30 +70,30 @@ def test_a_row_that_runs_into_a_wall_loses_all_that_the_drive_gave():
 
 
 @pytest.mark.parametrize(
-    "asked",
+    "requested",
     [{}, {"restitution": 0.5}, {"friction": 0.4}, {"arms": Arms(0.1, 300.0)}, {"bodies": True}],
 )
-def test_all_that_happens_to_a_crowd_sums_up(asked):
+def test_all_that_happens_to_a_crowd_sums_up(requested):
     """To 1e-10 of the work, of what contacts lose in sum of magnitudes."""
-    given, rng, n = dict(asked), np.random.default_rng(0), 36
+    arguments, rng, n = dict(requested), np.random.default_rng(0), 36
     x, y = np.meshgrid(np.arange(6), np.arange(6))
-    place = 0.5 * np.column_stack([x.ravel(), y.ravel()]) + rng.normal(0, 0.02, (n, 2))
-    if joined := given.pop("bodies", False):
-        place[1::2] = place[::2] + np.array([0.25, 0.0])
+    anchor = 0.5 * np.column_stack([x.ravel(), y.ravel()]) + rng.normal(0, 0.02, (n, 2))
+    if joined := arguments.pop("bodies", False):
+        anchor[1::2] = anchor[::2] + np.array([0.25, 0.0])
     velocity, radius = rng.normal(0, 1, (n, 2)), rng.uniform(0.15, 0.2, n)
-    crowd = disks_at(place, velocity, radius, rng.uniform(60, 90, n))
+    crowd = disks_at(anchor, velocity, radius, rng.uniform(60, 90, n))
     if joined:
         crowd = crowd.joined(np.arange(n) // 2)
-        given["tolerance"] = 1e-12  # momentum of bodies is balanced to the residual
+        arguments["tolerance"] = 1e-12  # momentum of bodies is balanced to the residual
     room = [[-1, -1], [4, -1], [4, 4], [-1, 4]]
-    pulled = {"acceleration": (0, -1), "arms": given.pop("arms", None)}
+    pulled = {"acceleration": (0, -1), "arms": arguments.pop("arms", None)}
     push = Push(desired=rightwards, relaxation_time=TAU, **pulled)
     walls = Walls(start=room, end=room[1:] + room[:1])
-    motion = Motion(crowd, walls, step=0.005, push=push, **given)
+    motion = Motion(crowd, walls, step=0.005, push=push, **arguments)
     energies = steps(motion, 200)
     work = sum(abs(one.drive) + np.abs(one.impact).sum() for one in energies)
     assert work > 1000
     assert max(abs(one.error) for one in energies) < 1e-10 * work / len(energies)
-    if not asked:
+    if not requested:
         gained = 0.5 * crowd.mass @ (motion.velocity**2 - crowd.velocity**2).sum(1)
         assert sum(one.gained for one in energies) == pytest.approx(gained, rel=1e-9)

@@ -38,10 +38,10 @@ def test_a_pressed_row_pushes_each_neighbour_with_the_drive_of_all_behind(step, 
     motion = Motion(row(10, gap), wall(), step=step, push=push, tolerance=1e-12)
     for _ in range(round(3.0 / step)):
         report = motion.advance()
-    near = report.neighbours
+    neighbours = report.neighbours
     force = np.zeros(10)
-    for c, first in enumerate(near.first):
-        disk = first if near.second[c] < 0 else min(first, near.second[c])
+    for c, first in enumerate(neighbours.first):
+        disk = first if neighbours.second[c] < 0 else min(first, neighbours.second[c])
         force[disk] += report.reaction[c] / step
     assert force == pytest.approx(MASS * SPEED / TAU * np.arange(1, 11), rel=1e-9)
     assert np.abs(motion.velocity).max() < 1e-9
@@ -63,9 +63,9 @@ def crowd(seed, n=40, speed=2.0):
     random = np.random.default_rng(seed)
     side = int(np.ceil(np.sqrt(n)))
     lattice = np.stack(np.meshgrid(np.arange(side), np.arange(side)), -1).reshape(-1, 2)[:n]
-    place = 0.6 * lattice + random.uniform(-0.05, 0.05, (n, 2))
+    anchor = 0.6 * lattice + random.uniform(-0.05, 0.05, (n, 2))
     velocity, radius = random.normal(0.0, speed, (n, 2)), random.uniform(0.15, 0.24, n)
-    return disks_at(place, velocity, radius, random.uniform(50.0, 100.0, n))
+    return disks_at(anchor, velocity, radius, random.uniform(50.0, 100.0, n))
 
 
 def box(low, high):
@@ -120,8 +120,8 @@ def test_free_flight_is_a_parabola(step):
 def test_a_corner_of_walls_is_one_contact_from_outside_and_two_from_inside(where, contacts):
     # an L of two walls that meet at the origin: along x > 0 and along y > 0, and on along x
     walls = Walls(start=[[0, 0], [0, 0], [2, 0]], end=[[2, 0], [0, 2], [4, 0]])
-    near = neighbours(np.array([where]), np.array([0.25]), segments_of(walls), 0.3)
-    assert len(near.gap) == contacts
+    reachable = neighbours(np.array([where]), np.array([0.25]), segments_of(walls), 0.3)
+    assert len(reachable.gap) == contacts
 
 
 def test_windows_add_up_to_the_momentum_that_the_wall_took():
@@ -174,13 +174,13 @@ def test_nonsense_is_refused_by_name(field, value):
 def test_neighbours_are_those_of_the_contact_search(seed, margin):
     snapshot, walls = crowd(seed), box(-0.3, 4.0)
     disks = np.array(snapshot.position), np.array(snapshot.radius)
-    near = neighbours(*disks, segments_of(walls), margin)
+    reachable = neighbours(*disks, segments_of(walls), margin)
     contacts = find_contacts(snapshot, walls, tolerance=margin)
     every = contacts.first, contacts.second, contacts.is_wall, contacts.gap
     searched = {(a, b, wall): gap for a, b, wall, gap in zip(*every, strict=True)}
     pairs = {key[:2] for key in searched if not key[2]}
-    assert pairs == set(zip(near.first[near.wall < 0], near.second[near.wall < 0], strict=True))
-    for a, wall, gap in zip(near.first, near.wall, near.gap, strict=True):
+    assert pairs == set(zip(reachable.first[reachable.wall < 0], reachable.second[reachable.wall < 0], strict=True))
+    for a, wall, gap in zip(reachable.first, reachable.wall, reachable.gap, strict=True):
         assert wall < 0 or searched[a, wall, True] == pytest.approx(gap)
 
 
@@ -267,15 +267,15 @@ def rubbing_pair(step=8e-3, unsolved=()):
 
 def test_a_step_that_is_not_solved_is_made_in_halves():
     """Neither the whole nor its halves are solved: it is made in quarters."""
-    whole, fine = rubbing_pair(unsolved=(1, 2, 5)), rubbing_pair(2e-3)
+    full, fine = rubbing_pair(unsolved=(1, 2, 5)), rubbing_pair(2e-3)
     sums = [fine.advance().reaction.sum() for _ in range(4)]
-    report = whole.advance()
+    report = full.advance()
     for name in ("position", "velocity", "spin"):
-        np.testing.assert_array_equal(getattr(whole, name), getattr(fine, name))
+        np.testing.assert_array_equal(getattr(full, name), getattr(fine, name))
     assert report.reaction.sum() == pytest.approx(sum(sums), rel=1e-14)
     assert len(report.neighbours.first) == len(report.reaction) == len(report.friction)
     assert abs(report.energy.error) < 1e-12 < report.energy.friction.sum()
-    assert (whole.step, whole.time) == (8e-3, pytest.approx(8e-3))
+    assert (full.step, full.time) == (8e-3, pytest.approx(8e-3))
 
 
 def test_a_step_that_no_half_solves_leaves_the_state():

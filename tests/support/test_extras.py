@@ -77,17 +77,17 @@ def without_extras(tmp_path_factory):
 
 @pytest.mark.parametrize(("words", "end"), ENDS, ids=lambda part: str(part)[:20])
 def test_what_is_missing_is_one_line(without_extras, words, end):
-    status, said = without_extras[" ".join(words)]
+    status, message = without_extras[" ".join(words)]
     if end == 0:
-        assert (status, said) == (0, "")
+        assert (status, message) == (0, "")
     elif end == "without pages":
         assert status == 0
-        (line,) = said.splitlines()
+        (line,) = message.splitlines()
         assert line.startswith("room.png: not drawn: ")
         assert line.endswith('pip install "crowd-percussions[pages]"')
     else:
         assert status == 1
-        (line,) = (one for one in said.splitlines() if not one.startswith("note: "))
+        (line,) = (one for one in message.splitlines() if not one.startswith("note: "))
         assert line.startswith("percussions: ")
         assert line.endswith(f'pip install "crowd-percussions[{end}]"')
 

@@ -30,16 +30,16 @@ def test_any_number_of_threads_gives_the_same_bits(name, few_are_shared):
         for threads in (1, 2, 3)
     ]
     assert len(os.listdir("/proc/self/task")) == before
-    alone, *together = found
+    alone, *combined = found
     assert alone.status == "solved"
     assert alone.solver == SOLVERS[name]
     assert "threads" not in alone.choice
-    for answer, threads in zip(together, (2, 3), strict=True):
-        assert answer.choice == f"{alone.choice}, {threads} threads"
+    for solution, threads in zip(combined, (2, 3), strict=True):
+        assert solution.choice == f"{alone.choice}, {threads} threads"
         for field in ("reaction", "right_velocity", "impulse"):
-            np.testing.assert_array_equal(getattr(answer, field), getattr(alone, field))
-        assert answer.residual == alone.residual
-        assert answer.velocity_error == alone.velocity_error
+            np.testing.assert_array_equal(getattr(solution, field), getattr(alone, field))
+        assert solution.residual == alone.residual
+        assert solution.velocity_error == alone.velocity_error
 
 
 def test_threads_solve_dissipative_contacts_too(few_are_shared):

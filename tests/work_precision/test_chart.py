@@ -27,8 +27,8 @@ from tests.pages.browser import answers_first
 pytestmark = pytest.mark.skipif(LAMMPS.version() is None, reason="no LAMMPS")
 
 
-def setting(share, law="hooke", stiffness=1e6):
-    return Method(method="lammps", law=law, stiffness_N_per_m=stiffness, time_step_share=share)
+def setting(fraction, law="hooke", stiffness=1e6):
+    return Method(method="lammps", law=law, stiffness_N_per_m=stiffness, time_step_share=fraction)
 
 
 @pytest.fixture(scope="module")
@@ -56,10 +56,10 @@ def impulses(measured, law):
 # Hertz's dashpot grows with overlap^¼, with an infinite slope at touch: the order comes out a
 # little below one
 @pytest.mark.long
-@pytest.mark.parametrize(("law", "least"), [("hooke", 3.8), ("hertz", 3.0)])
-def test_numerical_error_is_of_first_order_in_the_time_step(measured, law, least):
+@pytest.mark.parametrize(("law", "minimum"), [("hooke", 3.8), ("hertz", 3.0)])
+def test_numerical_error_is_of_first_order_in_the_time_step(measured, law, minimum):
     found = errors(measured, law)
-    assert least < found[1.0] / found[0.25] < 4.2
+    assert minimum < found[1.0] / found[0.25] < 4.2
 
 
 def test_model_error_is_none_of_the_time_step(measured):
@@ -80,7 +80,7 @@ def test_a_time_step_far_too_long_is_flagged_with_a_reason(measured):
 
 
 def test_what_is_there_is_not_run_again(window, tmp_path, monkeypatch):
-    first, broken = (run_soft(window, setting(share), tmp_path) for share in (4.0, 64.0))
+    first, broken = (run_soft(window, setting(fraction), tmp_path) for fraction in (4.0, 64.0))
 
     def never(*_):
         raise AssertionError("run again")

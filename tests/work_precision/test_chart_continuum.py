@@ -41,9 +41,9 @@ def dead_end(gap=0.0):
     gap (m): how far the last half of them is from the rest."""
     column, row = (k.ravel() for k in np.indices((COLUMNS, ROWS)))
     x = -RADIUS * (2 * column + 1) - gap * (column >= COLUMNS // 2)
-    far, wide = 1e6, 2 * RADIUS * ROWS
+    far, width = 1e6, 2 * RADIUS * ROWS
     corners = [
-        (far, -2.0), (-12.0, -2.0), (-12.0, wide), (0.0, wide), (0.0, 0.0), (-10.0, 0.0), (-10.0, -1.0), (far, -1.0),
+        (far, -2.0), (-12.0, -2.0), (-12.0, width), (0.0, width), (0.0, 0.0), (-10.0, 0.0), (-10.0, -1.0), (far, -1.0),
     ]  # fmt: skip
     scene = line_at_a_wall()
     disks = disks_at(np.column_stack([x, RADIUS * (2 * row + 1)]), radius=RADIUS)
@@ -60,23 +60,23 @@ def along(corners):
 
 def test_the_region_of_a_crowd_reaches_its_walls_and_is_free_behind():
     room = crowd_room(dead_end().scene)
-    long, wide = 2 * RADIUS * COLUMNS, 2 * RADIUS * ROWS
+    long, width = 2 * RADIUS * COLUMNS, 2 * RADIUS * ROWS
     # all but the dents between the disks of the last column
-    assert long * wide - ROWS * 0.3 * RADIUS * 2 * RADIUS < room.area < long * wide
+    assert long * width - ROWS * 0.3 * RADIUS * 2 * RADIUS < room.area < long * width
     walls = room.pieces("wall")
     # and a little farther along the side walls, where nobody else fits in
     length = np.hypot(*(walls[:, 1] - walls[:, 0]).T).sum()
-    assert length == pytest.approx(2 * long + wide, abs=1.5 * RADIUS)
-    assert {tuple(point) for point in room.jambs[:, 1:].tolist()} == {(0.0,), (wide,)}
+    assert length == pytest.approx(2 * long + width, abs=1.5 * RADIUS)
+    assert {tuple(point) for point in room.jambs[:, 1:].tolist()} == {(0.0,), (width,)}
     assert len(room.pieces("exit")) == 0
 
 
 def test_first_order_crowd_in_a_dead_end_is_blocked():
     # p = ρU(l + x), u⁺ = 0: everybody pushes with m u_d/τ = 300 N
     window = dead_end()
-    answer = solve_continuum(window, ContinuumModel.FIRST_ORDER, 0.5 * RADIUS)
-    assert answer.status == PointStatus.OK
-    values = answer.values
+    solution = solve_continuum(window, ContinuumModel.FIRST_ORDER, 0.5 * RADIUS)
+    assert solution.status == PointStatus.OK
+    values = solution.values
     force = values[DISK_FORCE].reshape(-1, 2)
     deep = window.scene.snapshot.position[:, 0] > -0.7 * 2 * RADIUS * COLUMNS
     assert force[deep] == pytest.approx(np.tile([-300.0, 0.0], (int(deep.sum()), 1)), abs=0.5)
@@ -86,9 +86,9 @@ def test_first_order_crowd_in_a_dead_end_is_blocked():
 
 def test_deformable_crowd_is_that_of_a_room_drawn_by_hand():
     window = dead_end()
-    answer = solve_continuum(window, ContinuumModel.DEFORMABLE, 0.5 * RADIUS)
-    long, wide = 2 * RADIUS * COLUMNS, 2 * RADIUS * ROWS
-    corners = [[0, 0], [0, wide], [-long, wide], [-long, 0]]
+    solution = solve_continuum(window, ContinuumModel.DEFORMABLE, 0.5 * RADIUS)
+    long, width = 2 * RADIUS * COLUMNS, 2 * RADIUS * ROWS
+    corners = [[0, 0], [0, width], [-long, width], [-long, 0]]
     room = room_of_outline(corners, border=["wall", "wall", "free", "wall"])
     space = Space(mesh_of(room, 0.5 * RADIUS))
     density = ROWS * COLUMNS / room.area
@@ -99,15 +99,15 @@ def test_deformable_crowd_is_that_of_a_room_drawn_by_hand():
     wall, left = space.border("wall"), window.left_velocity.mean(0)
     pressed = np.einsum("k,kfq->fq", left, np.asarray(wall.normals)) >= 0
     slip = np.asarray(wall.interpolate(found.unknowns))
-    rubbed = medium.k_s * (slip * pressed * wall.dx).sum((1, 2))
-    given = (found.wall_force[:, None] * space.wall.normal).sum(0) + rubbed
+    friction_loss = medium.k_s * (slip * pressed * wall.dx).sum((1, 2))
+    inputs = (found.wall_force[:, None] * space.wall.normal).sum(0) + friction_loss
     tau = window.scene.drive.relaxation_time_s
-    impulse = tau * answer.values[WALL_FORCE]
-    assert impulse == pytest.approx(given, rel=0.01, abs=0.01 * given[0])
+    impulse = tau * solution.values[WALL_FORCE]
+    assert impulse == pytest.approx(inputs, rel=0.01, abs=0.01 * inputs[0])
     # less than everybody's momentum: this crowd can be compressed
-    assert given[0] < 0.6 * 40 * 150.0
-    received = tau * answer.values[DISK_FORCE].reshape(-1, 2).sum(0)
-    assert -received == pytest.approx(impulse, rel=0.02, abs=0.02 * given[0])
+    assert inputs[0] < 0.6 * 40 * 150.0
+    received = tau * solution.values[DISK_FORCE].reshape(-1, 2).sum(0)
+    assert -received == pytest.approx(impulse, rel=0.02, abs=0.02 * inputs[0])
 
 
 def test_scenes_without_a_continuum_say_why():
@@ -144,7 +144,7 @@ def pressed(tmp_path_factory):
 
 def forces(judge, ladder):
     """Points of forces: rigid disks that are blocked have no displacement to compare with."""
-    points = [p for answer in ladder for p in judge.points(answer)]
+    points = [p for solution in ladder for p in judge.points(solution)]
     assert {p.quantity for p in points} == {"disk_force", "wall_force", "displacement"}
     return [p for p in points if p.unit == "N"]
 
@@ -178,17 +178,17 @@ def test_references_of_the_continuum_are_kept(pressed, monkeypatch):
 
     monkeypatch.setattr(ladders, "solve_models", coarse)
     again, _ = continuum_ladder(window, (1.0,), path)
-    made = {answer.law: answer.model for answer in ladder}
-    for kept in again:
-        for quantity, values in made[kept.law].own.items():
-            assert np.array_equal(kept.model.own[quantity], values)
+    made = {solution.law: solution.model for solution in ladder}
+    for selected in again:
+        for quantity, values in made[selected.law].own.items():
+            assert np.array_equal(selected.model.own[quantity], values)
 
 
 def test_a_continuum_that_is_not_solved_is_visible(pressed):
     _, ladder, judge, _ = pressed
     why = {"status": PointStatus.INACCURATE, "reason": "residual 1 above 0"}
     unsure = replace(ladder[0], **why)
-    lost, rest = (replace(answer, model=converged(answer, unsure)) for answer in ladder[:2])
+    lost, rest = (replace(solution, model=converged(solution, unsure)) for solution in ladder[:2])
     lost = replace(lost, values=None, status=PointStatus.FAILED, reason="no mesh")
     points = forces(judge, [lost, rest])
     assert len(points) == 4

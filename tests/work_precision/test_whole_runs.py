@@ -5,22 +5,28 @@ import pytest
 from analysis.scene.shipped_scenes import make
 from analysis.work_precision import whole_runs
 from analysis.work_precision.point import read_points, write_points
-from analysis.work_precision.whole_runs import Setting, Told, WholeRunPoint, WholeRuns, bias_of
+from analysis.work_precision.whole_runs import (
+    RunResult,
+    RunSetting,
+    WholeRunPoint,
+    WholeRuns,
+    bias_of,
+)
 
 from analysis.work_precision.whole_runs import crowds_of, points_of, runs_of  # isort: skip
 
-SOFT = Setting(engine="lammps", stiffness_N_per_m=1e6)
-RIGID = Setting(engine="rigid", step_s=0.005)
+SOFT = RunSetting(engine="lammps", stiffness_N_per_m=1e6)
+RIGID = RunSetting(engine="rigid", step_s=0.005)
 
 
 def points_with(**walls):
     """The points of settings whose crowds have these loads on walls."""
     settings = {"rigid": RIGID, "soft": SOFT}
-    told = {
-        settings[name]: Told({i: {"walls": load} for i, load in enumerate(loads)}, [2.0], 1.0)
+    results = {
+        settings[name]: RunResult({i: {"walls": load} for i, load in enumerate(loads)}, [2.0], 1.0)
         for name, loads in walls.items()
     }
-    return list(points_of(make("corridor"), told))
+    return list(points_of(make("corridor"), results))
 
 
 def test_an_error_is_that_of_the_crowds_that_both_have():
@@ -29,8 +35,8 @@ def test_an_error_is_that_of_the_crowds_that_both_have():
     # of freedom 2.920
     found = bias_of({2: 91.0, 1: 112.0, 0: 103.0}, reference)
     assert found == pytest.approx((0.02, 0.02 - 0.016859, 0.02 + 0.016859), abs=1e-6)
-    share, *ends = bias_of({3: 600.0}, reference)
-    assert share == pytest.approx(0.2)
+    fraction, *ends = bias_of({3: 600.0}, reference)
+    assert fraction == pytest.approx(0.2)
     assert ends == [None, None]  # one crowd has no interval
     assert bias_of({3: 600.0, 4: 1.0}, reference)[0] is None
     point = points_with(rigid=[100.0, 110.0, 90.0], soft=[103.0, 112.0, 91.0])[1]

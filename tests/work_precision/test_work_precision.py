@@ -71,17 +71,17 @@ def test_soft_line_at_a_wall_comes_to_carry_what_everybody_pushes():
 def test_rigid_line_at_a_wall_is_exact_and_stands():
     scene = line_at_a_wall()
     window = driven_window(scene, scene.snapshot.position)
-    answer = reference_of(window)
-    assert "closed form" in answer.origin
-    values = window.quantities(window.rigid_motion(answer.right_velocity), 1e6)
+    solution = reference_of(window)
+    assert "closed form" in solution.origin
+    values = window.quantities(window.rigid_motion(solution.right_velocity), 1e6)
     assert sorted(values[CONTACT_FORCE]) == pytest.approx([300.0, 600.0, 900.0], rel=1e-12)
     assert not values[DISPLACEMENT].any()
 
 
 def test_quantities_of_four_disks_are_the_percussions_of_the_paper():
     window = impact_window(make("four_disks"))
-    answer = reference_of(window)
-    values = window.quantities(window.rigid_motion(answer.right_velocity), 1e6)
+    solution = reference_of(window)
+    values = window.quantities(window.rigid_motion(solution.right_velocity), 1e6)
     assert sorted(values[CONTACT_IMPULSE]) == pytest.approx([37.5, 75.0, 112.5], rel=1e-14)
 
 
@@ -104,9 +104,9 @@ def test_a_line_that_is_pulled_apart_has_no_closed_form():
     scene = make("chain", 6)
     snapshot = scene.snapshot
     window = impact_window(scene)
-    answer = rigid_reference(snapshot, window.contacts, -window.left_velocity)
-    assert "least squares" in answer.origin
-    assert answer.right_velocity == pytest.approx(-window.left_velocity, abs=1e-12)
+    solution = rigid_reference(snapshot, window.contacts, -window.left_velocity)
+    assert "least squares" in solution.origin
+    assert solution.right_velocity == pytest.approx(-window.left_velocity, abs=1e-12)
 
 
 def test_restitution_is_part_of_the_rigid_model():
@@ -118,8 +118,8 @@ def test_restitution_is_part_of_the_rigid_model():
     assert impulse == pytest.approx([112.5], rel=1e-12)
     soft = window.quantities(soft_reference(window.variant("hooke", 1e6)).motion, 1e6)
     assert relative_error(soft[CONTACT_IMPULSE], impulse, impulse) < 1e-4
-    for answer in solve_rigid(window):
-        assert answer.values[CONTACT_IMPULSE] == pytest.approx([112.5], rel=1e-2)
+    for solution in solve_rigid(window):
+        assert solution.values[CONTACT_IMPULSE] == pytest.approx([112.5], rel=1e-2)
 
 
 @pytest.mark.parametrize("restitution", [0.1, 0.6])
@@ -150,19 +150,19 @@ def test_every_solver_is_within_its_tolerance_of_the_reference(restitution):
     window = impact_window(make("corridor").with_contact(restitution=restitution))
     reference = reference_of(window, window.law)
     exact = window.quantities(window.rigid_motion(reference.right_velocity), 1e6)
-    for answer in solve_rigid(window):
-        assert answer.status == PointStatus.OK, answer
+    for solution in solve_rigid(window):
+        assert solution.status == PointStatus.OK, solution
         for quantity, values in exact.items():
-            error = relative_error(answer.values[quantity], values, values)
+            error = relative_error(solution.values[quantity], values, values)
             # the condition of this scene's contacts is about 60
-            assert error < 60 * answer.tolerance + 1e-9, answer
-    assert [answer.method for answer in solve_rivals(window)] == ["first_order"]
+            assert error < 60 * solution.tolerance + 1e-9, solution
+    assert [solved.method for solved in solve_rivals(window)] == ["first_order"]
 
 
 def test_rivals_of_a_driven_crowd_are_forces():
     scene = line_at_a_wall()
     window = driven_window(scene, scene.snapshot.position)
-    found = {answer.method: answer for answer in solve_rivals(window)}
+    found = {solution.method: solution for solution in solve_rivals(window)}
     assert set(found) == {"first_order", "social_force", "loehner_printed", "loehner_text"}
     # at touch and with equal radii Löhner's law as printed gives f_max/5, f_max = m u_d/τ = 300 N;
     # a wall is at one radius

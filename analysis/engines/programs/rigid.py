@@ -45,15 +45,15 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("scene", type=Path)
     parser.add_argument("--out", type=Path, default=Path())
     parser.add_argument("--step", type=float, default=None)
-    given = parser.parse_args(words)
-    scene = read_scene(given.scene)
-    if given.step:
-        scene = scene.with_run(rigid_step_s=given.step)
-    given.out.mkdir(parents=True, exist_ok=True)
-    step, state = _last_frame(given.out, scene)
+    args = parser.parse_args(words)
+    scene = read_scene(args.scene)
+    if args.step:
+        scene = scene.with_run(rigid_step_s=args.step)
+    args.out.mkdir(parents=True, exist_ok=True)
+    step, state = _last_frame(args.out, scene)
     mode = "a" if step else "w"
     with contextlib.ExitStack() as stack:
-        opened = [(given.out / name).open(mode, encoding="utf-8") for name in (*NAMES, CSV)]
+        opened = [(args.out / name).open(mode, encoding="utf-8") for name in (*NAMES, CSV)]
         return _Run(scene, state, step, *map(stack.enter_context, opened)).to_the_end()
 
 
@@ -62,15 +62,15 @@ def motion_of(scene: Scene, state: Snapshot) -> Motion:
     drive, (h, frames) = scene.drive, (timing(scene).time_step, timing(scene).frame_interval)
     every, known = max(1, int(RENEWED_S / h + 1e-9)), [(-1, state.velocity)]
 
-    def desired(place: Floats) -> Floats:
+    def desired(position: Floats) -> Floats:
         assert drive is not None
         if not drive.keeps_distance:
-            return drive.desired_velocity(place, state.ids, motion.time, state.radius)
+            return drive.desired_velocity(position, state.ids, motion.time, state.radius)
         # a run that goes on from a frame knows no more than that
         step = int(motion.time / h + 1e-6)
-        look = step - step % frames % every
-        if known[0][0] != look:
-            known[0] = look, drive.desired_velocity(place, state.ids, step * h, state.radius)
+        drawn_step = step - step % frames % every
+        if known[0][0] != drawn_step:
+            known[0] = drawn_step, drive.desired_velocity(position, state.ids, step * h, state.radius)
         return known[0][1]
 
     motion = Motion(
@@ -93,16 +93,16 @@ def motion_of(scene: Scene, state: Snapshot) -> Motion:
 def _last_frame(out: Path, scene: Scene) -> tuple[int, Snapshot]:
     """The step and the state after which to go on: of the last frame that all dumps have whole,
     which then end with it; else of the start."""
-    whole = []
+    full = []
     for name in NAMES:
         try:
-            whole.append(_cut(out / name, "ATOMS" if name == BODIES else "ENTRIES"))
+            full.append(_cut(out / name, "ATOMS" if name == BODIES else "ENTRIES"))
         except (DumpError, OSError):
             return 0, scene.snapshot
-    last = min(ends[-1][0] for ends in whole if ends) if all(whole) else 0
+    last = min(ends[-1][0] for ends in full if ends) if all(full) else 0
     if not last:
         return 0, scene.snapshot
-    for name, ends in zip(NAMES, whole, strict=True):
+    for name, ends in zip(NAMES, full, strict=True):
         with (out / name).open("r+b") as file:
             file.truncate(dict(ends)[last])
     # a row is written before the frames of its step
@@ -134,8 +134,8 @@ class _Run:
         self.scene, self.timing, self.step = scene, timing(scene), step
         self.bodies, self.contacts, self.impulses, losses, table = files
         self.motion = motion_of(scene, state)
-        held = kinetic(self.motion.snapshot()) + self._stored() if step else None
-        self.account = Account(table, losses, held)
+        energy = kinetic(self.motion.snapshot()) + self._stored() if step else None
+        self.account = Account(table, losses, energy)
 
     def to_the_end(self) -> int:
         """Step to the end of the scene; return the exit status."""

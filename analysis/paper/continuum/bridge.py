@@ -18,8 +18,8 @@ from analysis.pages import drawing
 from analysis.pages.numbers import NONE, decimals
 from analysis.pages.section import Cell, Section
 from analysis.pages.words import Words
-from analysis.paper.answers import Answer, grouped, unsolved
 from analysis.paper.continuum.exit_room import EXIT, ROOM, to_exit
+from analysis.paper.solutions import HasStatus, grouped, unsolved
 from analysis.scene.packing import heap, press
 from analysis.support.parallel import Progress
 from nscd import Snapshot, Walls, find_contacts, solve
@@ -33,7 +33,7 @@ from nscd.continuum.rivals.cells import Cells
 from nscd.continuum.rivals.first_order import first_order_flow, frictional_flow
 from nscd.continuum.room import Border, Room
 from nscd.continuum.space import Space
-from nscd.stress import Kernel, flow_field, smear, stress_field
+from nscd.stress import Kernel, coarse_grain, flow_field, stress_field
 
 HALF_DOOR = 0.5 * EXIT  # m
 SPEED = 2.0  # m/s, toward the nearest point of the exit
@@ -93,8 +93,8 @@ def area(size: float) -> float:
 def crowd_size(position: Floats) -> float:
     """R (m) of a crowd of even density: half of it stands on half the area, within the median
     distance of the exit."""
-    whole = 2 * area(float(np.median(to_exit(position))))
-    return float((np.sqrt((2 * HALF_DOOR) ** 2 + 2 * np.pi * whole) - 2 * HALF_DOOR) / np.pi)
+    full = 2 * area(float(np.median(to_exit(position))))
+    return float((np.sqrt((2 * HALF_DOOR) ** 2 + 2 * np.pi * full) - 2 * HALF_DOOR) / np.pi)
 
 
 class Sample:
@@ -131,13 +131,13 @@ class Sample:
         contacts = find_contacts(snapshot, walls, tolerance=within[packing])
         # where λ is not unique its choice moves the pressure by less than a thousandth: the
         # cheapest will do
-        answer = self.answer = solve(snapshot, contacts, canonical=False)
+        solution = self.solution = solve(snapshot, contacts, canonical=False)
         self.size, self.coordination = crowd_size(position), 2 * len(contacts) / n
-        at, right = points(), answer.right_velocity
+        at, right = points(), solution.right_velocity
         before, after = (float((mass[:, None] * u**2).sum()) for u in (left, right))
-        self.kept = after / before
-        self.wall_load = float(answer.impulse[contacts.is_wall, 0].sum()) / 1e3
-        stress = stress_field(snapshot, contacts, answer.impulse, KERNEL, at)
+        self.retained = after / before
+        self.wall_load = float(solution.impulse[contacts.is_wall, 0].sum()) / 1e3
+        stress = stress_field(snapshot, contacts, solution.impulse, KERNEL, at)
         flow, wanted = (flow_field(snapshot, u, KERNEL, at) for u in (right, left))
         self.pressure, self.velocity = stress.pressure, flow.velocity
         sigma, total = stress.stress, flow.gradient + wanted.gradient
@@ -159,13 +159,13 @@ class Model(NamedTuple):
     name: str  # the law and its parameter
     pressure: Floats
     velocity: Floats
-    kept: float  # share of the kinetic energy
+    retained: float  # share of the kinetic energy
     wall_load: float  # N·s
-    answer: Answer | None = None  # of the solver; None for what is known without one
+    solution: HasStatus | None = None  # of the solver; None for what is known without one
     parameter: float = 0.0  # the friction s or k_v (kg) of a law that has one
 
 
-class Crowd:
+class FittedCrowd:
     """The continuum that a crowd of disks stands for: x < 0 within `size` (m, R) of the exit, 45 t.
 
     density: kg/m²; mesh: walls on x = 0, the exit in their middle, a free border at R; space: its
@@ -181,15 +181,15 @@ class Crowd:
         self.mesh = mesh_of(Room(outline=outline, border=(*border, "wall", "exit", "wall")), MESH)
         self.space = Space(self.mesh)
         # ∫φ over the crowd at `points()`, (m,)
-        self._spread = smear(self.space.points, self.space.weights[:, None], KERNEL, points())[0]
+        self._spread = coarse_grain(self.space.points, self.space.weights[:, None], KERNEL, points())[0]
 
     def model(self, name: str, pressure: Floats, right: Floats, load: float, *more: Any) -> Model:
         """A model of pressure (q,) N·s/m and right velocity (q,2) m/s at the quadrature points."""
         weight = self.space.weights
         columns = weight[:, None] * np.column_stack([pressure, right])
-        values, _ = smear(self.space.points, columns, KERNEL, points())
-        kept = float((weight * (right**2).sum(1)).sum() / (weight.sum() * SPEED**2))
-        return Model(name, values[:, 0], values[:, 1:] / self._spread, kept, load, *more)
+        values, _ = coarse_grain(self.space.points, columns, KERNEL, points())
+        selected = float((weight * (right**2).sum(1)).sum() / (weight.sum() * SPEED**2))
+        return Model(name, values[:, 0], values[:, 1:] / self._spread, selected, load, *more)
 
     def of_cells(self, name: str, pressure: Floats, across: Floats, flow: Any, *more: Any) -> Model:
         """A model of P1 pressure and stress −Σ_xx across the walls (n,) N·s/m, and of a flow with a
@@ -206,14 +206,14 @@ class Crowd:
 
     def collided(self, volume: float, surface: float = 0.0) -> Model:
         """(11) with k_v (kg) and k_s (kg/m)."""
-        given = {"volume_dissipation": volume, "surface_dissipation": surface}
-        answer = collide(self.space, Medium(density=self.density, **given), toward_exit)
+        arguments = {"volume_dissipation": volume, "surface_dissipation": surface}
+        solution = collide(self.space, Medium(density=self.density, **arguments), toward_exit)
         # along +x: what the crowd gives to the walls
-        load = float(answer.wall_force @ self.space.wall.normal[:, 0])
-        right, p = answer.right_field.reshape(2, -1).T, pressure(answer).ravel()
-        return self.model(f"(11), k~v~ = {volume:,.0f} kg", p, right, load, answer, volume)
+        load = float(solution.wall_force @ self.space.wall.normal[:, 0])
+        right, p = solution.right_field.reshape(2, -1).T, pressure(solution).ravel()
+        return self.model(f"(11), k~v~ = {volume:,.0f} kg", p, right, load, solution, volume)
 
-    def rubbing(self, friction: float) -> Model:
+    def with_wall_friction(self, friction: float) -> Model:
         """(20) with an internal friction s."""
         desired = Cells(self.mesh).mean_velocity(toward_exit, "toward_exit")
         flow = frictional_flow(self.mesh, self.density, desired, friction)
@@ -241,7 +241,7 @@ class Models(NamedTuple):
         return [*self[:4], *self.deformable, *self.frictional]
 
     @classmethod
-    def of(cls, crowd: Crowd) -> Models:
+    def of(cls, crowd: FittedCrowd) -> Models:
         """Solve all models of a crowd."""
         where, push, size = crowd.space.points, crowd.density * SPEED, crowd.size
         rest, flow = np.zeros_like(where), first_order_flow(crowd.mesh, toward_exit)
@@ -253,7 +253,7 @@ class Models(NamedTuple):
             unhindered=crowd.model("u⁺ = u⁻", rest[:, 0], toward_exit(where), 0.0),
             table=crowd.collided(*(PERSON * value for value in table)),
             deformable=[crowd.collided(float(volume)) for volume in VOLUMES],
-            frictional=[crowd.rubbing(s) for s in FRICTIONS],
+            frictional=[crowd.with_wall_friction(s) for s in FRICTIONS],
         )
 
 
@@ -292,7 +292,7 @@ class Size:
         return self._nearest_pressure(self.models.deformable)
 
     @cached_property
-    def rough(self) -> Model:
+    def frictional_fit(self) -> Model:
         """(20) with the friction, 0 or among FRICTIONS, whose pressure is nearest to the
         crowds'."""
         return self._nearest_pressure([self.models.first_order, *self.models.frictional])
@@ -300,7 +300,7 @@ class Size:
     @property
     def shown(self) -> list[Model]:
         """The models of the table, with what is fitted among them."""
-        return [*self.models[:4], self.best, self.rough]
+        return [*self.models[:4], self.best, self.frictional_fit]
 
     @property
     def nearest(self) -> Model:
@@ -325,7 +325,7 @@ class Size:
     def warnings(self) -> list[str]:
         """The crowds that are not solved."""
         name = f"{self.packing}, N = {self.n}, seed"
-        return unsolved((f"{name} {s.seed}", s.answer) for s in self.samples)
+        return unsolved((f"{name} {s.seed}", s.solution) for s in self.samples)
 
 
 def study(plan: Plan = PLAN, progress: Progress | None = None) -> list[Size]:
@@ -343,7 +343,7 @@ def study(plan: Plan = PLAN, progress: Progress | None = None) -> list[Size]:
         # to the centimetre: `touching` and `near` are the same heaps
         size = round(float(np.mean([s.size for same in crowds.values() for s in same])), 2)
         if size not in models:
-            models[size] = Models.of(Crowd(size))
+            models[size] = Models.of(FittedCrowd(size))
         found += [Size(packing, n, same, models[size]) for n, same in crowds.items()]
     return found
 
@@ -356,38 +356,38 @@ def by_packing(sizes: Sequence[Size]) -> dict[Packing, list[Size]]:
 def trends(sizes: Sequence[Size]) -> Figure:
     """Against N: kinetic energy kept; distance of the pressure from (20), without and with
     friction; the part of Σ that is no pressure."""
-    figure, (kept, deviator, smooth, rough) = drawing.panels(10.0, 7.4, 2, 2)
+    figure, (selected, deviator, smooth, frictional_axes) = drawing.panels(10.0, 7.4, 2, 2)
     last = sizes[-1]
     models = last.models
-    _trend(kept, sizes, lambda size: size.each("kept"))
+    _trend(selected, sizes, lambda size: size.each("retained"))
     _trend(deviator, sizes, lambda size: size.each("deviator"))
     _trend(smooth, sizes, lambda size: size.pressure_distance(size.models.first_order))
-    _trend(rough, sizes, lambda size: size.pressure_distance(size.rough))
+    _trend(frictional_axes, sizes, lambda size: size.pressure_distance(size.frictional_fit))
     free, flow, blocked = models.unhindered, models.first_order, models.blocked
-    levels = [(m.name, m.kept) for m in (free, flow, last.rough, blocked)]
-    _across(kept, [*levels, ("(11), Table 1", models.table.kept)])
-    _across(smooth, [(m.name, last.pressure_gap(m)) for m in (free, blocked, last.rough)])
-    kept.set(ylim=(-0.05, 1.06), ylabel="kinetic energy kept")
+    levels = [(m.name, m.retained) for m in (free, flow, last.frictional_fit, blocked)]
+    _across(selected, [*levels, ("(11), Table 1", models.table.retained)])
+    _across(smooth, [(m.name, last.pressure_gap(m)) for m in (free, blocked, last.frictional_fit)])
+    selected.set(ylim=(-0.05, 1.06), ylabel="kinetic energy kept")
     deviator.set(ylim=(0, None), ylabel="no pressure: ‖Σ + p1‖ / ‖Σ‖")
     smooth.set(ylim=(0, 1.06), ylabel="distance of p from (20)")
-    rough.set(ylim=(0, 1.06), ylabel="distance of p from (20), best friction")
-    drawing.legend_below(figure, kept, 3, 9)
+    frictional_axes.set(ylim=(0, 1.06), ylabel="distance of p from (20), best friction")
+    drawing.legend_below(figure, selected, 3, 9)
     return figure
 
 
 def _across(axes: Axes, levels: Sequence[tuple[str, float]]) -> None:
     """Lines across the axes, named beside them, where no data can be."""
-    place = ("axes fraction", "data")
+    anchor = ("axes fraction", "data")
     for words, value in levels:
         axes.axhline(value, color=drawing.BLACK, lw=0.8, ls=drawing.LINES[3])
-        axes.annotate(words, (1.01, value), xycoords=place, fontsize=8, va="center")
+        axes.annotate(words, (1.01, value), xycoords=anchor, fontsize=8, va="center")
 
 
 def _trend(axes: Axes, sizes: Sequence[Size], number: Callable[[Size], Floats]) -> None:
-    for place, (packing, same) in enumerate(by_packing(sizes).items()):
+    for index, (packing, same) in enumerate(by_packing(sizes).items()):
         values = [number(size) for size in same]
         bars, means = map(standard_error, values), [v.mean() for v in values]
-        style: dict[str, Any] = {"marker": drawing.MARKERS[place], "ls": drawing.LINES[place]}
+        style: dict[str, Any] = {"marker": drawing.MARKERS[index], "ls": drawing.LINES[index]}
         style |= {"color": COLOURS[packing], "capsize": 3, "label": str(packing)}
         axes.errorbar([size.n for size in same], means, yerr=list(bars), **style)
     axes.set(xscale="log", xlabel="disks N in the same room")
@@ -404,14 +404,14 @@ def profiles(sizes: Sequence[Size]) -> Figure:
         for number, size in enumerate(same):
             mean = size.each("pressure").mean(0)
             mark = {"marker": drawing.MARKERS[number], "ms": 4, "lw": 1}
-            look = mark | {"color": str(shades[number])}
-            axes.plot(*_banded(mean), **look, label=f"{size.n:,} disks")
+            appearance = mark | {"color": str(shades[number])}
+            axes.plot(*_banded(mean), **appearance, label=f"{size.n:,} disks")
         models, last, dashes = same[-1].models, same[-1], (0, (4, 1, 1, 1, 1, 1))
         fitted = "fitted to the largest N"
         for model, style, colour, words in (
             (models.first_order, "--", drawing.BLUE, "(20)"),
             (models.blocked, "-.", drawing.BLACK, "nobody moves"),
-            (last.rough, (0, (8, 2)), drawing.PINK, f"(20), friction {fitted}"),
+            (last.frictional_fit, (0, (8, 2)), drawing.PINK, f"(20), friction {fitted}"),
             (models.table, ":", drawing.ORANGE, "(11), Table 1"),
             (last.best, dashes, drawing.GREEN, f"(11), $k_v$ {fitted}"),
         ):
@@ -437,7 +437,7 @@ def pressure_maps(sizes: Sequence[Size]) -> Figure:
     kinds, last = by_packing(sizes), sizes[-1]
     picked = [(packing, same[pick]) for pick in (0, -1) for packing, same in kinds.items()]
     shown = [(f"{packing}, N = {size.n:,}", size.samples[0].pressure) for packing, size in picked]
-    models = (last.models.first_order, last.rough, last.best)
+    models = (last.models.first_order, last.frictional_fit, last.best)
     shown += [(model.name, model.pressure) for model in models[: len(kinds)]]
     figure, every = drawing.panels(9.5, 12.0, 3, len(kinds), sharex=True, sharey=True)
     top = float(last.models.blocked.pressure.max())
@@ -468,7 +468,7 @@ def build(progress: Progress | None = None, plan: Plan = PLAN) -> Section:
         ends=[(same[0], same[-1]) for same in ordered],
     )
     models = [model for size in sizes for model in size.models.every]
-    inexact = {*unsolved((m.name, m.answer) for m in models if m.answer is not None)}
+    inexact = {*unsolved((m.name, m.solution) for m in models if m.solution is not None)}
     return words.section(
         "bridge",
         pictures={
@@ -484,10 +484,10 @@ def build(progress: Progress | None = None, plan: Plan = PLAN) -> Section:
     )
 
 
-def both(values: Floats, places: int = 2) -> str:
+def both(values: Floats, digits: int = 2) -> str:
     """Write mean ± standard error; the value alone of a single crowd."""
-    mean = decimals(float(values.mean()), places)
-    return f"{mean} ± {decimals(standard_error(values), places)}" if len(values) > 1 else mean
+    mean = decimals(float(values.mean()), digits)
+    return f"{mean} ± {decimals(standard_error(values), digits)}" if len(values) > 1 else mean
 
 
 def standard_error(values: Floats) -> float:
@@ -497,26 +497,26 @@ def standard_error(values: Floats) -> float:
 
 def _crowds(size: Size) -> list[Cell]:
     coordination = float(size.each("coordination").mean())
-    wanted = {"kept": 3, "wall_load": 1, "deviator": 3, "dissipative": 3, "compression": 3}
-    kept, load, *shares = (both(size.each(name), places) for name, places in wanted.items())
+    wanted = {"retained": 3, "wall_load": 1, "deviator": 3, "dissipative": 3, "compression": 3}
+    selected, load, *fractions = (both(size.each(name), positions) for name, positions in wanted.items())
     spread = size.spread if len(size.samples) > 1 else NONE
     status = "not all solved" if size.warnings else "solved"
     crowd = str(size.packing), size.n, len(size.samples), coordination
-    return [*crowd, kept, load, spread, *shares, status]
+    return [*crowd, selected, load, spread, *fractions, status]
 
 
 def _model(model: Model) -> list[Cell]:
-    shares = [decimals(model.kept, 3), decimals(model.wall_load / 1e3, 1)]
-    solved = model.answer is None or model.answer.status == "solved"
+    fractions = [decimals(model.retained, 3), decimals(model.wall_load / 1e3, 1)]
+    solved = model.solution is None or model.solution.status == "solved"
     status = "solved" if solved else "not solved"
-    return [model.name, NONE, NONE, NONE, *shares, *[NONE] * 4, status]
+    return [model.name, NONE, NONE, NONE, *fractions, *[NONE] * 4, status]
 
 
 def _distances(size: Size) -> list[Cell]:
     m = size.models
-    pressing = [m.first_order, size.rough, m.blocked, m.table, size.best]
-    moving = [m.first_order, size.rough, m.blocked, m.unhindered, m.table, size.best]
+    pressing = [m.first_order, size.frictional_fit, m.blocked, m.table, size.best]
+    moving = [m.first_order, size.frictional_fit, m.blocked, m.unhindered, m.table, size.best]
     pressures = [both(size.pressure_distance(model)) for model in pressing]
     velocities = [both(size.velocity_distance(model)) for model in moving]
-    fitted = [size.rough.parameter, size.best.parameter]
+    fitted = [size.frictional_fit.parameter, size.best.parameter]
     return [str(size.packing), size.n, *pressures, *fitted, *velocities]

@@ -14,7 +14,7 @@ from nscd.continuum.pressure import body_fields
 from nscd.continuum.rivals.cells import Cells
 from nscd.continuum.room import Room, square_room
 from nscd.continuum.space import Space
-from nscd.stress import Kernel, smear
+from nscd.stress import Kernel, coarse_grain
 
 SIDE, EXIT = 10.0, 1.0  # m; the paper gives the exit only
 MESH = 0.2  # m, the side of the triangles away from the jambs
@@ -43,9 +43,9 @@ def map_of(room: Room = ROOM) -> Map:
     return Map(mesh, Cells(mesh).integral(np.ones(mesh.nvertices)))
 
 
-def body_pressure(answer: CollisionAnswer, room: Room = ROOM) -> Floats:
+def body_pressure(solution: CollisionAnswer, room: Room = ROOM) -> Floats:
     """Average p = −½ tr σ over a body: (n,) N·s/m at the points of the room's map."""
-    return body_fields(answer, BODY, map_of(room).points).pressure
+    return body_fields(solution, BODY, map_of(room).points).pressure
 
 
 def body_mean(space: Space, values: Floats, room: Room = ROOM) -> Floats:
@@ -59,7 +59,7 @@ def mean_over(kernel: Kernel, where: Floats, weight: Floats, values: Floats, at:
     """Average values (n,c) at points (n,2) m that stand for weights (n,), over a kernel at points
     (m,2) m: (m,c)."""
     weighted = weight[:, None] * np.column_stack([np.ones_like(weight), values])
-    sums, _ = smear(where, weighted, kernel, at)
+    sums, _ = coarse_grain(where, weighted, kernel, at)
     return np.asarray(sums[:, 1:] / sums[:, :1])
 
 

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from analysis.pages.drawing import BLACK, BLUE, GREEN, ORANGE, PINK, panels
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
-from analysis.paper.answers import unsolved
 from analysis.paper.continuum.exit_room import MESH, ROOM, body_pressure, map_of
+from analysis.paper.solutions import unsolved
 from analysis.support.parallel import Progress
 from nscd.continuum.collision import CollisionAnswer, collide
 from nscd.continuum.left_velocity import toward_exit
@@ -42,22 +42,22 @@ class Solved(NamedTuple):
     turbulence: float
     mean_speed: float
     laws: tuple[float, float]
-    answer: CollisionAnswer
+    solution: CollisionAnswer
 
 
-def mean_speed(answer: CollisionAnswer) -> float:
+def mean_speed(solution: CollisionAnswer) -> float:
     """Average |u⁺| over the room, m/s."""
-    speed = np.hypot(*answer.right_field.reshape(2, -1))
-    return float(np.average(speed, weights=answer.space.weights))
+    speed = np.hypot(*solution.right_field.reshape(2, -1))
+    return float(np.average(speed, weights=solution.space.weights))
 
 
-def solved(density: float, answer: CollisionAnswer) -> Solved:
+def solved(density: float, solution: CollisionAnswer) -> Solved:
     """Read pressures and speeds from an answer, and set the laws beside them."""
-    space, pressure = answer.space, body_pressure(answer)
-    speed = np.hypot(*answer.right_field.reshape(2, -1))
-    given, people = (space.points, speed, map_of().points), density * space.weights
+    space, pressure = solution.space, body_pressure(solution)
+    speed = np.hypot(*solution.right_field.reshape(2, -1))
+    inputs, people = (space.points, speed, map_of().points), density * space.weights
     speeds = (
-        density_laws.measured_speed(*given, people=people, printed=printed)
+        density_laws.measured_speed(*inputs, people=people, printed=printed)
         for printed in (False, True)
     )
     measured, printed = (float(density_laws.crowd_pressure(density, v)) for v in speeds)
@@ -67,7 +67,7 @@ def solved(density: float, answer: CollisionAnswer) -> Solved:
     power, turbulence = (PERSON * float(value) for value in models)
     laws = float(density_laws.exponential_speed(density)), float(density_laws.kladek_speed(density))
     pressures = PERSON * measured, printed, power, turbulence
-    return Solved(density, *here, *pressures, mean_speed(answer), laws, answer)
+    return Solved(density, *here, *pressures, mean_speed(solution), laws, solution)
 
 
 def curves(free: list[Solved], adapted: dict[float, float]) -> Figure:
@@ -102,12 +102,12 @@ def curves(free: list[Solved], adapted: dict[float, float]) -> Figure:
 def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
     """Build Fig. 10: what (11) gives for each density, beside (M1), (M2), (L1) and (L2)."""
     space = Space(mesh_of(ROOM, mesh))
-    answers = []
+    solutions = []
 
     def collided(density: float, speed: float) -> CollisionAnswer:
-        answer = collide(space, table_1_medium(density), toward_exit(ROOM, speed))
-        answers.append((f"{density:g} people/m², {speed:g} m/s", answer))
-        return answer
+        solution = collide(space, table_1_medium(density), toward_exit(ROOM, speed))
+        solutions.append((f"{density:g} people/m², {speed:g} m/s", solution))
+        return solution
 
     free = [solved(density, collided(density, FREE_SPEED)) for density in DENSITIES]
     if progress:
@@ -131,12 +131,12 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
                 last.mean_speed != first.mean_speed, last.mean_speed < first.mean_speed
             ),
         },
-        warnings=unsolved(answers),
+        warnings=unsolved(solutions),
     )
 
 
 def _row(s: Solved, adapted: dict[float, float]) -> list[Cell]:
     pressures = s.largest / STEP, s.mean / STEP, s.measured, PERSON * s.printed
     speeds = s.mean_speed, adapted.get(s.density, 0.0), *s.laws
-    ended = s.answer.residual, str(s.answer.status)
+    ended = s.solution.residual, str(s.solution.status)
     return [s.density, *pressures, s.power, s.turbulence, *speeds, *ended]

@@ -11,8 +11,8 @@ from analysis.pages.drawing import label_outer, panels
 from analysis.pages.fields import draw_arrows, draw_map, rounded
 from analysis.pages.section import Section, Verdict
 from analysis.pages.words import Words
-from analysis.paper.answers import unsolved
 from analysis.paper.continuum import exit_room
+from analysis.paper.solutions import unsolved
 from analysis.support.parallel import Progress
 from nscd.arrays import Floats
 from nscd.continuum.collision import CollisionAnswer, collide
@@ -32,7 +32,7 @@ ALIKE, SOMEHOW = 0.95, 0.5  # cosine between two fields that have the same form,
 RANDOM = 0.2  # of the random part that comes back
 
 
-class Run(NamedTuple):
+class Case(NamedTuple):
     """The answer of (11) for one left velocity, as a row of the table.
 
     largest, normal, along: m/s, on walls the largest u⁺·n (n out of the room), and root mean
@@ -41,7 +41,7 @@ class Run(NamedTuple):
     near, far: N·s/m, mean p within NEAR of the exit and beyond."""
 
     name: str
-    kept: float  # share of the kinetic energy
+    retained: float  # share of the kinetic energy
     cosine: float  # ∫u⁺·u⁻/(‖u⁺‖‖u⁻‖) of the means over a body: ±1 for fields of one form
     largest: float
     normal: float
@@ -63,52 +63,52 @@ class Fields(NamedTuple):
     pressure: Floats
 
 
-def measured(name: str, answer: CollisionAnswer, left: Field) -> tuple[Run, Fields]:
+def measured(name: str, solution: CollisionAnswer, left: Field) -> tuple[Case, Fields]:
     """Measure what people do at the walls, on the exit and in the room."""
     before, right = (
-        exit_room.body_mean(answer.space, np.moveaxis(field, 0, -1))
-        for field in (answer.left_field, answer.right_field)
+        exit_room.body_mean(solution.space, np.moveaxis(field, 0, -1))
+        for field in (solution.left_field, solution.right_field)
     )
-    pressure, area = exit_room.body_pressure(answer), exit_room.map_of().area
+    pressure, area = exit_room.body_pressure(solution), exit_room.map_of().area
     pairs = (before, right), (before, before), (right, right)
     both, one, two = (float(area @ (a * b).sum(1)) for a, b in pairs)
-    wall = answer.space.wall
-    u = answer.right_velocity[wall.node]
+    wall = solution.space.wall
+    u = solution.right_velocity[wall.node]
     normal = (u * wall.normal).sum(1)
     along = u[:, 1] * wall.normal[:, 0] - u[:, 0] * wall.normal[:, 1]
-    share = wall.weight / wall.weight.sum()
+    fraction = wall.weight / wall.weight.sum()
     near = exit_room.to_exit(exit_room.map_of().points) <= NEAR
-    form = kept(answer), both / float(np.sqrt(one * two))
+    form = energy_fraction(solution), both / float(np.sqrt(one * two))
     largest = float(normal.max()) if normal.max() > ROUNDING else 0.0
-    across, aside = (float(np.sqrt(share @ part**2)) for part in (normal, along))
-    holding, flow = float(share[answer.active].sum()), outflow(answer, left)
+    across, aside = (float(np.sqrt(fraction @ part**2)) for part in (normal, along))
+    holding, flow = float(fraction[solution.active].sum()), outflow(solution, left)
     peak = float(pressure.max()), exit_room.from_exit(pressure)
     by, far = (float(np.average(pressure[at], weights=area[at])) for at in (near, ~near))
-    ended = answer.residual, str(answer.status)
+    ended = solution.residual, str(solution.status)
     walls = largest, across, aside, holding, flow
-    run = Run(name, *form, *walls, *peak, by, far, *ended)
+    run = Case(name, *form, *walls, *peak, by, far, *ended)
     return run, Fields(right, pressure)
 
 
-def kept(answer: CollisionAnswer) -> float:
+def energy_fraction(solution: CollisionAnswer) -> float:
     """Share of the kinetic energy that is left."""
-    return 1 + answer.energy.change / answer.energy.before
+    return 1 + solution.energy.change / solution.energy.before
 
 
-def outflow(answer: CollisionAnswer, left: Field) -> float:
+def outflow(solution: CollisionAnswer, left: Field) -> float:
     """Average u⁺·n on the exit, m/s, with u⁻ as it is just inside."""
-    edge = answer.space.border("exit")
+    edge = solution.space.border("exit")
     assert edge is not None
-    w, normals = np.asarray(edge.interpolate(answer.unknowns)), np.asarray(edge.normals)
+    w, normals = np.asarray(edge.interpolate(solution.unknowns)), np.asarray(edge.normals)
     inside = np.asarray(edge.global_coordinates()) - 1e-9 * normals
     before = left(inside.reshape(2, -1).T).T.reshape(inside.shape)
     return float((((w - before) * normals).sum(0) * edge.dx).sum() / edge.dx.sum())
 
 
-def compressed(answer: CollisionAnswer, left: Field) -> float:
+def compressed(solution: CollisionAnswer, left: Field) -> float:
     """Share of the room where div u⁺ = div w − div u⁻ < 0; for a u⁻ that is smooth away from the
     exit."""
-    space, gradient = answer.space, np.asarray(answer.sum_field.grad)
+    space, gradient = solution.space, np.asarray(solution.sum_field.grad)
     along_x, along_y = exit_room.slopes(left, space.points, 1e-5)
     divergence = (gradient[0, 0] + gradient[1, 1]).ravel() - along_x[:, 0] - along_y[:, 1]
     return float(space.weights[divergence < 0].sum() / space.weights.sum())
@@ -132,12 +132,12 @@ def maps(named: Sequence[tuple[str, Fields]]) -> Figure:
     figure, every = panels(*shape, sharex=True, sharey=True)
     mesh = exit_room.map_of().mesh
     fastest = rounded(max(float(np.quantile(np.hypot(*f.right.T), 0.99)) for _, f in named))
-    most = rounded(max(float(np.quantile(f.pressure, 0.995)) for _, f in named))
+    maximum = rounded(max(float(np.quantile(f.pressure, 0.995)) for _, f in named))
     rows = zip(every[::2], every[1::2], ("ab", "cd"), named, strict=True)
     for speed, press, letters, (name, fields) in rows:
         for axes, letter, what, unit, values, top in (
             (speed, letters[0], "right velocity", "|u⁺| (m/s)", np.hypot(*fields.right.T), fastest),
-            (press, letters[1], "pressure", "pressure (N·s/m)", fields.pressure, most),
+            (press, letters[1], "pressure", "pressure (N·s/m)", fields.pressure, maximum),
         ):
             title = f"({letter}) {what}, {name} left velocity"
             drawn = draw_map(axes, exit_room.ROOM, mesh, values, top, title)
@@ -157,15 +157,15 @@ def build(progress: Progress | None = None, mesh: float = exit_room.MESH) -> Sec
     for seed in SEEDS:
         lefts[f"random, draw {seed}"] = random_speeds(exit_room.ROOM, way, seed=seed, **drawn)
     crowd = table_1_medium()
-    answers = {name: collide(space, crowd, left) for name, left in lefts.items()}
+    solutions = {name: collide(space, crowd, left) for name, left in lefts.items()}
     flows = {k: collide(space, table_1_medium(volume=k), toward) for k in OUTFLOWS}
-    found = {name: measured(name, answers[name], left) for name, left in lefts.items()}
+    found = {name: measured(name, solutions[name], left) for name, left in lefts.items()}
     runs = [run for run, _ in found.values()]
     even, slow = runs[0], STOPPED * MEAN
-    echoes = [echo(answers["uniform"], answers[run.name]) for run in runs[1:]]
-    share, correlation = np.mean(echoes, axis=0).tolist()
-    words = Words(__name__, runs=runs, even=even, share=share, correlation=correlation)
-    named = {f"uniform, k_v = {k:g}": answer for k, answer in flows.items()}
+    echoes = [echo(solutions["uniform"], solutions[run.name]) for run in runs[1:]]
+    fraction, correlation = np.mean(echoes, axis=0).tolist()
+    words = Words(__name__, runs=runs, even=even, share=fraction, correlation=correlation)
+    named = {f"uniform, k_v = {k:g}": solution for k, solution in flows.items()}
     shown = (("uniform", found["uniform"][1]), ("random", found[runs[1].name][1]))
     return words.section(
         "11",
@@ -174,7 +174,7 @@ def build(progress: Progress | None = None, mesh: float = exit_room.MESH) -> Sec
             "runs": runs,
             "echoes": [[seed, *one] for seed, one in zip(SEEDS, echoes, strict=True)],
             "outflows": [
-                [k, outflow(a, toward), kept(a), compressed(a, toward), str(a.status)]
+                [k, outflow(a, toward), energy_fraction(a), compressed(a, toward), str(a.status)]
                 for k, a in flows.items()
             ],
         },
@@ -184,7 +184,7 @@ def build(progress: Progress | None = None, mesh: float = exit_room.MESH) -> Sec
             ),
             "maximal": Verdict.of(*(run.from_exit < NEAR for run in runs)),
             "same_form": Verdict.of(even.cosine > ALIKE, even.cosine > SOMEHOW),
-            "random": Verdict.of(abs(share) > RANDOM),
+            "random": Verdict.of(abs(fraction) > RANDOM),
         },
-        warnings=unsolved([*answers.items(), *named.items()]),
+        warnings=unsolved([*solutions.items(), *named.items()]),
     )

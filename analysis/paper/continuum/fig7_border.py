@@ -20,8 +20,8 @@ from analysis.pages.drawing import (
 from analysis.pages.fields import draw_field, draw_room, rounded
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
-from analysis.paper.answers import unsolved
 from analysis.paper.continuum.exit_room import BODY, MESH, ROOM, SIDE, slopes
+from analysis.paper.solutions import unsolved
 from analysis.support.parallel import Progress
 from nscd.arrays import Floats
 from nscd.continuum.collision import CollisionAnswer, collide
@@ -71,7 +71,7 @@ def inward(room: Room) -> Field:
     return push
 
 
-class Run:
+class BorderRun:
     """The corner's crowd by (11).
 
     enters: m/s, the largest u⁺·n on walls (n out of the room), 0 where nobody enters one
@@ -80,13 +80,13 @@ class Run:
     load: N·s, what the walls give in all
     pressure: (n,) N·s/m over a body at the points shown (n,2) m"""
 
-    def __init__(self, name: str, answer: CollisionAnswer, shown: Floats) -> None:
-        self.name, self.answer = name, answer
-        wall, force = answer.space.wall, answer.wall_force
-        normal = (answer.right_velocity[wall.node] * wall.normal).sum(1)
+    def __init__(self, name: str, solution: CollisionAnswer, shown: Floats) -> None:
+        self.name, self.solution = name, solution
+        wall, force = solution.space.wall, solution.wall_force
+        normal = (solution.right_velocity[wall.node] * wall.normal).sum(1)
         self.enters, self.load = max(float(normal.max()), 0.0), float(force.sum())
         self.apart = float(np.abs(force * normal).max() / (force.max() * SPEED))
-        self.pressure = body_fields(answer, BODY, shown).pressure
+        self.pressure = body_fields(solution, BODY, shown).pressure
 
 
 class Norms(NamedTuple):
@@ -101,31 +101,31 @@ class Norms(NamedTuple):
 def norms(side: float) -> tuple[Norms, CollisionAnswer]:
     """Solve the square room on a uniform mesh of a side (m)."""
     left, space = toward_exit(ROOM, SPEED), Space(mesh_of(ROOM, side, grading=1.0))
-    answer = collide(space, CROWD, left)
+    solution = collide(space, CROWD, left)
     before = sum((slope**2).sum(1) for slope in slopes(left, space.points, 1e-7))
-    total = (np.asarray(answer.sum_field.grad) ** 2).sum((0, 1)).ravel()
+    total = (np.asarray(solution.sum_field.grad) ** 2).sum((0, 1)).ravel()
     unknowns = int(space.basis.N)
     found = Norms(side, unknowns, float(before @ space.weights), float(total @ space.weights))
-    return found, answer
+    return found, solution
 
 
-def border(room: Room, run: Run, shown: MeshTri1) -> Figure:
+def border(room: Room, run: BorderRun, shown: MeshTri1) -> Figure:
     """Draw the room's mesh and kinds of border; p at the vertices of `shown`, μ over a body, r_ext
     on the free border."""
     figure, (left, right) = panels(11.0, 5.4, 1, 2, sharex=True, sharey=True)
-    mesh, wall, push = run.answer.space.mesh, run.answer.space.wall, inward(room)
+    mesh, wall, push = run.solution.space.mesh, run.solution.space.wall, inward(room)
     left.triplot(*mesh.p, mesh.t.T, color=GREY, lw=0.4)
-    for words, place, colour in (
+    for words, anchor, colour in (
         ("$Γ_w$, wall", (0.15, 5.0), BLACK),
         ("$Γ_e$, exit", (0.15, 1.9), ORANGE),
         ("$Γ_f$, free", (-7.6, 4.0), BLUE),
     ):
-        left.annotate(words, place, color=colour, fontsize=10)
+        left.annotate(words, anchor, color=colour, fontsize=10)
     behind = {"fc": "white", "ec": "none", "pad": 1}
     left.annotate("Ω, the crowd", (-4.6, 1.0), fontsize=10, bbox=behind)
     drawn = draw_field(right, shown, run.pressure, rounded(float(run.pressure.max())))
     figure.colorbar(drawn, ax=right, label="pressure over a body (N·s/m)", shrink=0.9)
-    mu = body_wall_percussion(run.answer, 0.1)
+    mu = body_wall_percussion(run.solution, 0.1)
     ends = wall.point + BAR * mu[:, None] * wall.normal
     # the pillar's bars would hide the pressure around it
     outer = (mu > 0) & (np.abs(wall.point).min(1) < 1e-9)
@@ -151,22 +151,22 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
     at = np.ascontiguousarray(shown.p.T)
     push = f"push of {PUSH:g} N·s/m"
     alone, pushed = both = [
-        Run("no push", collide(space, CROWD, left), at),
-        Run(push, collide(space, CROWD, left, external=inward(room)), at),
+        BorderRun("no push", collide(space, CROWD, left), at),
+        BorderRun(push, collide(space, CROWD, left, external=inward(room)), at),
     ]
     if progress:
         progress("Fig. 7", 0.5)
-    meshes, answers = zip(*(norms(2.5 * mesh / 2**k) for k in range(HALVINGS + 1)), strict=True)
+    meshes, solutions = zip(*(norms(2.5 * mesh / 2**k) for k in range(HALVINGS + 1)), strict=True)
     growth = np.diff([one.left for one in meshes])
     change = np.abs(np.diff([one.total for one in meshes]))
-    enters, apart = (max(getattr(one, name) for one in both) for name in ("enters", "apart"))
-    pulls = min(float(one.answer.wall_force.min()) for one in both)
-    impenetrable = max(enters / SPEED, apart) < ROUNDING and pulls >= 0
+    enters, difference = (max(getattr(one, name) for one in both) for name in ("enters", "apart"))
+    pulls = min(float(one.solution.wall_force.min()) for one in both)
+    impenetrable = max(enters / SPEED, difference) < ROUNDING and pulls >= 0
     unique = Verdict.of(bool(change[-1] < SHRINKS * change[-2]), False)
     words = Words(
         __name__,
         **{"alone": alone, "pushed": pushed, "growth": growth, "change": change, "side": SIDE},
-        **{"enters": enters / SPEED, "pulls": pulls, "apart": apart},
+        **{"enters": enters / SPEED, "pulls": pulls, "apart": difference},
     )
     names = [f"square room, side {one.side:g} m" for one in meshes]
     return words.section(
@@ -178,13 +178,13 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
             "unique": unique if growth[-1] > GROWS * FOREVER else Verdict.HOLDS,
         },
         warnings=unsolved(
-            [*((one.name, one.answer) for one in both), *zip(names, answers, strict=True)]
+            [*((one.name, one.solution) for one in both), *zip(names, solutions, strict=True)]
         ),
     )
 
 
-def _row(run: Run) -> list[Cell]:
-    a, e = run.answer, run.answer.energy
+def _row(run: BorderRun) -> list[Cell]:
+    a, e = run.solution, run.solution.energy
     energies = [e.before, e.change, e.volume, e.surface, e.wall, e.external, e.error]
     pressing = [run.enters, run.load, float(run.pressure.max())]
     return [run.name, int(a.space.basis.N), *pressing, *energies, a.residual, str(a.status)]

@@ -17,8 +17,8 @@ from analysis.pages import drawing
 from analysis.pages.fields import draw_map, rounded
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
-from analysis.paper.answers import told, unsolved
 from analysis.paper.continuum.exit_room import BODY, EXIT, MESH, SIDE, map_of, mean_over
+from analysis.paper.solutions import unsolved, with_progress
 from analysis.support.parallel import Progress
 from nscd.arrays import Floats
 from nscd.continuum.collision import collide
@@ -78,7 +78,7 @@ class Wall(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Setting:
+class StepSetting:
     """What is computed for Fig. 8.
 
     side, mesh: m, of the room and of the triangles.
@@ -117,12 +117,12 @@ def _space(side: float, size: float, order: int) -> Space:
 
 
 @cache
-def _step(case: Case, setting: Setting) -> turbulence.TurbulenceStep:
+def _step(case: Case, setting: StepSetting) -> turbulence.TurbulenceStep:
     room, mesh = _mesh(setting.side, setting.mesh)
     law = TurbulencePressure()
     at_rest = np.where(Cells(mesh).open, 0.0, setting.person * law.pressure(DENSITY))
-    given = (law, law.continuous(), at_rest, turbulence.Congestion())
-    pressures = dict(zip(Pressing, given, strict=True))
+    inputs = (law, law.continuous(), at_rest, turbulence.Congestion())
+    pressures = dict(zip(Pressing, inputs, strict=True))
     person, friction = setting.person, setting.friction
     pressing: Any = pressures[setting.pressing]
     model = turbulence.TurbulenceLaw(pressure=pressing, friction=friction, mass_per_person=person)
@@ -131,7 +131,7 @@ def _step(case: Case, setting: Setting) -> turbulence.TurbulenceStep:
 
 
 @cache
-def _on_bodies(case: Case, alone: Setting) -> Floats:
+def _on_bodies(case: Case, alone: StepSetting) -> Floats:
     """|F_t| (n,) N·s/m² of the mean over a body at the room's map."""
     room, mesh = _mesh(alone.side, alone.mesh)
     middle = np.ascontiguousarray(mesh.p[:, mesh.t].mean(1).T)
@@ -166,7 +166,7 @@ class Pair:
     theirs_on_bodies: (n,) N·s/m², the modulus of the rival's mean there
     their_pressure: N·s/m, δt p_t from (16)"""
 
-    def __init__(self, case: Case, setting: Setting, volume: float) -> None:
+    def __init__(self, case: Case, setting: StepSetting, volume: float) -> None:
         self.room, k_s = _mesh(setting.side, setting.mesh)[0], TABLE_1.surface_dissipation
         surface = {Wall.NOWHERE: 0.0, Wall.SHARE: volume * k_s / TABLE_1.volume_dissipation}
         k_s = surface.get(setting.wall, k_s)
@@ -176,7 +176,7 @@ class Pair:
         left = left_velocity(case, self.room, setting.seed)
         space = _space(setting.side, setting.mesh, setting.order)
         everywhere = setting.wall is Wall.EVERYWHERE
-        self.answer = collide(space, crowd, left, surface_everywhere=everywhere)
+        self.solution = collide(space, crowd, left, surface_everywhere=everywhere)
         alone = replace(setting, wall=Wall.PRESSED, order=1, mixed_units=False)
         self.turbulence, self.theirs_on_bodies = _step(case, alone), _on_bodies(case, alone)
         self.map = map_of(self.room)
@@ -184,12 +184,12 @@ class Pair:
         self.their_pressure = setting.time_step * p
         where = f"case {case}, {setting}"
         rival, own = f"crowd turbulence, {where}", f"(11), k_v = {volume:g}, {where}"
-        self.warnings = unsolved([(rival, self.turbulence), (own, self.answer)])
+        self.warnings = unsolved([(rival, self.turbulence), (own, self.solution)])
 
     @cached_property
     def fields(self) -> BodyFields:
         """Means over a body at the points of the map."""
-        return body_fields(self.answer, BODY, self.map.points)
+        return body_fields(self.solution, BODY, self.map.points)
 
     @property
     def on_bodies(self) -> Floats:
@@ -198,12 +198,12 @@ class Pair:
 
     def cells(self, *, vectors: bool = False) -> Difference:
         """|F| − |F_t|, or |F − F_t|, in the cells."""
-        weight = self.answer.space.basis.dx
-        ours = ((percussion_density(self.answer) * weight).sum(2) / weight.sum(1)).T
+        weight = self.solution.space.basis.dx
+        ours = ((percussion_density(self.solution) * weight).sum(2) / weight.sum(1)).T
         rival = self.turbulence.percussion_density
         theirs = np.hypot(*rival.T)
         size = np.hypot(*(ours - rival).T) if vectors else np.hypot(*ours.T) - theirs
-        return Difference(size, theirs, Cells(self.answer.space.mesh).measure)
+        return Difference(size, theirs, Cells(self.solution.space.mesh).measure)
 
     def bodies(self) -> Difference:
         """|F| − |F_t| of the means over a body."""
@@ -239,14 +239,14 @@ class Reading(NamedTuple):
 
     words: str
     measure: Callable[[Pair], float]
-    setting: Setting
+    setting: StepSetting
 
 
 def readings(mesh: float = MESH) -> list[Reading]:
     """List all that are tried, the plain one first; `mesh` is the side of the triangles (m)."""
-    plain = Setting(mesh=mesh)
+    plain = StepSetting(mesh=mesh)
     opened, over_bodies = replace(plain, pressing=Pressing.OPEN), "over a body, p_t of (16)"
-    measured: list[tuple[str, Callable[[Pair], float], Setting]] = [
+    measured: list[tuple[str, Callable[[Pair], float], StepSetting]] = [
         ("‖|F| − |F_t|‖ / ‖F_t‖, L² over the room", in_l2, plain),
         ("‖F − F_t‖ / ‖F_t‖, of the vectors", lambda p: p.cells(vectors=True).in_l2(), plain),
         ("the same of |F|, as means over a body", lambda p: p.bodies().in_l2(), plain),
@@ -257,7 +257,7 @@ def readings(mesh: float = MESH) -> list[Reading]:
         (f"{CELL}, p_t = 0 on the exit", in_any_triangle, opened),
         (f"pressure: {PRESSURE} {over_bodies}", lambda p: p.pressures().in_l2(), plain),
         (f"{LARGEST}: |p − δt p_t| / δt p_t", lambda p: p.largest(p.fields.pressure), plain),
-        (f"{RAW}: the same", lambda p: p.largest(pressure(p.answer)), plain),
+        (f"{RAW}: the same", lambda p: p.largest(pressure(p.solution)), plain),
     ]
     varied = [
         ("k_s everywhere, as printed", replace(plain, wall=Wall.EVERYWHERE)),
@@ -280,7 +280,7 @@ def readings(mesh: float = MESH) -> list[Reading]:
     return found + [Reading(f"L² of |F|: {w}", in_l2, setting) for w, setting in varied]
 
 
-def _halved(setting: Setting) -> Setting:
+def _halved(setting: StepSetting) -> StepSetting:
     return replace(setting, mesh=0.5 * setting.mesh)
 
 
@@ -317,7 +317,7 @@ class Tried(NamedTuple):
         return bool((np.abs(self.finer / coarse - 1) < SETTLED).all())
 
 
-def tried(reading: Reading, plain: Setting, errors: Errors) -> Tried:
+def settings_tried(reading: Reading, plain: StepSetting, errors: Errors) -> Tried:
     """Try a reading, on half the mesh too where it is of the plain setting or reaches 10⁻²."""
     found, finer = errors.of(reading, CHECKED), np.full(2, np.nan)
     if reading.setting == plain or found.max() <= LARGEST_OF_ORDER:
@@ -333,7 +333,7 @@ class Curve(NamedTuple):
     errors: Floats
 
 
-def curves(plain: Setting, errors: Errors) -> list[Curve]:
+def curves(plain: StepSetting, errors: Errors) -> list[Curve]:
     """Measure errors against k_v: in L² for three δt, and over the largest in any triangle on two
     meshes."""
     found = []
@@ -360,8 +360,8 @@ def error_curves(curves: Sequence[Curve]) -> Figure:
         band: dict[str, Any] = {"color": drawing.GREY, "alpha": 0.45, "lw": 0}
         axes.axhspan(10**-2.5, LARGEST_OF_ORDER, label="order of 10⁻²", **band)
         axes.axvline(4.0, color=drawing.BLACK, lw=0.8, ls=":")
-        place = ("data", "axes fraction")
-        axes.annotate("$k_v = 4$", (4.2, 0.98), xycoords=place, fontsize=8, va="top")
+        anchor = ("data", "axes fraction")
+        axes.annotate("$k_v = 4$", (4.2, 0.98), xycoords=anchor, fontsize=8, va="top")
         drawing.label(axes, "volume dissipation $k_v$ (per person)", title=NAMES[case], log="xy")
     drawing.label(every[0], y="difference from the crowd turbulence (–)")
     drawing.legend_below(figure, every[0], 2)
@@ -390,23 +390,23 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
     every, errors = readings(mesh), Errors()
     plain = every[0].setting
     lines = curves(plain, errors)
-    found = [tried(one, plain, errors) for one in told(every, "readings of Fig. 8", progress)]
+    found = [settings_tried(one, plain, errors) for one in with_progress(every, "readings of Fig. 8", progress)]
     room, triangles = _mesh(SIDE, 2 * mesh)
     left = left_velocity(Case.UNIFORM, room, 1)
     law = turbulence.TurbulenceLaw()
-    taken = turbulence.time_step_dependence(triangles, DENSITY, left, law, STEPS)
-    forces = [step.force for step in taken]
+    dependence = turbulence.time_step_dependence(triangles, DENSITY, left, law, STEPS)
+    forces = [step.force for step in dependence]
     # largest mean force over the least; that of the shortest step over the next: 1 at a limit
     grown, settled = max(forces) / min(forces), forces[0] / forces[1]
     volume = TABLE_1.volume_dissipation
     words = Words(
         __name__,
         **{"tried": found, "plain": found[0], "cases": list(Case)},
-        **{"steps": taken, "grown": grown, "settled": settled},
+        **{"steps": dependence, "grown": grown, "settled": settled},
         best=min((t for t in found if t.settled), key=lambda t: float(t.errors.min())),
         sound=[t for t in found if t.reached and t.settled],
     )
-    named = [(f"crowd turbulence, δt = {step.time_step:g} s", step) for step in taken]
+    named = [(f"crowd turbulence, δt = {step.time_step:g} s", step) for step in dependence]
     return words.section(
         "8",
         pictures={
@@ -415,7 +415,7 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
         },
         tables={
             "readings": [_row(one) for one in found],
-            "steps": [[*step[:-2], str(step.status)] for step in taken],
+            "steps": [[*step[:-2], str(step.status)] for step in dependence],
         },
         claims={
             "error": error_verdict(found),
@@ -429,9 +429,9 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
 def error_verdict(tried: Sequence[Tried]) -> Verdict:
     """Judge whether a reading gives 10⁻² for every k_v ≥ 4, or for one, and keeps it on a finer
     mesh."""
-    sound = [t for t in tried if t.settled]
-    somewhere = (bool(t.errors.max(0).min() <= LARGEST_OF_ORDER) for t in sound)
-    return Verdict.of(any(t.reached for t in sound), any(somewhere))
+    valid = [t for t in tried if t.settled]
+    somewhere = (bool(t.errors.max(0).min() <= LARGEST_OF_ORDER) for t in valid)
+    return Verdict.of(any(t.reached for t in valid), any(somewhere))
 
 
 def _row(tried: Tried) -> list[Cell]:

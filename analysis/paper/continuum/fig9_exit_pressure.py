@@ -12,8 +12,8 @@ from analysis.pages import drawing
 from analysis.pages.fields import draw_map, rounded
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
-from analysis.paper.answers import unsolved
 from analysis.paper.continuum import exit_room
+from analysis.paper.solutions import unsolved
 from analysis.support.parallel import Progress
 from nscd.arrays import Floats
 from nscd.continuum.closed_forms import point_sink
@@ -40,7 +40,7 @@ class Field(NamedTuple):
 
     name: str
     pressure: Floats
-    answer: CollisionAnswer | FirstOrderFlow
+    solution: CollisionAnswer | FirstOrderFlow
 
     @property
     def largest(self) -> float:
@@ -52,10 +52,10 @@ class Field(NamedTuple):
         """m, the distance of the largest from the exit."""
         return exit_room.from_exit(self.pressure)
 
-    def band(self, least: float, most: float = np.inf) -> float:
+    def band(self, minimum: float, maximum: float = np.inf) -> float:
         """Average over the points between these distances (m) from the exit, N·s/m."""
         distance = exit_room.to_exit(exit_room.map_of().points)
-        inside = (distance >= least) & (distance <= most)
+        inside = (distance >= minimum) & (distance <= maximum)
         return float(np.average(self.pressure[inside], weights=exit_room.map_of().area[inside]))
 
     @property
@@ -66,8 +66,8 @@ class Field(NamedTuple):
     @property
     def speeds(self) -> tuple[float, ...]:
         """m/s, mean |u⁺| of (20) over the triangles within NEAR of the exit, and beyond FAR."""
-        assert isinstance(self.answer, FirstOrderFlow)
-        mesh, speed = self.answer.mesh, np.hypot(*self.answer.right_velocity.T)
+        assert isinstance(self.solution, FirstOrderFlow)
+        mesh, speed = self.solution.mesh, np.hypot(*self.solution.right_velocity.T)
         far, area = exit_room.to_exit(mesh.p[:, mesh.t].mean(1).T), Cells(mesh).measure
         parts = (far <= NEAR, far >= FAR)
         return tuple(float(np.average(speed[some], weights=area[some])) for some in parts)
@@ -114,7 +114,7 @@ def explained(pressure: Floats, values: Floats, within: float = np.inf) -> float
 def solve_room(mesh: float) -> tuple[Field, dict[PlaceEquation, Field]]:
     """Solve (11), and (20) in its three forms, times ρ, on one mesh of side `mesh` (m)."""
     space, left = Space(mesh_of(exit_room.ROOM, mesh)), toward_exit(exit_room.ROOM, SPEED)
-    answer = collide(space, CROWD, left)
+    solution = collide(space, CROWD, left)
     first_order = {}
     for equation in PlaceEquation:
         flow = first_order_flow(space.mesh, left, equation=equation)
@@ -122,7 +122,7 @@ def solve_room(mesh: float) -> tuple[Field, dict[PlaceEquation, Field]]:
         values[space.scalar.nodal_dofs[0]] = CROWD.rho * flow.pressure
         pressure = exit_room.body_mean(space, np.asarray(space.scalar.interpolate(values)))
         first_order[equation] = Field(f"ρ·(20), {equation}", pressure, flow)
-    return Field("(11)", exit_room.body_pressure(answer), answer), first_order
+    return Field("(11)", exit_room.body_pressure(solution), solution), first_order
 
 
 RawMaxima = Mapping[str, Sequence[LargestPressure]]
@@ -132,9 +132,9 @@ RawMaxima = Mapping[str, Sequence[LargestPressure]]
 def raw_maxima(size: float) -> RawMaxima:
     """Take largest pressures on meshes of the sides 2·size, size, … (m)."""
     sizes = [2 * size / 2**k for k in range(HALVINGS + 1)]
-    given = exit_room.ROOM, CROWD, toward_exit(exit_room.ROOM, SPEED), exit_room.BODY
-    uniform = largest_pressures(*given, sizes, grading=1.0)
-    graded = largest_pressures(*given, sizes[:-1], grading=0.4)
+    inputs = exit_room.ROOM, CROWD, toward_exit(exit_room.ROOM, SPEED), exit_room.BODY
+    uniform = largest_pressures(*inputs, sizes, grading=1.0)
+    graded = largest_pressures(*inputs, sizes[:-1], grading=0.4)
     return {"uniform": uniform, "graded to the jambs": graded}
 
 
@@ -150,8 +150,8 @@ def maps(proposed: Floats, other: Floats, printed: Floats) -> Figure:
         ("(b) first order, as printed (its own scale)", printed, own, unit),
         ("(c) relative error", error, 1.2, of),
     )
-    for axes, (name, values, most, words) in zip(every, shown, strict=True):
-        drawn = draw_map(axes, exit_room.ROOM, exit_room.map_of().mesh, values, most, name)
+    for axes, (name, values, maximum, words) in zip(every, shown, strict=True):
+        drawn = draw_map(axes, exit_room.ROOM, exit_room.map_of().mesh, values, maximum, name)
         figure.colorbar(drawn, ax=axes, label=words, shrink=0.9)
     drawing.label_outer(every)
     return figure
@@ -169,8 +169,8 @@ def profiles(proposed: Floats, first_order: Floats, fitted: Floats, sink: Floats
             (fitted, "--", 2.0, drawing.ORANGE, "best Gaussian of (11)"),
             (sink, "-", 1.4, drawing.BLACK, "(11), point exit, closed form"),
         ):
-            look = {"lw": width, "ms": 2.5, "mew": 0.6, "color": colour, "label": label}
-            axes.plot(r[order], values[order], style, **look)
+            appearance = {"lw": width, "ms": 2.5, "mew": 0.6, "color": colour, "label": label}
+            axes.plot(r[order], values[order], style, **appearance)
         axes.set(xlabel="distance from the middle of the exit (m)", ylabel="pressure (N·s/m)")
     far = r[order][r[order] > 2]
     falling = sink[order][-1] * far[-1] / far
@@ -219,7 +219,7 @@ def build(progress: Progress | None = None, mesh: float = exit_room.MESH) -> Sec
         explained=explained(p, exact[:-1]),
     )
     warnings = unsolved(
-        [("(11)", proposed.answer), *((f"(20), {e}", f.answer) for e, f in first_order.items())]
+        [("(11)", proposed.solution), *((f"(20), {e}", f.solution) for e, f in first_order.items())]
     )
     if abs(unsettled) > SETTLED:
         warnings.append(words.text("unsettled"))
@@ -253,5 +253,5 @@ def verdicts(proposed: Field, *both: Field) -> dict[str, Verdict]:
 
 def _row(field: Field) -> list[Cell]:
     means = [float(field.pressure.min()), field.band(0.0, NEAR), field.band(FAR)]
-    a = field.answer
+    a = field.solution
     return [field.name, field.largest, field.from_exit, *means, a.residual, str(a.status)]

@@ -19,8 +19,8 @@ from analysis.pages.drawing import BLUE, GREEN, GREY, ORANGE, PINK, label, legen
 from analysis.pages.numbers import decimals, percent
 from analysis.pages.section import Cell, Section
 from analysis.pages.words import Words
-from analysis.paper.answers import grouped, told
 from analysis.paper.continuum.exit_room import mean_over
+from analysis.paper.solutions import grouped, with_progress
 from analysis.support.machine import machine
 from analysis.support.parallel import Progress
 from nscd.arrays import Floats
@@ -86,7 +86,7 @@ class Errors(NamedTuple):
     load: float
 
 
-class Point(NamedTuple):
+class MeshPoint(NamedTuple):
     """One solved mesh: its family ("P1 uniform"), side (m) or cells along the radius, unknowns, CPU
     seconds of the mesh and of the collision, errors, status."""
 
@@ -104,7 +104,7 @@ class Point(NamedTuple):
         return self.mesh_s + self.solve_s
 
 
-class Study:
+class MeshStudy:
     """The points of the room and of the half-annulus; the reference's unknowns, how far the next
     coarser reference is from it, and whether both are solved. CPU seconds are those of this
     process, all its threads."""
@@ -119,7 +119,7 @@ class Study:
         in_room(mesh_of(ROOM, 4.0), 1)  # what the first call loads and compiles is not counted
         meshes = (mesh_of(ROOM, size, grading=REFERENCE_GRADING) for size in plan.references)
         coarse, fine = (in_room(mesh, 2) for mesh in meshes)
-        errors, wanted = compared_with(fine), list[Callable[[], Point]]()
+        errors, wanted = compared_with(fine), list[Callable[[], MeshPoint]]()
         for order, sizes in zip((1, 2), plan.room, strict=True):
             solve = partial(in_room, order=order)
             for name, grading in (("uniform", 1.0), ("graded", GRADING[order])):
@@ -132,7 +132,7 @@ class Study:
             for cells in counts:
                 make = partial(ANNULUS.mesh, cells, curved=order == 2)
                 wanted.append(partial(point, f"P{order}", cells, make, solve, annulus_errors))
-        found = [one() for one in told(wanted, "meshes", progress)]
+        found = [one() for one in with_progress(wanted, "meshes", progress)]
         self.room, self.annulus = found[:in_the_room], found[in_the_room:]
         self.reference_unknowns, self.uncertainty = int(fine.space.basis.N), errors(coarse)
         self.reference_solved = all(one.status is Status.SOLVED for one in (coarse, fine))
@@ -144,18 +144,18 @@ def point(
     make: Callable[[], Mesh],
     solve: Callable[[Mesh], CollisionAnswer],
     errors: Callable[[CollisionAnswer], Errors],
-) -> Point:
+) -> MeshPoint:
     """Time a mesh and its collision, the best of two where they are quick, and take its errors."""
     times = list[tuple[float, float]]()
     while len(times) < 2 and sum(map(sum, times)) <= QUICK:
         begin = time.process_time()
         mesh = make()
         middle = time.process_time()
-        answer = solve(mesh)
+        solution = solve(mesh)
         times.append((middle - begin, time.process_time() - middle))
     mesh_s, solve_s = map(min, zip(*times, strict=True))
-    unknowns = int(answer.space.basis.N)
-    return Point(family, size, unknowns, mesh_s, solve_s, errors(answer), answer.status)
+    unknowns = int(solution.space.basis.N)
+    return MeshPoint(family, size, unknowns, mesh_s, solve_s, errors(solution), solution.status)
 
 
 def compared_with(reference: CollisionAnswer) -> Callable[[CollisionAnswer], Errors]:
@@ -180,7 +180,7 @@ def compared_with(reference: CollisionAnswer) -> Callable[[CollisionAnswer], Err
         w, strain = evaluated(other, points)
         difference, of = (w - exact, strain - exact_strain), (exact, exact_strain)
         return Errors(
-            energy=_share(difference, of, area, TABLE),
+            energy=_energy_fraction(difference, of, area, TABLE),
             pressure=float(np.abs(over_bodies(strain) - exact_p).max() / exact_p.max()),
             load=abs(float(other.wall_force.sum()) - load) / load,
         )
@@ -188,21 +188,21 @@ def compared_with(reference: CollisionAnswer) -> Callable[[CollisionAnswer], Err
     return errors
 
 
-def annulus_errors(answer: CollisionAnswer) -> Errors:
+def annulus_errors(solution: CollisionAnswer) -> Errors:
     """Compare an answer in the half-annulus with the closed form."""
-    basis = answer.space.basis
+    basis = solution.space.basis
     x, area = np.asarray(basis.global_coordinates()), np.asarray(basis.dx)
-    w, strain = np.asarray(answer.sum_field), _symmetric(answer.sum_field.grad)
+    w, strain = np.asarray(solution.sum_field), _symmetric(solution.sum_field.grad)
     exact, exact_strain, p = ANNULUS.velocity_sum(x), ANNULUS.strain(x), ANNULUS.pressure(x)
     difference, of = (w - exact, strain - exact_strain), (exact, exact_strain)
     return Errors(
-        energy=_share(difference, of, area, ANNULUS.medium),
-        pressure=float(np.sqrt(((pressure(answer) - p) ** 2 * area).sum() / (p**2 * area).sum())),
-        load=abs(float(answer.wall_force.sum()) - ANNULUS.wall_force) / ANNULUS.wall_force,
+        energy=_energy_fraction(difference, of, area, ANNULUS.medium),
+        pressure=float(np.sqrt(((pressure(solution) - p) ** 2 * area).sum() / (p**2 * area).sum())),
+        load=abs(float(solution.wall_force.sum()) - ANNULUS.wall_force) / ANNULUS.wall_force,
     )
 
 
-def _share(
+def _energy_fraction(
     field: tuple[Floats, Floats], of: tuple[Floats, Floats], area: Floats, medium: Medium
 ) -> float:
     """√(∫ρ|w|² + k_v|D|²) of a field (w, D) over that of another."""
@@ -219,24 +219,24 @@ def _symmetric(gradient: Any) -> Floats:
     return np.asarray(0.5 * (array + array.swapaxes(0, 1)))
 
 
-def evaluated(answer: CollisionAnswer, points: Floats) -> tuple[Floats, Floats]:
+def evaluated(solution: CollisionAnswer, points: Floats) -> tuple[Floats, Floats]:
     """w (2,q) and D(w) (2,2,q) of an answer on straight triangles at points (2,q) within its
     room."""
-    basis = answer.space.scalar
+    basis = solution.space.scalar
     mesh = basis.mesh
     # skfem's own finder tries every triangle for a point that is not in one of the next few
     cells = Triangulation(mesh.p[0], mesh.p[1], mesh.t.T).get_trifinder()(*points)
     local = basis.mapping.invF(points[:, :, None], tind=cells)
     w, gradient = np.zeros_like(points), np.zeros((2, *points.shape))
     for k in range(basis.Nbfun):
-        share = answer.velocity_sum[basis.element_dofs[k, cells]].T
+        fraction = solution.velocity_sum[basis.element_dofs[k, cells]].T
         shape = basis.elem.gbasis(basis.mapping, local, k, tind=cells)[0]
-        w += share * np.asarray(shape)[:, 0]
-        gradient += share[:, None] * np.asarray(shape.grad)[None, :, :, 0]
+        w += fraction * np.asarray(shape)[:, 0]
+        gradient += fraction[:, None] * np.asarray(shape.grad)[None, :, :, 0]
     return w, _symmetric(gradient)
 
 
-def picture(study: Study) -> Figure:
+def picture(study: MeshStudy) -> Figure:
     """Three errors in the room and that of the energy in the half-annulus, each against CPU
     seconds."""
     figure, every = panels(9, 7, 2, 2, grid="major")
@@ -251,7 +251,7 @@ def picture(study: Study) -> Figure:
     return figure
 
 
-def _curves(axes: Axes, points: Sequence[Point], name: str) -> None:
+def _curves(axes: Axes, points: Sequence[MeshPoint], name: str) -> None:
     for family, of in grouped(points, attrgetter("family")).items():
         colour, marker, line, face = STYLES[family]
         words = family if " " in family else f"{family}, half-annulus"
@@ -264,7 +264,7 @@ def _curves(axes: Axes, points: Sequence[Point], name: str) -> None:
 
 def build(progress: Progress | None = None, plan: Plan | None = None) -> Section:
     """Build the chart of errors against CPU seconds in the room and in the half-annulus."""
-    found = Study(plan or Plan(), progress)
+    found = MeshStudy(plan or Plan(), progress)
     words = Words(
         __name__,
         **{"found": found, "far": found.uncertainty, "machine": machine()},
@@ -283,7 +283,7 @@ def build(progress: Progress | None = None, plan: Plan | None = None) -> Section
     )
 
 
-def _reached(points: Sequence[Point], name: str) -> dict[str, Any]:
+def _reached(points: Sequence[MeshPoint], name: str) -> dict[str, Any]:
     """What each family of meshes needs to come to the goal in one quantity.
 
     seconds: s, CPU time, of the families that get there; best: the least error of each family;
@@ -296,7 +296,7 @@ def _reached(points: Sequence[Point], name: str) -> dict[str, Any]:
     return {"seconds": seconds, "best": best, "cheapest": cheapest}
 
 
-def seconds_to(points: Sequence[Point], name: str, goal: float) -> float | None:
+def seconds_to(points: Sequence[MeshPoint], name: str, goal: float) -> float | None:
     """Read the CPU seconds at which the error falls to the goal, a power law between points.
 
     None where it does not."""
@@ -305,11 +305,11 @@ def seconds_to(points: Sequence[Point], name: str, goal: float) -> float | None:
     if not i:
         return None if i is None else points[0].cpu_s
     before, after = points[i - 1].cpu_s, points[i].cpu_s
-    share = np.log(errors[i - 1] / goal) / np.log(errors[i - 1] / errors[i])
-    return float(before * (after / before) ** share)
+    fraction = np.log(errors[i - 1] / goal) / np.log(errors[i - 1] / errors[i])
+    return float(before * (after / before) ** fraction)
 
 
-def _row(where: str, size: str, p: Point) -> list[Cell]:
+def _row(where: str, size: str, p: MeshPoint) -> list[Cell]:
     seconds = [decimals(s, 3) for s in (p.mesh_s, p.solve_s)]
     errors = [percent(error, 2) for error in p.errors]
     return [where, p.family, size, p.unknowns, *seconds, *errors, str(p.status)]

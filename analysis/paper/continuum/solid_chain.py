@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from analysis.pages.drawing import COLOURS, LINES, MARKERS, label, panels
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
-from analysis.paper.answers import unsolved
 from analysis.paper.continuum.exit_room import MESH
+from analysis.paper.solutions import unsolved
 from analysis.support.parallel import Progress
 from nscd.continuum.closed_forms import Chain, chain_mesh
 from nscd.continuum.collision import CollisionAnswer, collide
@@ -47,10 +47,10 @@ class Rod:
     inner: −σ = −k_v ∂w/∂x at FROM_WALL_M from the wall
     closing: 1/s, how fast people still close up at most"""
 
-    def __init__(self, name: str, answer: CollisionAnswer) -> None:
-        self.name, self.answer = name, answer
-        order = np.argsort(answer.space.nodes[:, 0])
-        self.x, self.right = answer.space.nodes[order, 0], answer.right_velocity[order, 0]
+    def __init__(self, name: str, solution: CollisionAnswer) -> None:
+        self.name, self.solution = name, solution
+        order = np.argsort(solution.space.nodes[:, 0])
+        self.x, self.right = solution.space.nodes[order, 0], solution.right_velocity[order, 0]
         last = float(self.right[-1])
         self.at_wall = 0.0 if abs(last) < 1e-9 * SPEED else last
         slope = np.gradient(self.right + SPEED, self.x, edge_order=2)
@@ -71,10 +71,10 @@ class Trial(Rod):
         chain = self.chain = Chain(medium=medium, length=LENGTH, left_velocity=SPEED)
         exact = chain.right_velocity(self.x)
         self.error = float(np.abs(self.right - exact).max() / SPEED)
-        share = medium.k_s / medium.k_v
-        self.printed_length = float(np.sqrt(share / np.mean(medium.rho)))
+        fraction = medium.k_s / medium.k_v
+        self.printed_length = float(np.sqrt(fraction / np.mean(medium.rho)))
         decay = float(np.exp(-2 * chain.length / medium.length))
-        self.printed = share >= (decay - 1) / (decay + 1)
+        self.printed = fraction >= (decay - 1) / (decay + 1)
 
     def formula_error(self, h: float) -> float:
         """Largest |u⁺ − U(1 − cosh(x/h)/cosh(l/h))| over U, for a length h (m)."""
@@ -92,8 +92,8 @@ class Varied(Rod):
     def __init__(self, first: float, last: float, mesh: float) -> None:
         space = space_of(mesh)
         density = first + (last - first) * space.mesh.p[0] / LENGTH
-        answer = collide(space, table_1_medium(density, person=1.0), [SPEED])
-        super().__init__(f"{first:g}" if first == last else f"{first:g} to {last:g}", answer)
+        solution = collide(space, table_1_medium(density, person=1.0), [SPEED])
+        super().__init__(f"{first:g}" if first == last else f"{first:g} to {last:g}", solution)
         self.ends, behind = (first, last), [LENGTH - at for at in FROM_WALL_M]
         rise = 0.5 * (last - first) / LENGTH
         self.rigid = [SPEED * (first * x + rise * x**2) for x in behind]
@@ -105,7 +105,7 @@ class FreeChain(NamedTuple):
     from_rigid: how far u⁺ is from ū, the velocity of the rigid chain, over U"""
 
     name: str
-    answer: CollisionAnswer
+    solution: CollisionAnswer
     from_rigid: float
     pressure: float  # the largest |σ|
 
@@ -120,11 +120,11 @@ def free_chain(name: str, ends: tuple[float, float], volume: float, mesh: float)
     space = space_of(mesh)
     left = ends[0] + (ends[1] - ends[0]) * space.mesh.p[0] / LENGTH
     medium = table_1_medium(volume=volume, surface=0.0, person=1.0)
-    answer = collide(space, medium, left[:, None])
-    weights = answer.space.weights
-    mean = float(answer.left_field.ravel() @ weights / weights.sum())
-    rigid = float(np.abs(answer.right_velocity - mean).max() / SPEED)
-    return FreeChain(name, answer, rigid, float(np.abs(pressure(answer)).max()))
+    solution = collide(space, medium, left[:, None])
+    weights = solution.space.weights
+    mean = float(solution.left_field.ravel() @ weights / weights.sum())
+    rigid = float(np.abs(solution.right_velocity - mean).max() / SPEED)
+    return FreeChain(name, solution, rigid, float(np.abs(pressure(solution)).max()))
 
 
 class Chains:
@@ -147,8 +147,8 @@ class Chains:
         corrected = float(self.table_1.chain.internal_percussion(LENGTH - 0.5))
         self.factor = self.table_1.inner[1] / (corrected / VOLUME)
         self.rigid_factor = max(rod.rigid[1] / rod.inner[1] for rod in self.varied)
-        least = np.diff([trial.inner for trial in self.dense], axis=0).min(0)
-        self.growing = [at for at, rise in zip(FROM_WALL_M, least, strict=True) if rise > 0]
+        minimum = np.diff([trial.inner for trial in self.dense], axis=0).min(0)
+        self.growing = [at for at, rise in zip(FROM_WALL_M, minimum, strict=True) if rise > 0]
 
 
 def velocities(found: Chains) -> Figure:
@@ -157,9 +157,9 @@ def velocities(found: Chains) -> Figure:
     for number, one in enumerate(found.trials):
         colour, some = COLOURS[number], slice(number * 5, None, 20)
         left.plot(one.x, one.chain.right_velocity(one.x), LINES[number], color=colour, lw=1.2)
-        look = {"ls": "none", "ms": 5, "mfc": "none", "color": colour}
+        appearance = {"ls": "none", "ms": 5, "mfc": "none", "color": colour}
         words = one.name.replace("k_s", "$k_s$")
-        left.plot(one.x[some], one.right[some], MARKERS[number], **look, label=words)
+        left.plot(one.x[some], one.right[some], MARKERS[number], **appearance, label=words)
     shades = np.linspace(0.7, 0.0, len(found.dense))
     for one, style, shade in zip(found.dense, (*LINES, (0, (6, 1))), shades, strict=True):
         inner, words = one.chain.internal_percussion(one.x), f"{one.name} people/m"
@@ -183,8 +183,8 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
     )
     pairs = [(rod, (("(11)", rod.inner), ("rigid disks", rod.rigid))) for rod in found.varied]
     rods: list[Rod] = [*found.trials, *found.dense, *found.varied]
-    free = [(one.name, one.answer) for one in (found.free, found.constant)]
-    named = [(rod.name, rod.answer) for rod in rods] + free
+    free = [(one.name, one.solution) for one in (found.free, found.constant)]
+    named = [(rod.name, rod.solution) for rod in rods] + free
     return words.section(
         "3.2.1",
         pictures={"fig_3_2_1_chain": velocities(found)},
@@ -194,7 +194,7 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
             "profiles": [[rod.name, model, *inner] for rod, two in pairs for model, inner in two],
         },
         claims=verdicts(found),
-        warnings=unsolved((f"chain, {name}", answer) for name, answer in named),
+        warnings=unsolved((f"chain, {name}", solution) for name, solution in named),
     )
 
 
@@ -218,9 +218,9 @@ def verdicts(found: Chains) -> dict[str, Verdict]:
 
 
 def _row(trial: Trial) -> list[Cell]:
-    chain, answer = trial.chain, trial.answer
-    walls = [float(answer.wall_force.sum()), chain.wall_percussion]
+    chain, solution = trial.chain, trial.solution
+    walls = [float(solution.wall_force.sum()), chain.wall_percussion]
     speeds = [trial.at_wall, 0.0 - chain.restitution * SPEED]
-    errors = [trial.error, answer.energy.error, answer.residual]
-    surface = float(answer.medium.surface_dissipation)
-    return [trial.name, surface, *speeds, *walls, *errors, str(answer.status)]
+    errors = [trial.error, solution.energy.error, solution.residual]
+    surface = float(solution.medium.surface_dissipation)
+    return [trial.name, surface, *speeds, *walls, *errors, str(solution.status)]

@@ -25,9 +25,9 @@ from analysis.pages.drawing import (
 from analysis.pages.names import ENGINE_NAMES
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
-from analysis.paper.answers import unsolved
 from analysis.paper.discrete.engine_runs import each, end_of
 from analysis.paper.discrete.line_of_disks import aligned, cradle_scene, newton_impact
+from analysis.paper.solutions import unsolved
 from analysis.scene.scene import read_scene
 from analysis.support.parallel import Progress
 from nscd import ContactLaw, Percussions, find_contacts, solve
@@ -54,7 +54,7 @@ class Impact(NamedTuple):
     mass: Floats  # (n,) kg
     before: Floats  # (n,) m/s
     after: Floats  # (n,) m/s
-    answer: Percussions | None = None  # the percussions of a law that has any
+    solution: Percussions | None = None  # the percussions of a law that has any
 
     @property
     def energies(self) -> tuple[float, float]:
@@ -71,15 +71,15 @@ class Impact(NamedTuple):
 
     def row(self) -> list[Cell]:
         """Law, mass, u⁺ of each disk, p¹² (from the momentum of the first), λ¹², energies, status."""
-        answer, mass = self.answer, float(self.mass[0])
+        solution, mass = self.solution, float(self.mass[0])
         impulse = mass * float(self.before[0] - self.after[0])
-        reaction: Cell = "–" if answer is None else float(answer.reaction[0])
-        speeds, status = map(float, self.after), "–" if answer is None else _status(answer)
+        reaction: Cell = "–" if solution is None else float(solution.reaction[0])
+        speeds, status = map(float, self.after), "–" if solution is None else _status(solution)
         return [self.law, mass, *speeds, impulse, reaction, *self.energies, status]
 
 
-def _status(answer: Percussions) -> str:
-    return ", ".join([str(answer.status), *answer.warnings])
+def _status(solution: Percussions) -> str:
+    return ", ".join([str(solution.status), *solution.warnings])
 
 
 def percussions(mass: ArrayLike, left: ArrayLike, law: ContactLaw) -> Percussions:
@@ -103,9 +103,9 @@ def opening_threshold(mass: ArrayLike) -> float:
     left = first_only(len(masses))
 
     def pressed(k: float) -> float:
-        answer = percussions(masses, left, ContactLaw(dissipation=k))
-        right = answer.right_velocity[:, 0]
-        return float(answer.reaction[0] / masses[0] + right[0] - right[1])
+        solution = percussions(masses, left, ContactLaw(dissipation=k))
+        right = solution.right_velocity[:, 0]
+        return float(solution.reaction[0] / masses[0] + right[0] - right[1])
 
     ends = 1e-3 * masses.min(), 1e3 * masses.max()
     return float(bisect(pressed, *ends, xtol=1e-10 * masses.min()))
@@ -162,9 +162,9 @@ def impacts_of(
     ]
     impacts = []
     for name, masses, law in cases:
-        answer = percussions(masses, left, law)
-        after = answer.right_velocity[:, 0]
-        impacts.append(Impact(f"percussions, {name}", masses, left, after, answer))
+        solution = percussions(masses, left, law)
+        after = solution.right_velocity[:, 0]
+        impacts.append(Impact(f"percussions, {name}", masses, left, after, solution))
     for e in (0.5, 1.0):
         impacts.append(Impact(f"Newton, e = {e:g}", mass, left, newton_impact(mass, left, e)))
 
@@ -223,11 +223,11 @@ def opening_rows() -> list[tuple[Cell, ...]]:
     contact opens while it is pressed."""
     rows: list[tuple[Cell, ...]] = []
     for k in (0.0, 10.0, 100.0, 1000.0):
-        answer = percussions(np.full(4, MASS), OPENING, ContactLaw(dissipation=k))
+        solution = percussions(np.full(4, MASS), OPENING, ContactLaw(dissipation=k))
         before = 0.5 * MASS * float(np.square(OPENING).sum())
-        after = 0.5 * MASS * float((answer.right_velocity**2).sum())
-        reaction = float(answer.reaction[1])
-        rows.append((k, reaction, before, after, answer.energy_error, _status(answer)))
+        after = 0.5 * MASS * float((solution.right_velocity**2).sum())
+        reaction = float(solution.reaction[1])
+        rows.append((k, reaction, before, after, solution.energy_error, _status(solution)))
     return rows
 
 
@@ -250,7 +250,7 @@ def after_impact(impacts: list[Impact]) -> Figure:
     x = "velocity after the impact / velocity of disk 1 before it (–)"
     label(axes, x, ylim=(len(impacts) - 0.4, -0.6))
     axes.grid(axis="x", alpha=0.3)
-    legend_below(figure, axes, disks, place="outside upper center")
+    legend_below(figure, axes, disks, anchor="outside upper center")
     return figure
 
 
@@ -279,17 +279,17 @@ def _velocities(axes: Axes, ratio: Floats, four: Floats, pair: Floats) -> None:
     axes.plot(ratio, four[:, 1:].mean(1), "--", color=ORANGE, label="four disks: disks 2–4")
     axes.plot(ratio, pair[:, 0], ":", color=BLUE, label="pair: disk 1")
     axes.plot(ratio, pair[:, 1], "-.", color=ORANGE, label="pair: disk 2")
-    for place, words, style, side, shift in (
+    for anchor, words, style, side, shift in (
         (0.75, "k = ¾m", "-", "left", 1.08),
         (0.5, "k = ½m", ":", "right", 0.93),
     ):
-        axes.axvline(place, color=BLACK, lw=0.8, ls=style)
-        axes.text(place * shift, -0.72, words, fontsize=8, ha=side)
+        axes.axvline(anchor, color=BLACK, lw=0.8, ls=style)
+        axes.text(anchor * shift, -0.72, words, fontsize=8, ha=side)
     for mass, marker in ((MASS, "D"), (LIGHT, "v")):
-        place = PRINTED_K / mass
-        values = [np.interp(np.log(place), np.log(ratio), four[:, disk]) for disk in (0, 1)]
+        anchor = PRINTED_K / mass
+        values = [np.interp(np.log(anchor), np.log(ratio), four[:, disk]) for disk in (0, 1)]
         words = f"k = {PRINTED_K:g} kg, m = {mass:g} kg"
-        axes.plot([place] * 2, values, marker, ls="none", mfc="white", mec=BLACK, ms=7, label=words)
+        axes.plot([anchor] * 2, values, marker, ls="none", mfc="white", mec=BLACK, ms=7, label=words)
     axes.set(xscale="log", ylim=(-1.05, 1.45), xlabel="k/m (–)", ylabel="u⁺/U (–)")
     axes.legend(fontsize=7, ncols=2, loc="upper left")
 
@@ -306,12 +306,12 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
     runs: where engine runs are kept and reused. An engine that is missing becomes a warning."""
     missing: list[str] = []
     fours, threes = (impacts_of(n, runs, missing, progress) for n in (4, 3))
-    solved = [(f"{i.law}, m = {i.mass[0]:g} kg", i.answer) for i in fours + threes]
+    solved = [(f"{i.law}, m = {i.mass[0]:g} kg", i.solution) for i in fours + threes]
     ratios = np.geomspace(0.03, 300, 61)
     four, pair = (against_ratio(n, ratios) for n in (4, 2))
-    asked, (error, *effect) = restitutions(), formula()
+    requested, (error, *effect) = restitutions(), formula()
     # how far the restitution of a pair, and of four disks, is from the e asked, at most
-    misses = [max(abs(row[i] - row[0]) for row in asked) for i in (2, 3)]
+    misses = [max(abs(row[i] - row[0]) for row in requested) for i in (2, 3)]
     rigid, printed, light = fours[:3]
     far = effect[0][2:]
     disks = {"apart": float(np.ptp(four[:, 1:], axis=1).max()), "misses": misses}
@@ -321,13 +321,13 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
         "1",
         pictures={
             "fig_1_velocities": after_impact(fours),
-            "fig_1_dissipation": against_dissipation(ratios, four, pair, asked),
+            "fig_1_dissipation": against_dissipation(ratios, four, pair, requested),
         },
         tables={
             "table_four": [impact.row() for impact in fours],
             "table_three": [impact.row() for impact in threes],
             "table_threshold": thresholds(),
-            "table_restitution": asked,
+            "table_restitution": requested,
             "table_opening": opening_rows(),
             "table_influence": np.column_stack([range(1, 5), *effect]).tolist(),
         },
@@ -337,5 +337,5 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
             words.claim("elastic", Verdict.of(printed.returned > 0.5)),
             words.claim("restitution", restitution),
         ],
-        warnings=missing + unsolved((words, answer) for words, answer in solved if answer),
+        warnings=missing + unsolved((words, solution) for words, solution in solved if solution),
     )

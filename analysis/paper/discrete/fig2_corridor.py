@@ -16,18 +16,28 @@ from analysis.compare import comparison
 from analysis.dumps import open_bodies
 from analysis.engines.run import EngineRun
 from analysis.pages import drawing, numbers
-from analysis.pages.drawing import BLACK, BLUE, COLOURS, LINES, MARKERS, ORANGE, label, look, panels
+from analysis.pages.drawing import (
+    BLACK,
+    BLUE,
+    COLOURS,
+    LINES,
+    MARKERS,
+    ORANGE,
+    label,
+    line_style,
+    panels,
+)
 from analysis.pages.names import ENGINE_NAMES
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
-from analysis.paper.answers import grouped, unsolved
 from analysis.paper.discrete.engine_runs import each, end_of
 from analysis.paper.discrete.line_of_disks import impact_time
+from analysis.paper.solutions import grouped, unsolved
 from analysis.percussions.snapshot import SnapshotPercussions, percussions_of
 from analysis.scene.scene import Scene, read_scene
 from analysis.support.parallel import Progress
 from nscd import ContactLaw, Contacts, Percussions, Snapshot, find_contacts
-from nscd.arrays import Flags, Floats
+from nscd.arrays import Floats, Mask
 from nscd.show import contact_lines
 from nscd.stepping import Motion
 
@@ -55,12 +65,12 @@ DAMPED_STIFFNESS = 1e6  # N/m
 CARRIES = 1e-6
 
 
-def at_rest(scene: Scene) -> Flags:
+def at_rest(scene: Scene) -> Mask:
     """Tell who is at rest before the push, (n,)."""
     return np.asarray(np.hypot(*scene.snapshot.velocity.T) == 0)
 
 
-def local_contacts(scene: Scene, contacts: Contacts) -> Flags:
+def local_contacts(scene: Scene, contacts: Contacts) -> Mask:
     """Tell in which contacts (k,) a pushing disk takes part."""
     pushing = ~at_rest(scene)
     second = np.where(contacts.is_wall, contacts.first, contacts.second)
@@ -78,7 +88,7 @@ class Columns:
         self.within = np.abs(self.x[:, None] - self.place) < SAME_M
         self.middle = 0.5 * (self.place[1:] + self.place[:-1])
 
-    def crossed(self, pairs: Contacts) -> Flags:
+    def crossed(self, pairs: Contacts) -> Mask:
         """Tell which gap each contact of two disks crosses, (k,c−1)."""
         low, high = np.sort([self.x[pairs.first], self.x[pairs.second]], axis=0)
         return np.asarray((low[:, None] < self.middle) & (high[:, None] > self.middle))
@@ -106,17 +116,17 @@ class Gaps(NamedTuple):
     largest: Floats  # (m,) N·s, the largest percussion
 
 
-def gaps_of(scene: Scene, contacts: Contacts, answer: Percussions) -> Gaps:
+def gaps_of(scene: Scene, contacts: Contacts, solution: Percussions) -> Gaps:
     """Follow the push from column to column."""
     snapshot, columns = scene.snapshot, Columns(scene.snapshot)
     left = snapshot.velocity[:, 0]
-    change = snapshot.mass * (answer.right_velocity[:, 0] - left)
+    change = snapshot.mass * (solution.right_velocity[:, 0] - left)
     mass, momentum = (some @ columns.within for some in (snapshot.mass, snapshot.mass * left))
     pairs = ~contacts.is_wall
-    size = np.hypot(*answer.impulse[pairs].T)
+    size = np.hypot(*solution.impulse[pairs].T)
     return Gaps(
         distance=columns.middle - columns.place[0],
-        flux=columns.flux(contacts, answer.impulse),
+        flux=columns.flux(contacts, solution.impulse),
         gained=np.array([change[columns.x > middle].sum() for middle in columns.middle]),
         columns=np.cumsum(momentum - mass * momentum.sum() / mass.sum())[:-1],
         largest=(size[:, None] * columns.crossed(contacts.select(pairs))).max(0),
@@ -140,9 +150,9 @@ def long_wave_speed(scene: Scene, contacts: Contacts) -> float:
 def front_speed(x: Floats, first: Floats) -> float:
     """Take the slope (m/s) of distance (m) against the first arrival (s) in each column; NaN for
     fewer than 3."""
-    known = np.isfinite(first)
-    known[:FRONT_FROM] = False
-    return float(1 / np.polyfit(x[known], first[known], 1)[0]) if known.sum() >= 3 else np.nan
+    finite = np.isfinite(first)
+    finite[:FRONT_FROM] = False
+    return float(1 / np.polyfit(x[finite], first[finite], 1)[0]) if finite.sum() >= 3 else np.nan
 
 
 def push_scene(
@@ -248,9 +258,9 @@ class Rigid:
     def __init__(self, scene: Scene, found: SnapshotPercussions) -> None:
         self.scene, self.found = scene, found
         self.local = local_contacts(scene, found.contacts)
-        self.size = np.hypot(*found.answer.impulse.T)
+        self.size = np.hypot(*found.solution.impulse.T)
         self.carries = self.size > CARRIES * self.size.max()
-        self.gaps = gaps_of(scene, found.contacts, found.answer)
+        self.gaps = gaps_of(scene, found.contacts, found.solution)
         self.resting, x = at_rest(scene), scene.snapshot.position[:, 0]
         self.pushing = int((~self.resting).sum())
         self.near = int((self.carries & self.local).sum())
@@ -258,7 +268,7 @@ class Rigid:
         self.far_share = float(self.size[~self.local].sum() / self.size.sum())
         self.distance = x - x.min()
         self.reach = float(self.distance[found.contacts.first[self.carries]].max())
-        self.moved = self.resting & (np.hypot(*found.answer.right_velocity.T) > 1e-6)
+        self.moved = self.resting & (np.hypot(*found.solution.right_velocity.T) > 1e-6)
 
 
 def damped(pushes: Sequence[Push]) -> list[Push]:
@@ -308,7 +318,7 @@ def draw_network(rigid: Rigid) -> Figure:
     label(middle, title=f"percussions, the widest is {size.max():.0f} N·s")
     drawing.legend_below(figure, middle, 3)
     label(after, "x (m)", title="right velocities (arrows four times as long as above)")
-    _arrows(after, snapshot.position, rigid.found.answer.right_velocity, 0.8)
+    _arrows(after, snapshot.position, rigid.found.solution.right_velocity, 0.8)
     return figure
 
 
@@ -355,7 +365,7 @@ def draw_decay(gaps: Gaps, pushes: Sequence[Push]) -> Figure:
         snapshot, match = push.comparison.snapshot, push.comparison.match
         values = Columns(snapshot).flux(match.contacts, match.penalty)
         top = max(top, values.max())
-        style = look(number + 1, hollow=True) | {"color": COLOURS[number], "ms": 5}
+        style = line_style(number + 1, hollow=True) | {"color": COLOURS[number], "ms": 5}
         left.plot(gaps.distance, values, label=f"LAMMPS, ζ = {push.damping:.2g}", **style)
     label(left, DISTANCE, "impulse along x (N·s)", legend="best", ylim=(0, 1.3 * top))
     right.plot(gaps.distance, gaps.largest, MARKERS[0], ls="-", color=BLUE)
@@ -363,13 +373,13 @@ def draw_decay(gaps: Gaps, pushes: Sequence[Push]) -> Figure:
     return figure
 
 
-def draw_wave(pushes: Sequence[Push], place: Floats) -> Figure:
+def draw_wave(pushes: Sequence[Push], position: Floats) -> Figure:
     """Draw the first arrival in each column, at its place (c,) m, against the distance, and the
     front's speed against the stiffness, with the long-wave speed of the springs."""
     figure, (left, right) = panels(10.0, 4.4, 1, 2, grid="both")
     kinds = waves(pushes)
     engine, _ = next(iter(kinds))
-    _arrivals(left, [p for (name, _), of in kinds.items() for p in of if name == engine], place)
+    _arrivals(left, [p for (name, _), of in kinds.items() for p in of if name == engine], position)
     for number, ((name, restitution), chosen) in enumerate(kinds.items()):
         style: dict[str, Any] = {"ms": 10 - 2 * number, "mfc": "none", "color": COLOURS[number]}
         style["label"] = f"{ENGINE_NAMES[name]}, e = {restitution:g}"
@@ -381,15 +391,15 @@ def draw_wave(pushes: Sequence[Push], place: Floats) -> Figure:
     return figure
 
 
-def _arrivals(axes: Axes, pushes: Sequence[Push], place: Floats) -> None:
+def _arrivals(axes: Axes, pushes: Sequence[Push], position: Floats) -> None:
     stiffnesses = sorted({push.stiffness for push in pushes})
     restitutions = sorted({push.restitution for push in pushes})
     for push in pushes:
         number, kind = stiffnesses.index(push.stiffness), restitutions.index(push.restitution)
         later = push.first > 0
-        style = look(number, hollow=kind > 0) | {"ls": LINES[kind], "ms": 4}
+        style = line_style(number, hollow=kind > 0) | {"ls": LINES[kind], "ms": 4}
         words = f"k = {numbers.number(push.stiffness)} N/m, e = {push.restitution:g}"
-        axes.plot(place[later] - place[0], push.first[later], label=words, **style)
+        axes.plot(position[later] - position[0], push.first[later], label=words, **style)
     title = f"{ENGINE_NAMES[pushes[0].engine]}, percussions arrive at once"
     label(axes, DISTANCE, "first arrival (s)", title, log="y", legend="lower right", size=7)
 
@@ -400,7 +410,7 @@ def draw_impulses(inelastic: Sequence[Push], rising: Sequence[Push]) -> Figure:
     figure, (cloud, by_stiffness, by_damping) = panels(11.0, 3.9, 1, 3, grid="both")
     _cloud(cloud, (rising[0], rising[-1]))
     for number, (engine, mine) in enumerate(grouped(inelastic, attrgetter("engine")).items()):
-        style = look(number, hollow=True) | {"ms": 9 - 4 * number}
+        style = line_style(number, hollow=True) | {"ms": 9 - 4 * number}
         words = f"{ENGINE_NAMES[engine]}, e = {mine[0].restitution:g}"
         x, y = [push.stiffness for push in mine], [push.difference for push in mine]
         by_stiffness.plot(x, y, label=words, **style)
@@ -442,7 +452,7 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
 
     scene = read_scene("corridor")
     found = percussions_of(scene, scene.snapshot, tolerance=1e-10)
-    warnings, rigid = unsolved([("percussions", found.answer)]), Rigid(scene, found)
+    warnings, rigid = unsolved([("percussions", found.solution)]), Rigid(scene, found)
     pushes = each(push_runs(runs), partial(Push, progress=progress), warnings)
     finals = [rigid_final(scene), *each(final_runs(runs), soft_final, warnings)]
     words = Words(__name__, corridor=rigid, finals=finals)
@@ -470,7 +480,7 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
     tables: dict[str, list[list[Cell]]] = {
         "table_gaps": np.column_stack(rigid.gaps).tolist(),
         "table_front": [_front(push) for of in waves(pushes).values() for push in of],
-        "table_impulses": [_share(p, pushes) for p in pushes if p.restitution != ELASTIC],
+        "table_impulses": [_impulse_fraction(p, pushes) for p in pushes if p.restitution != ELASTIC],
         "table_final": [_final(model, finals[0]) for model in finals],
     }
     return words.section("2", pictures=pictures, tables=tables, claims=claims, warnings=warnings)
@@ -482,7 +492,7 @@ def _front(push: Push) -> list[Cell]:
     return [*law, float(push.first[-1]), *speeds]
 
 
-def _share(push: Push, pushes: Sequence[Push]) -> list[Cell]:
+def _impulse_fraction(push: Push, pushes: Sequence[Push]) -> list[Cell]:
     law = ENGINE_NAMES[push.engine], push.restitution, push.damping, push.stiffness
     alike = (push.numbers[f"contact{name}"] for name in ("_correlation", "s_only_penalty"))
     same = [p for p in pushes if (p.stiffness, p.restitution) == (push.stiffness, push.restitution)]

@@ -16,13 +16,13 @@ from analysis.pages.drawing import (
     MARKERS,
     label,
     legend_below,
-    look,
+    line_style,
     panels,
 )
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
-from analysis.paper.answers import grouped, told, unsolved
 from analysis.paper.discrete.line_of_disks import aligned
+from analysis.paper.solutions import grouped, unsolved, with_progress
 from analysis.support.parallel import Progress
 from nscd import Percussions, Walls, find_contacts, solve
 from nscd.arrays import Floats
@@ -65,7 +65,7 @@ class Chain(NamedTuple):
         """Give what (5), (6) say of it, whatever holds it: λ between disks (n−1,) N·s, u⁺ m/s."""
         return Chain(mass=self.mass, left=self.left, wall=False).closed_form()
 
-    def answer(self, solver: str = "auto") -> tuple[Percussions, float]:
+    def solution(self, solver: str = "auto") -> tuple[Percussions, float]:
         """Give the percussions in the order of the chain, and the CPU time of `solve` (s)."""
         snapshot = aligned(self.mass, self.left)
         end = snapshot.position[-1, 0] + snapshot.radius[-1]
@@ -82,25 +82,25 @@ class Trial:
     cpu: s; reaction_error: of λ over the largest λ; velocity_error: of u⁺ over 2 m/s"""
 
     def __init__(self, chain: Chain, solver: str = "auto") -> None:
-        self.chain, (self.answer, self.cpu) = chain, chain.answer(solver)
+        self.chain, (self.solution, self.cpu) = chain, chain.solution(solver)
         reaction, common = chain.closed_form()
-        away = np.abs(self.answer.reaction - reaction).max()
+        away = np.abs(self.solution.reaction - reaction).max()
         self.reaction_error = float(away / reaction.max())
-        moving = self.answer.right_velocity[:, 0]
+        moving = self.solution.right_velocity[:, 0]
         self.velocity_error = float(np.abs(moving - common).max() / SPEED)
 
     @property
     def name(self) -> str:
         """The chain and the solver in words."""
         kind = ", ".join(self.chain.words)
-        return f"chain of {len(self.chain.mass)}, {kind}, {self.answer.solver}"
+        return f"chain of {len(self.chain.mass)}, {kind}, {self.solution.solver}"
 
     def row(self) -> list[Cell]:
         """Disks, how held, masses, largest λ, errors of λ and u⁺, CPU seconds, solver, status."""
-        errors, answer = (self.reaction_error, self.velocity_error), self.answer
-        largest = float(answer.reaction.max())
+        errors, solution = (self.reaction_error, self.velocity_error), self.solution
+        largest = float(solution.reaction.max())
         chain = len(self.chain.mass), *self.chain.words
-        return [*chain, largest, *errors, self.cpu, answer.solver, str(answer.status)]
+        return [*chain, largest, *errors, self.cpu, solution.solver, str(solution.status)]
 
 
 def chain_of(n: int, wall: bool, equal: bool) -> Chain:
@@ -120,9 +120,9 @@ def solved(progress: Progress | None) -> tuple[list[Trial], list[Trial]]:
     another too."""
     for solver in ("auto", "interior_point"):
         # loads the compiled code, which is not what is timed
-        chain_of(LENGTHS[1], True, False).answer(solver)
+        chain_of(LENGTHS[1], True, False).solution(solver)
     trials, others = [], []
-    for case in told([(n, *kind) for n in LENGTHS for kind in KINDS], "chains", progress):
+    for case in with_progress([(n, *kind) for n in LENGTHS for kind in KINDS], "chains", progress):
         chain = chain_of(*case)
         trials.append(Trial(chain))
         if case[0] <= OTHER_SOLVER_UP_TO:
@@ -136,7 +136,7 @@ def percussions_along(shown: Sequence[Trial]) -> Figure:
     for axes in (free, wall):
         mine = [trial for trial in shown if trial.chain.wall == (axes is wall)]
         _along(axes, mine)
-        n = len(mine[0].answer.reaction)
+        n = len(mine[0].solution.reaction)
         names = [f"{i}–{i + 1}" for i in range(1, n + 1)]
         if axes is wall:
             names[-1] = f"{n}–wall"
@@ -144,18 +144,18 @@ def percussions_along(shown: Sequence[Trial]) -> Figure:
             words = "(5), (6) as printed, equal"
             axes.plot(range(1, n), printed, "x", ls=":", color=BLACK, label=words)
         axes.set_xticks(range(1, n + 1), names, rotation=45, fontsize=8)
-        title, place = ("against a wall", "upper left") if axes is wall else ("free", "lower center")
-        label(axes, "contact", "reaction λ (N·s)", title, legend=place)
+        title, position = ("against a wall", "upper left") if axes is wall else ("free", "lower center")
+        label(axes, "contact", "reaction λ (N·s)", title, legend=position)
     return figure
 
 
 def _along(axes: Axes, trials: Sequence[Trial]) -> None:
     for number, trial in enumerate(trials):
-        colour, places = COLOURS[number], np.arange(1, len(trial.answer.reaction) + 1)
-        axes.plot(places, trial.chain.closed_form()[0], LINES[number], color=colour, lw=1.2)
+        colour, positions = COLOURS[number], np.arange(1, len(trial.solution.reaction) + 1)
+        axes.plot(positions, trial.chain.closed_form()[0], LINES[number], color=colour, lw=1.2)
         face, words = "none" if number else colour, f"{trial.chain.words[1]} masses"
-        reaction, marker = trial.answer.reaction, MARKERS[number]
-        axes.plot(places, reaction, marker, color=colour, mfc=face, label=words)
+        reaction, marker = trial.solution.reaction, MARKERS[number]
+        axes.plot(positions, reaction, marker, color=colour, mfc=face, label=words)
 
 
 def accuracy(trials: Sequence[Trial]) -> Figure:
@@ -167,7 +167,7 @@ def accuracy(trials: Sequence[Trial]) -> Figure:
         counts = [len(trial.chain.mass) for trial in mine]
         errors = [max(trial.reaction_error, smallest) for trial in mine]
         for axes, values in ((left, errors), (right, [trial.cpu for trial in mine])):
-            axes.plot(counts, values, **look(number, hollow=number % 2 == 1), label=", ".join(kind))
+            axes.plot(counts, values, **line_style(number, hollow=number % 2 == 1), label=", ".join(kind))
     left.axhline(1e-10, color=GREY, lw=1.5, label="10⁻¹⁰")
     people = "people in the chain"
     label(left, people, "error of λ / largest λ (–)", log="xy", ylim=(smallest / 2, 1e-9))
@@ -181,13 +181,13 @@ def build(progress: Progress | None = None) -> Section:
     trials, others = solved(progress)
     # the chains of the picture, free and against a wall, each with equal and unequal masses
     shown = [Trial(chain_of(SHOWN, *kind)) for kind in KINDS]
-    equal, unequal, _, walled = (trial.answer.reaction for trial in shown)
+    equal, unequal, _, walled = (trial.solution.reaction for trial in shown)
     change = float(np.abs(unequal - equal).max() / equal.max())
     printed, _ = shown[3].chain.as_printed()
     missed = float(np.abs(printed - walled[:-1]).max() / walled.max())
     free_error = max(trial.reaction_error for trial in trials if not trial.chain.wall)
     # the free chain of unequal masses if all have the same left velocity
-    same, _ = shown[1].chain._replace(left=np.full(SHOWN, SPEED)).answer()
+    same, _ = shown[1].chain._replace(left=np.full(SHOWN, SPEED)).solution()
     at_one_speed = float(same.reaction.max()), float(np.ptp(same.right_velocity[:, 0]))
     chains = {"shown": shown, "change": change, "printed_miss": missed}
     errors = {"free_error": free_error, "at_one_speed": at_one_speed}
@@ -209,5 +209,5 @@ def build(progress: Progress | None = None) -> Section:
             "at_one_speed": Verdict.of(max(at_one_speed) < 1e-9),
             "masses": Verdict.of(change > 0.01),
         },
-        warnings=unsolved((t.name, t.answer) for t in trials + others),
+        warnings=unsolved((t.name, t.solution) for t in trials + others),
     )

@@ -18,10 +18,10 @@ from analysis.engines.run import EngineRun
 from analysis.pages.drawing import BLACK, BLUE, GREY, ORANGE, label, legend_below, panels, ticks_at
 from analysis.pages.section import Cell, Claim, Section, Table, Verdict
 from analysis.pages.words import Words
-from analysis.paper.answers import grouped, told, unsolved
 from analysis.paper.discrete import pressed_crowd
 from analysis.paper.discrete.engine_runs import SeededRun, each, seeded_runs
 from analysis.paper.discrete.pressed_crowd import NEIGHBOURHOOD_M, RING_M, Arch, Blocked
+from analysis.paper.solutions import grouped, unsolved, with_progress
 from analysis.scene.scene import Scene, read_scene
 from analysis.scene.shipped_scenes import make
 from analysis.support.parallel import Progress
@@ -68,12 +68,12 @@ def dissipation_trials(arch: Arch, dissipations: Sequence[float] = DISSIPATIONS)
 
     def trial(across: bool, k: float) -> Trial:
         law = ContactLaw(dissipation=k, tangential_dissipation=None if across else 0.0)
-        answer = arch.under(law)
-        tried = replace(arch, answer=answer)
-        most = tried.person_of_most(tried.carried())
-        forces = tried.normal_forces(), answer.reaction / arch.window
-        bounds = pressed_crowd.carried_interval(tried, most)
-        return Trial(k, across, tried, most, *bounds, *forces, answer.energy_change / before)
+        solution = arch.under(law)
+        tried = replace(arch, solution=solution)
+        maximum = tried.person_of_most(tried.carried())
+        forces = tried.normal_forces(), solution.reaction / arch.window
+        bounds = pressed_crowd.carried_interval(tried, maximum)
+        return Trial(k, across, tried, maximum, *bounds, *forces, solution.energy_change / before)
 
     return [trial(*case) for case in product((True, False), dissipations)]
 
@@ -111,26 +111,26 @@ def sample_of(arch: Arch, seed: int) -> Sample:
     rings of 1 m, over mean_N."""
     carried, resultants = arch.carried(), arch.resultants()
     distance, inside = arch.distance(), arch.inside()
-    most, most_resultant = arch.person_of_most(carried), arch.person_of_most(resultants)
-    lower, upper = pressed_crowd.carried_interval(arch, most)
+    maximum, most_resultant = arch.person_of_most(carried), arch.person_of_most(resultants)
+    lower, upper = pressed_crowd.carried_interval(arch, maximum)
     forces = np.where(inside[arch.contacts.first], arch.normal_forces(), 0.0)
     strongest, mean = int(np.argmax(forces)), float(carried[inside].mean())
     at_contact = arch.contacts.point[strongest] - arch.door_middle
     return {
         "people": len(arch.snapshot),
         "seed": seed,
-        "solved": arch.answer.status == "solved" and arch.answer.canonical,
+        "solved": arch.solution.status == "solved" and arch.solution.canonical,
         "contacts": len(arch.contacts),
         "opening": arch.opening(),
         "redundant": determinacy(arch.contacts, len(arch.snapshot)).redundant,
         "overlap_share": arch.overlap_share(),
         "reach_m": float(distance[inside].max()),
         "mean_N": mean,
-        "largest_N": float(carried[most]),
+        "largest_N": float(carried[maximum]),
         "lower_N": lower,
         "upper_N": upper,
-        "distance_m": float(distance[most]),
-        "angle_degrees": float(arch.angle_degrees()[most]),
+        "distance_m": float(distance[maximum]),
+        "angle_degrees": float(arch.angle_degrees()[maximum]),
         "largest_contact_N": float(forces[strongest]),
         "contact_distance_m": float(np.hypot(*at_contact)),
         "largest_resultant_N": float(resultants[most_resultant]),
@@ -160,13 +160,13 @@ def survey_runs(runs: Path) -> list[SeededRun]:
 
 def survey(runs: Path, warnings: list[str], progress: Progress | None = None) -> list[Sample]:
     """Compute the random arches; one whose run fails is a warning."""
-    wanted = told(survey_runs(runs), "random arches", progress)
+    wanted = with_progress(survey_runs(runs), "random arches", progress)
     return each(wanted, lambda run: sample_of(pressed_crowd.gathered(run), run.seed), warnings)
 
 
 def heaps(progress: Progress | None = None) -> list[Sample]:
     """Compute the heaps of SEEDS, with the people of the scene."""
-    seeds = told(SEEDS, "heaps", progress)
+    seeds = with_progress(SEEDS, "heaps", progress)
     return [sample_of(pressed_crowd.grown(PEOPLE, seed), seed) for seed in seeds]
 
 
@@ -230,12 +230,12 @@ def seeds(crowds: Mapping[str, Sequence[Sample]]) -> Figure:
     """Draw where the maxima lie, and the sum of magnitudes against the distance, a row for each
     kind of crowd."""
     figure, every = panels(9.5, 3.2 * len(crowds) + 0.4, len(crowds), 2, sharex="col")
-    for place, profile, (kind, samples) in zip(
+    for position, profile, (kind, samples) in zip(
         every[::2], every[1::2], crowds.items(), strict=True
     ):
-        _places(place, samples)
+        _draw_positions(position, samples)
         _profile(profile, samples)
-        for axes in (place, profile):
+        for axes in (position, profile):
             x = "distance from the middle of the exit (m)" if axes in every[-2:] else ""
             label(axes, x, title=f"{len(samples)} {kind}")
     label(every[0], legend="upper right")
@@ -243,7 +243,7 @@ def seeds(crowds: Mapping[str, Sequence[Sample]]) -> Figure:
     return figure
 
 
-def _places(axes: Axes, samples: Sequence[Sample]) -> None:
+def _draw_positions(axes: Axes, samples: Sequence[Sample]) -> None:
     sums, vectors = (_numbers(samples, f"{of}distance_m") for of in ("", "resultant_"))
     bins = np.arange(0.0, max(*sums, *vectors) + BIN_M, BIN_M).tolist()
     filled: dict[str, Any] = {"color": BLUE, "edgecolor": BLACK, "alpha": 0.9}
@@ -269,24 +269,24 @@ def _profile(axes: Axes, samples: Sequence[Sample]) -> None:
 
 def sizes(samples: Sequence[Sample]) -> Figure:
     """Draw how mean, maximum and the place of the maximum change with the number of people."""
-    figure, (forces, places) = panels(9.5, 3.8, 1, 2)
+    figure, (forces, distances) = panels(9.5, 3.8, 1, 2)
     groups = _by_people(samples)
     for axes, name, style, colour, words in (
         (forces, "largest_N", "s--", ORANGE, "largest sum of magnitudes"),
         (forces, "mean_N", "o-", BLUE, "mean sum of magnitudes"),
         (forces, "largest_resultant_N", "D:", BLACK, "largest vector sum"),
-        (places, "reach_m", "^-.", BLUE, "farthest person"),
-        (places, "distance_m", "s--", ORANGE, "largest sum of magnitudes"),
-        (places, "resultant_distance_m", "D:", BLACK, "largest vector sum"),
+        (distances, "reach_m", "^-.", BLUE, "farthest person"),
+        (distances, "distance_m", "s--", ORANGE, "largest sum of magnitudes"),
+        (distances, "resultant_distance_m", "D:", BLACK, "largest vector sum"),
     ):
         values = [_numbers(same, name) for same in groups.values()]
         means, spreads = [v.mean() for v in values], [v.std() for v in values]
-        look = {"fmt": style, "color": colour, "capsize": 3, "ms": 5, "label": words}
-        axes.errorbar(list(groups), means, spreads, **look)
+        appearance = {"fmt": style, "color": colour, "capsize": 3, "ms": 5, "label": words}
+        axes.errorbar(list(groups), means, spreads, **appearance)
     label(forces, y="force (N)", log="y")
     forces.set_ylim(top=20 * forces.get_ylim()[1])
-    label(places, y="distance from the middle of the exit (m)")
-    for axes in (forces, places):
+    label(distances, y="distance from the middle of the exit (m)")
+    for axes in (forces, distances):
         label(axes, "people", log="x", legend="upper left")
         ticks_at(axes, groups)
     return figure
@@ -312,10 +312,10 @@ FEW = 0.1
 SHOWN = (10.0, 37.5, 300.0, 1e3, 1e4)  # kg, of the dissipations
 
 
-def places(words: Words, crowds: Crowds) -> list[Claim]:
+def positions(words: Words, crowds: Crowds) -> list[Claim]:
     """Judge “the force is maximum in the neighbourhood of the exit” in each reading."""
     pressed = {kind: samples for kind, samples in crowds.items() if kind != BLOCKED}
-    found = [place(words, pressed, name, quantity) for name, quantity in READINGS.items()]
+    found = [position_claim(words, pressed, name, quantity) for name, quantity in READINGS.items()]
     return [*found, rings(words, crowds)]
 
 
@@ -330,7 +330,7 @@ def _in_each(
     return words.claim(block, verdict, crowds=found, **values)
 
 
-def place(words: Words, crowds: Crowds, distance: str, quantity: str) -> Claim:
+def position_claim(words: Words, crowds: Crowds, distance: str, quantity: str) -> Claim:
     """Judge one reading in each kind of crowd: it holds where it does in all of the crowds, in part
     where in half of them or more."""
 
@@ -383,14 +383,14 @@ def maintained(words: Words, arch: Arch, crowds: Crowds) -> Claim:
     open."""
     opening, contacts, force = arch.opening(), len(arch.contacts), maintained_forces(arch)
     pulling = int((force < -1e-9 * np.abs(force).max()).sum())
-    shares = {
+    fractions = {
         kind: sum(s["opening"] for s in samples) / sum(s["contacts"] for s in samples)
         for kind, samples in crowds.items()
     }
-    few = max([opening / contacts, *shares.values()]) < FEW
+    few = max([opening / contacts, *fractions.values()]) < FEW
     verdict = Verdict.of(opening == 0 and pulling == 0, few)
     counts = {"opening": opening, "pulling": pulling, "contacts": contacts}
-    return words.claim("maintained", verdict, shares=shares, **counts)
+    return words.claim("maintained", verdict, shares=fractions, **counts)
 
 
 def dissipation_claim(words: Words, trials: Sequence[Trial]) -> Claim:
@@ -408,13 +408,13 @@ def dissipation_table(words: Words, trials: Sequence[Trial]) -> Table:
     """Tabulate forces, interval and energy by dissipation."""
     rows: list[Sequence[Cell]] = []
     for trial in trials:
-        force, reaction, answer = trial.forces, trial.reactions, trial.arch.answer
+        force, reaction, solution = trial.forces, trial.reactions, trial.arch.solution
         forces = force.mean(), np.quantile(force, 0.95), force.max(), force.min()
         reactions = reaction.mean(), reaction.max()
         pressed = trial.arch.carried()[trial.most], trial.arch.distance()[trial.most]
         numbers = *forces, *reactions, *pressed, trial.upper - trial.lower, trial.energy_share
         acts = "along and across" if trial.across else "along only"
-        status = "; ".join([str(answer.status), *answer.warnings])
+        status = "; ".join([str(solution.status), *solution.warnings])
         rows.append((acts, trial.dissipation, status, *map(float, numbers)))
     return words.table("table_dissipation", rows)
 
@@ -513,7 +513,7 @@ def _section(
         claims=[
             *([contact_forces(words, BLOCKED, at_rest)] if all(at_rest.values()) else ()),
             contact_forces(words, "a crowd that flows", {stiffness: found.comparisons}),
-            *places(words, crowds),
+            *positions(words, crowds),
             maintained(words, arch, crowds),
             dissipation_claim(words, trials),
         ],
@@ -532,5 +532,5 @@ def _by_people(samples: Sequence[Sample]) -> dict[int, list[Sample]]:
 
 def _trial_warnings(trials: Sequence[Trial]) -> list[str]:
     names = (f"k = {t.dissipation:g} kg{'' if t.across else ', normal only'}" for t in trials)
-    named = [(name, t.arch.answer) for name, t in zip(names, trials, strict=True)]
+    named = [(name, t.arch.solution) for name, t in zip(names, trials, strict=True)]
     return unsolved(named) + [f"{name}: {words}" for name, a in named for words in a.warnings]

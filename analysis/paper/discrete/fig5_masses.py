@@ -42,11 +42,11 @@ def uniformity(arch: pressed_crowd.Arch, values: Floats) -> Uniformity:
     means = [float(group.mean()) for group in groups]
     varies = np.ptp(np.concatenate(groups)) > 0
     chance = float(kruskal(*groups).pvalue) if varies else 1.0
-    least, most = min(means), max(means)
-    ratio = most / max(least, np.finfo(float).tiny) if most > 0 else 1.0
+    minimum, maximum = min(means), max(means)
+    ratio = maximum / max(minimum, np.finfo(float).tiny) if maximum > 0 else 1.0
     scatter = float(np.mean([g.std() / g.mean() for g in groups if g.mean() > 0]))
     verdict = Verdict.of(True, ratio >= RATIO) if chance < CHANCE else Verdict.FAILS
-    return Uniformity(least, most, ratio, chance, scatter, verdict)
+    return Uniformity(minimum, maximum, ratio, chance, scatter, verdict)
 
 
 STYLES = {"unequal masses": ("s-", ORANGE, "."), "equal masses": ("o--", BLUE, "x")}
@@ -58,12 +58,12 @@ def rings(archs: Mapping[str, pressed_crowd.Arch]) -> Figure:
     for name, arch in archs.items():
         style, colour, dot = STYLES[name]
         inside, distance = arch.inside(), arch.distance()
-        speed = np.hypot(*arch.answer.right_velocity.T)
+        speed = np.hypot(*arch.solution.right_velocity.T)
         for axis, values in zip(every, (speed, arch.carried() / 1e3), strict=True):
             axis.plot(distance[inside], values[inside], dot, ms=3, color=colour, alpha=0.35)
-            held = [(r, at.mean()) for r, at in enumerate(arch.by_ring(values)) if len(at)]
-            middles = [(r + 0.5) * pressed_crowd.RING_M for r, _ in held]
-            means = [m for _, m in held]
+            constrained = [(r, at.mean()) for r, at in enumerate(arch.by_ring(values)) if len(at)]
+            middles = [(r + 0.5) * pressed_crowd.RING_M for r, _ in constrained]
+            means = [m for _, m in constrained]
             words = f"{name}: mean of rings of {pressed_crowd.RING_M:g} m"
             axis.plot(middles, means, style, color=colour, mec=BLACK, label=words)
     names = ("right speed |u⁺| (m/s)", "sum of normal magnitudes (kN)")
@@ -92,7 +92,7 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
     other = pressed_crowd.Arch.of(equal.scene, equal.comparisons[0].snapshot)
     archs = {"unequal masses": arch, "equal masses": other}
     crowd = pressed_crowd.crowd_parts(arch, unequal, "fig_5_", "arch_masses")
-    speed = np.hypot(*arch.answer.right_velocity.T)
+    speed = np.hypot(*arch.solution.right_velocity.T)
     judged = [
         ("the speed on the right", "m/s", uniformity(arch, speed)),
         ("the pressure", "N", uniformity(arch, arch.carried())),
@@ -114,7 +114,7 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
 def _rings_table(words: Words, archs: Mapping[str, pressed_crowd.Arch]) -> Table:
     rows: list[Sequence[Cell]] = []
     for name, arch in archs.items():
-        speed = np.hypot(*arch.answer.right_velocity.T)
+        speed = np.hypot(*arch.solution.right_velocity.T)
         quantities = map(arch.by_ring, (speed, arch.carried(), arch.resultants()))
         for r, parts in enumerate(zip(*quantities, strict=True)):
             if len(parts[0]):

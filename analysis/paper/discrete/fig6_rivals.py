@@ -42,10 +42,10 @@ def special_case(words: Words, equal: forces.Chain) -> Claim:
 def constant_in_a_chain(words: Words, equal: forces.Chain, unequal: forces.Chain) -> Claim:
     """Judge whether the social force is constant along a chain: touching, and at rest."""
     both = (equal, unequal)
-    touching = max(float(np.abs(chain["social"] / LAW.strength - 1).max()) for chain in both)
+    in_contact = max(float(np.abs(chain["social"] / LAW.strength - 1).max()) for chain in both)
     rest = equal["social_at_rest"]
-    verdict = Verdict.of(touching < ROUNDING, bool(np.ptp(rest) / LAW.strength < LARGE))
-    return words.claim("constant_in_a_chain", verdict, touching=touching, rest=rest)
+    verdict = Verdict.of(in_contact < ROUNDING, bool(np.ptp(rest) / LAW.strength < LARGE))
+    return words.claim("constant_in_a_chain", verdict, touching=in_contact, rest=rest)
 
 
 def restrictive_mass(
@@ -58,29 +58,29 @@ def restrictive_mass(
         laws = (arch.by_law[law] for law in (forces.PERCUSSIONS, forces.FIRST_ORDER))
         contact, _, carried, resultant = forces.differences(*laws)
         parts += [contact, carried, resultant]
-    least, most = min(parts), max(parts)
-    verdict = Verdict.of(most > NOTICEABLE, least > LARGE)
-    return words.claim("restrictive_mass", verdict, least=least, most=most)
+    minimum, maximum = min(parts), max(parts)
+    verdict = Verdict.of(maximum > NOTICEABLE, minimum > LARGE)
+    return words.claim("restrictive_mass", verdict, least=minimum, most=maximum)
 
 
 def complete_congestion(words: Words, found: Sequence[forces.Congestion]) -> Claim:
     """Judge whether equal masses are why the first-order model stops everybody: it does on the
     blocked crowds, and percussions of unequal masses let somebody go."""
     congests = sum(one.congests for one in found)
-    draws, freed = sum(len(one.unequal) for one in found), sum(one.freed for one in found)
-    verdict = Verdict.of(congests == len(found), 2 * freed >= draws)
-    counts = {"congests": congests, "draws": draws, "freed": freed}
+    draws, released = sum(len(one.unequal) for one in found), sum(one.released for one in found)
+    verdict = Verdict.of(congests == len(found), 2 * released >= draws)
+    counts = {"congests": congests, "draws": draws, "freed": released}
     return words.claim("complete_congestion", verdict, found=found, **counts)
 
 
 def constant_without_overlap(
-    words: Words, arch: forces.ArchForces, apart: forces.WithoutOverlap
+    words: Words, arch: forces.ArchForces, difference: forces.WithoutOverlap
 ) -> Claim:
-    """Judge whether the social force is constant in a crowd without overlaps, `apart`."""
-    spread = float(np.ptp(apart.contact)) / LAW.strength
-    uneven = float(apart.carried.std() / apart.carried.mean())
-    thinner = 1 - float(apart.carried_apart.mean() / apart.carried.mean())
-    constant = max(spread, apart.friction / LAW.strength) < ROUNDING
+    """Judge whether the social force is constant in a crowd without overlaps, `difference`."""
+    spread = float(np.ptp(difference.contact)) / LAW.strength
+    uneven = float(difference.carried.std() / difference.carried.mean())
+    thinner = 1 - float(difference.carried_apart.mean() / difference.carried.mean())
+    constant = max(spread, difference.friction / LAW.strength) < ROUNDING
     sizes = {"spread": spread, "uneven": uneven, "thinner": thinner}
     verdict = Verdict.of(constant, max(uneven, thinner) < LARGE)
     return words.claim("constant_without_overlap", verdict, crowd=arch.scene.name, **sizes)
@@ -159,8 +159,8 @@ def draw_laws(limit: float) -> Figure:
         axes.plot(1e3 * gap[touch:], of_pairs[name][touch:], label=label, **style)
         axes.plot(1e3 * gap[:touch], of_pairs[name][:touch], **style)
     strength = SocialForceLaw().strength
-    place, arrow = (30.0, 1.6 * strength), {"arrowstyle": "->"}
-    axes.annotate(f"A = {strength:g} N", (0.0, strength), place, arrowprops=arrow, fontsize=9)
+    anchor, arrow = (30.0, 1.6 * strength), {"arrowstyle": "->"}
+    axes.annotate(f"A = {strength:g} N", (0.0, strength), anchor, arrowprops=arrow, fontsize=9)
     x, y = "gap (mm), negative: overlap", "force of a pair (N)"
     drawing.label(axes, x, y, log="y", legend="upper right", size=9)
     return figure
@@ -191,9 +191,9 @@ def _draw_misjudged(axes: Axes, equal: forces.Chain, unequal: forces.Chain) -> N
         (equal, "o", "--", drawing.BLACK, "equal masses"),
         (unequal, "^", "-", drawing.ORANGE, "unequal masses"),
     ):
-        share = 100 * (chain["first_order"] / chain["percussion"] - 1)
-        contact = np.arange(1, len(share) + 1)
-        axes.plot(contact, share, marker, ls=style, color=colour, label=label)
+        fraction = 100 * (chain["first_order"] / chain["percussion"] - 1)
+        contact = np.arange(1, len(fraction) + 1)
+        axes.plot(contact, fraction, marker, ls=style, color=colour, label=label)
         axes.set_xticks(contact)
     y, title = "first-order model above percussions (%)", "First-order model, λ m̄/τ"
     drawing.label(axes, "contact", y, title, legend="best", size=9)
@@ -213,8 +213,8 @@ def draw_arches(equal: forces.ArchForces, unequal: forces.ArchForces) -> Figure:
     }
     for name, (colour, style, marker, width) in styles.items():
         force = np.sort(equal.by_law[name].contact)
-        share = 1 - np.arange(len(force)) / len(force)
-        by_force.step(force, share, style, color=colour, lw=width, where="post")
+        fraction = 1 - np.arange(len(force)) / len(force)
+        by_force.step(force, fraction, style, color=colour, lw=width, where="post")
         middle, mean = _rings(equal, equal.by_law[name].contact)
         drawn: dict[str, Any] = {"ls": style, "color": colour, "lw": width, "ms": 5}
         by_distance.plot(middle, mean, marker, label=name, **drawn)
@@ -257,7 +257,7 @@ def draw_evacuations(found: Sequence[forces.Evacuation]) -> Figure:
     figure, every = drawing.panels(10.5, 4.6, 1, len(first), sharey=True)
     norm = Normalize(0.0, 1e3 * max(one.deepest.max() for one in found))
     for axes, (speed, one) in zip(every, sorted(first.items()), strict=True):
-        pairs, crowd = one.looks[-1].pairs, one.crowd
+        pairs, crowd = one.samples[-1].pairs, one.crowd
         drawing.draw_disks(axes, crowd)
         drawing.draw_walls(axes, zip(walls.start, walls.end, strict=True))
         drawing.draw_forces(axes, contact_lines(crowd, pairs), -1e3 * pairs.gap, norm)
@@ -288,7 +288,7 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
 
     The crowds are the first engine's that is there; its runs are taken from `runs` where they are
     unchanged. Without an engine the section has the chains only, and a warning."""
-    tell: Progress = progress or (lambda label, share: None)
+    tell: Progress = progress or (lambda label, fraction: None)
     tell("rivals", 0.0)
     scenes = [read_scene(name) for name in CROWDS]
     drive = scenes[0].drive
@@ -296,7 +296,7 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
     both = [forces.chain_forces(read_scene(name), drive.relaxation_time_s) for name in CHAINS]
     (equal, unequal), warnings = (
         (one for one, _ in both),
-        [line for _, said in both for line in said],
+        [line for _, message in both for line in message],
     )
     limit = drive.push(forces.MASS_KG)
     named = {name: value for name, value in vars(forces).items() if name.isupper()}
@@ -320,7 +320,7 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
         tell("rivals", 0.7)
         crowds = blocked(runs, warnings, tell)
         if stopped := [forces.congestion_of(crowd) for crowd in crowds if crowd.still]:
-            rows = [(*one[:4], max(one.unequal), one.freed) for one in stopped]
+            rows = [(*one[:4], max(one.unequal), one.released) for one in stopped]
             tables.append(words.table("table_congestion", rows))
             judged.insert(2, complete_congestion(words, stopped))
         judged += _crowd_claims(words, arches, warnings)
@@ -388,6 +388,6 @@ def _evacuation_rows(evacuated: Sequence[forces.Evacuation]) -> list[tuple[float
         deepest, contacts = 1e3 * one.deepest, len(one.forces)
         sizes = np.mean(deepest > 0), np.median(deepest), deepest.max()
         force = float(one.forces.max()) if contacts else float("nan")
-        counts = one.left, contacts / len(one.looks)
+        counts = one.left, contacts / len(one.samples)
         rows.append((one.speed, one.seed, *counts, *map(float, sizes), force))
     return rows

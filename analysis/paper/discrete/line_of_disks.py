@@ -44,12 +44,12 @@ def cradle_scene(
 ) -> Scene:
     """The first disks of a line with another contact law, run for `periods` times √(m/k) and long
     enough to part."""
-    whole = scene.snapshot
+    total = scene.snapshot
     part = Snapshot(
-        position=whole.position[:disks],
-        velocity=whole.velocity[:disks],
-        radius=whole.radius[:disks],
-        mass=whole.mass[:disks],
+        position=total.position[:disks],
+        velocity=total.velocity[:disks],
+        radius=total.radius[:disks],
+        mass=total.mass[:disks],
     )
     name = f"cradle_{disks}_e{restitution:g}"
     variant = scene.model_copy(update={"snapshot": part, "name": name})

@@ -23,15 +23,15 @@ from analysis.pages.names import engine_label
 from analysis.pages.numbers import interval as interval_of
 from analysis.pages.section import Cell, Picture, Section
 from analysis.pages.words import Words
-from analysis.paper.answers import told, unsolved
 from analysis.paper.discrete.engine_runs import SeededRun, each, end_of, seeded_runs
+from analysis.paper.solutions import unsolved, with_progress
 from analysis.percussions.snapshot import SnapshotPercussions, percussions_of
 from analysis.scene.packing import heap
 from analysis.scene.scene import Drive, Scene
 from analysis.scene.shipped_scenes import MASS_KG, make
 from analysis.support.parallel import Progress
 from nscd import ContactLaw, Percussions, Snapshot, solve
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Floats, Indices, Mask
 from nscd.indeterminacy.intervals import IntervalStatus, interval, weights_of_disk
 from nscd.indeterminacy.linear import ProgramError
 from nscd.show import contact_lines
@@ -71,7 +71,7 @@ class Arch(SnapshotPercussions):
 
     def normal_forces(self) -> Floats:
         """Give n·p/τ at each contact, (k,) N."""
-        return np.asarray((self.answer.impulse * self.contacts.normal).sum(1) / self.window)
+        return np.asarray((self.solution.impulse * self.contacts.normal).sum(1) / self.window)
 
     def carried(self) -> Floats:
         """Sum |n·p|/τ over the contacts of each person, (n,) N: how hard one is pressed, from
@@ -81,10 +81,10 @@ class Arch(SnapshotPercussions):
     def resultants(self) -> Floats:
         """Give |Σ p|/τ of each person, (n,) N: forces from opposite sides cancel; m |u⁺ − u⁻|/τ,
         whatever the pressing."""
-        change = self.contacts.momentum_change(self.answer.impulse, len(self.snapshot))
+        change = self.contacts.momentum_change(self.solution.impulse, len(self.snapshot))
         return np.asarray(np.hypot(*change.T) / self.window, dtype=np.float64)
 
-    def inside(self) -> Flags:
+    def inside(self) -> Mask:
         """Tell who has not passed the line of the exit, (n,)."""
         from_line = self.snapshot.position - np.array(self.drive.door_start_m)
         return np.asarray(from_line @ np.array(self.drive.outward) < 0)
@@ -102,7 +102,7 @@ class Arch(SnapshotPercussions):
 
     def opening(self) -> int:
         """Count the contacts that open."""
-        approach = self.contacts.approach_velocity(self.answer.right_velocity)
+        approach = self.contacts.approach_velocity(self.solution.right_velocity)
         return int((approach < -OPENS_M_PER_S).sum())
 
     def person_of_most(self, values: Floats) -> int:
@@ -135,7 +135,7 @@ def carried_interval(arch: Arch, person: int) -> tuple[float, float]:
     """Prove the interval (N) of the sum of normal magnitudes of a person, (nan, nan) where none
     could be proven."""
     try:
-        found = interval(arch.contacts, arch.answer, weights_of_disk(arch.contacts, person))
+        found = interval(arch.contacts, arch.solution, weights_of_disk(arch.contacts, person))
     except (ProgramError, ValueError) as error:
         log.warning("no interval for person %d: %s", person, error)
         return float("nan"), float("nan")
@@ -148,7 +148,7 @@ def snapshot(arch: Arch) -> Figure:
     """Draw configuration, right velocities, and force on each person: vector sum and sum of
     magnitudes."""
     figure, axes = drawing.panels(10.5, 11.0, 2, 2)
-    position, velocity = arch.snapshot.position, arch.answer.right_velocity
+    position, velocity = arch.snapshot.position, arch.solution.right_velocity
     forces, speed = arch.normal_forces(), np.hypot(*velocity.T)
     fields = (
         ("(a) configuration and contact forces", None, "n·p/τ of a contact (N)"),
@@ -169,10 +169,10 @@ def snapshot(arch: Arch) -> Figure:
     shown = velocity[moving] / 4
     drawing.draw_vectors(axes[1], position[moving], shown, width=0.0025, color=drawing.BLACK)
     for axis, values in zip(axes[2:], (arch.resultants(), arch.carried()), strict=True):
-        most = position[arch.person_of_most(values)]
-        place = (0.4, np.copysign(max(abs(most[1]) + 0.6, 1.6), most[1]))
+        maximum = position[arch.person_of_most(values)]
+        anchor = (0.4, np.copysign(max(abs(maximum[1]) + 0.6, 1.6), maximum[1]))
         arrow = {"arrowstyle": "->", "color": drawing.BLACK, "lw": 1.5}
-        axis.annotate("largest", most, place, fontsize=9, arrowprops=arrow)
+        axis.annotate("largest", maximum, anchor, fontsize=9, arrowprops=arrow)
     return figure
 
 
@@ -253,13 +253,13 @@ class Blocked:
         self.seed, self.arch, self.comparison = run.seed, gathered(run), compare_run(run.folder)
         self.stiffness = self.comparison.scene.contact.stiffness_N_per_m
         self.still = self.comparison.balance.unbalanced < AT_REST_SHARE
-        fastest = np.hypot(*self.arch.answer.right_velocity[self.arch.inside()].T).max()
+        fastest = np.hypot(*self.arch.solution.right_velocity[self.arch.inside()].T).max()
         self.at_rest = self.still and bool(fastest < AT_REST_M_PER_S)
 
 
 def blocked(runs: Path, warnings: list[str], progress: Progress | None = None) -> list[Blocked]:
     """Solve the crowds of BLOCKED_SEEDS, at rest or not; one whose run fails is a warning."""
-    return each(told(blocked_runs(runs), "blocked exits", progress), Blocked, warnings)
+    return each(with_progress(blocked_runs(runs), "blocked exits", progress), Blocked, warnings)
 
 
 EVERY: Sequence[str] = [engine.NAME for engine in PENALTY]
@@ -317,7 +317,7 @@ def crowd_parts(arch: Arch, found: Study, prefix: str, name: str) -> Section:
             words.table("table_maxima", _maxima_rows(arch)),
             words.table("table_engines", [_engine_row(comparison) for comparison in comparisons]),
         ],
-        warnings=[*found.warnings, *unsolved([("percussions of the snapshot", arch.answer)])],
+        warnings=[*found.warnings, *unsolved([("percussions of the snapshot", arch.solution)])],
     )
 
 
@@ -325,13 +325,13 @@ def _maxima_rows(arch: Arch) -> list[Sequence[Cell]]:
     rows: list[Sequence[Cell]] = []
     sums = ("sum of normal magnitudes", arch.carried()), ("vector sum", arch.resultants())
     for name, values in sums:
-        most, inside = arch.person_of_most(values), values[arch.inside()]
-        sizes = inside.mean(), *np.quantile(inside, (0.5, 0.95)), values[most]
-        place = arch.distance()[most], arch.angle_degrees()[most]
+        maximum, inside = arch.person_of_most(values), values[arch.inside()]
+        sizes = inside.mean(), *np.quantile(inside, (0.5, 0.95)), values[maximum]
+        position = arch.distance()[maximum], arch.angle_degrees()[maximum]
         # equilibrium fixes every vector sum
-        bounds = carried_interval(arch, most) if name == sums[0][0] else (values[most],) * 2
-        person = int(arch.snapshot.ids[most])
-        rows.append((name, *map(float, (*sizes, *place)), person, interval_of(bounds)))
+        bounds = carried_interval(arch, maximum) if name == sums[0][0] else (values[maximum],) * 2
+        person = int(arch.snapshot.ids[maximum])
+        rows.append((name, *map(float, (*sizes, *position)), person, interval_of(bounds)))
     return rows
 
 
@@ -339,7 +339,7 @@ def _engine_row(comparison: Comparison) -> Sequence[Cell]:
     penalty, rigid = comparison.disk_sums()
     distance = Arch.of(comparison.scene, comparison.snapshot).distance()
     means = float(penalty.mean()), float(rigid.mean())
-    most = (float(v) for f in (penalty, rigid) for v in (f.max(), distance[f.argmax()]))
+    maximum = (float(v) for f in (penalty, rigid) for v in (f.max(), distance[f.argmax()]))
     alike = correlation(penalty, rigid), relative_difference(penalty, rigid)
-    ended = comparison.balance.unbalanced, str(comparison.answer.status)
-    return (engine_label(comparison), *means, *most, *alike, *ended)
+    ended = comparison.balance.unbalanced, str(comparison.solution.status)
+    return (engine_label(comparison), *means, *maximum, *alike, *ended)

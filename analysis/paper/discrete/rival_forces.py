@@ -12,8 +12,8 @@ from scipy.optimize import brentq, root
 
 from analysis.compare.comparison import compare_run, correlation, relative_difference
 from analysis.pages.names import ENGINE_NAMES
-from analysis.paper.answers import told, unsolved
 from analysis.paper.discrete.pressed_crowd import AT_REST_M_PER_S, Arch, Blocked
+from analysis.paper.solutions import unsolved, with_progress
 from analysis.percussions.snapshot import percussions_of
 from analysis.scene.drive import Drive
 from analysis.scene.real.separate import reconcile
@@ -28,8 +28,8 @@ MASS_KG = 75.0
 
 def pair_forces(gap: Floats, radius: float, limit: float) -> dict[str, Floats]:
     """Compute forces (N) of pairs of equal disks with the given gaps (m), by law."""
-    n, apart = len(gap), 10.0 * np.arange(len(gap))
-    left, right = np.column_stack([0 * gap, apart]), np.column_stack([2 * radius + gap, apart])
+    n, cycle = len(gap), 10.0 * np.arange(len(gap))
+    left, right = np.column_stack([0 * gap, cycle]), np.column_stack([2 * radius + gap, cycle])
     radii, masses = np.full(2 * n, radius), np.full(2 * n, MASS_KG)
     pairs = Snapshot(position=np.concatenate([left, right]), radius=radii, mass=masses)
     contacts = find_contacts(pairs, tolerance=float(max(gap.max(), 0.0)) + 1e-9)
@@ -76,7 +76,7 @@ def chain_forces(scene: Scene, relaxation_time: float) -> tuple[Chain, list[str]
     found = percussions_of(scene, snapshot, tolerance=1e-10)
     contacts, model = found.contacts, rivals.first_order(snapshot, found.contacts)
     drive = snapshot.mass * snapshot.velocity[:, 0] / relaxation_time
-    warnings = unsolved_of(scene.name, found.answer, model)
+    warnings = unsolved_of(scene.name, found.solution, model)
     law = rivals.SocialForceLaw()
     rest, error = _social_rest(snapshot, walls, drive, law)
     if error > 1e-6:
@@ -89,7 +89,7 @@ def chain_forces(scene: Scene, relaxation_time: float) -> tuple[Chain, list[str]
     tolerance = scene.analysis.contact_tolerance_m
     chain = {
         "mass": snapshot.mass,
-        "percussion": (found.answer.impulse * contacts.normal).sum(1) / relaxation_time,
+        "percussion": (found.solution.impulse * contacts.normal).sum(1) / relaxation_time,
         "first_order": model.multiplier * snapshot.mass.mean() / relaxation_time,
         "social": rivals.social_force(snapshot, contacts, law).normal,
         "social_section": _across_sections(snapshot, all_pairs(snapshot, walls), law),
@@ -102,9 +102,9 @@ def chain_forces(scene: Scene, relaxation_time: float) -> tuple[Chain, list[str]
     return chain, warnings
 
 
-def unsolved_of(name: str, answer: Percussions, model: rivals.FirstOrderAnswer) -> list[str]:
+def unsolved_of(name: str, solution: Percussions, model: rivals.FirstOrderAnswer) -> list[str]:
     """List which of the two answers for a scene are not solved, and why."""
-    return unsolved([(f"{name}, percussions", answer), (f"{name}, first-order model", model)])
+    return unsolved([(f"{name}, percussions", solution), (f"{name}, first-order model", model)])
 
 
 def mean_received(found: rivals.LoehnerForces) -> Floats:
@@ -133,12 +133,12 @@ def _social_rest(
     gaps = np.array([gap_that_carries(force, law) for force in np.cumsum(drive)])
     spread = np.cumsum(gaps[::-1])[::-1]
 
-    def at(place: Floats) -> Snapshot:
-        position = np.column_stack([place, snapshot.position[:, 1]])
+    def at(location: Floats) -> Snapshot:
+        position = np.column_stack([location, snapshot.position[:, 1]])
         return replace(snapshot, position=position, velocity=np.zeros_like(position))
 
-    def unbalanced(place: Floats) -> Floats:
-        forces = rivals.social_force(at(place), all_pairs(at(place), walls), law)
+    def unbalanced(position: Floats) -> Floats:
+        forces = rivals.social_force(at(position), all_pairs(at(position), walls), law)
         return np.asarray(forces.resultant()[:, 0] + drive)
 
     found = root(unbalanced, snapshot.position[:, 0] - spread, tol=1e-12)
@@ -225,11 +225,11 @@ class ArchForces:
         from_door = contacts.point - 0.5 * ends
         self.distance = np.hypot(*from_door.T)
         self.inside = from_door @ np.array(drive.outward) <= 0
-        difference = model.right_velocity - comparison.answer.right_velocity
+        difference = model.right_velocity - comparison.solution.right_velocity
         rms = float(np.sqrt((difference**2).sum(1).mean()))
         self.speed_difference = rms / drive.speed_m_per_s
         self.undetermined = int((~match.determined[match.in_rigid]).sum())
-        self.warnings = unsolved_of(scene.name, comparison.answer, model)
+        self.warnings = unsolved_of(scene.name, comparison.solution, model)
 
 
 def _symmetric(contacts: Contacts, force: Floats, n: int) -> Forces:
@@ -253,11 +253,11 @@ class WithoutOverlap:
         door = Walls(start=np.array([drive.door_start_m]), end=np.array([drive.door_end_m]))
         crowd = arch.snapshot
         found = reconcile(crowd.position, crowd.radius, walls, door, np.array(drive.outward))
-        apart = replace(crowd, position=found.position)
-        every = rivals.social_force(apart, all_pairs(apart, walls))
-        touching = every.pairs.gap <= scene.analysis.contact_tolerance_m
-        only = rivals.social_force(apart, every.pairs.select(touching))
-        wider = replace(apart, position=1.1 * found.position)
+        separated = replace(crowd, position=found.position)
+        every = rivals.social_force(separated, all_pairs(separated, walls))
+        in_contact = every.pairs.gap <= scene.analysis.contact_tolerance_m
+        only = rivals.social_force(separated, every.pairs.select(in_contact))
+        wider = replace(separated, position=1.1 * found.position)
         room = Walls(start=1.1 * walls.start, end=1.1 * walls.end)
         self.contact, self.carried = only.normal, every.magnitude_sum()
         self.carried_apart = rivals.social_force(wider, all_pairs(wider, room)).magnitude_sum()
@@ -269,12 +269,12 @@ def loehner_beyond_touch(arch: ArchForces, reach: float) -> Mapping[str, float]:
     gap, by each reading of Löhner's law."""
     tolerance = arch.scene.analysis.contact_tolerance_m
     pairs = find_contacts(arch.snapshot, tolerance=reach)
-    apart = pairs.gap > tolerance
+    separated = pairs.gap > tolerance
     out = {}
     for name, reading in READINGS.items():
         found = rivals.loehner_force(arch.snapshot, pairs, arch.wish, reading, tolerance=tolerance)
         both = np.stack([found.on_first, found.on_second])
-        out[name] = float(both[:, apart].sum() / both.sum())
+        out[name] = float(both[:, separated].sum() / both.sum())
     return out
 
 
@@ -322,7 +322,7 @@ class Congestion(NamedTuple):
         return self.first_order < AT_REST_M_PER_S
 
     @property
-    def freed(self) -> int:
+    def released(self) -> int:
         """In how many draws unequal masses set somebody free."""
         return sum(speed >= AT_REST_M_PER_S for speed in self.unequal)
 
@@ -335,9 +335,9 @@ def congestion_of(crowd: Blocked) -> Congestion:
     unequal = []
     for mass in random.uniform(LEAST_KG, MOST_KG, (DRAWS, n)):
         other = replace(arch.snapshot, mass=mass)
-        answer = solve(other, arch.contacts, left_velocity=arch.left_velocity, tolerance=1e-10)
-        unequal.append(_fastest(arch, answer.right_velocity))
-    first, equal = (_fastest(arch, answer.right_velocity) for answer in (model, arch.answer))
+        solution = solve(other, arch.contacts, left_velocity=arch.left_velocity, tolerance=1e-10)
+        unequal.append(_fastest(arch, solution.right_velocity))
+    first, equal = (_fastest(arch, solved.right_velocity) for solved in (model, arch.solution))
     return Congestion(crowd.seed, crowd.stiffness, first, equal, tuple(unequal))
 
 
@@ -368,23 +368,23 @@ CONSTANTS: dict[str, Any] = {"tau": TIME_S, "reach": REACH_M, "gone": GONE_M, "s
 class Evacuation(NamedTuple):
     """A crowd that leaves a room by the social force model.
 
-    looks: the social forces at the contacts of two people inside, at each look"""
+    samples: the social forces at the contacts of two people inside, at each look"""
 
     speed: float  # m/s, desired
     seed: int
-    looks: list[rivals.SocialForces]
+    samples: list[rivals.SocialForces]
     crowd: Snapshot  # at the last look
     left: int  # how many have left by then
 
     @property
     def deepest(self) -> Floats:
         """The deepest overlap (m) at each look."""
-        return np.array([(-look.pairs.gap).max(initial=0.0) for look in self.looks])
+        return np.array([(-style.pairs.gap).max(initial=0.0) for style in self.samples])
 
     @property
     def forces(self) -> Floats:
         """The normal forces (N) of all contacts at all looks."""
-        return np.concatenate([look.normal for look in self.looks])
+        return np.concatenate([style.normal for style in self.samples])
 
 
 def room() -> tuple[Walls, Drive]:
@@ -406,10 +406,10 @@ def placed(people: int, seed: int) -> Snapshot:
     for number, r in enumerate(radius):
         free = False
         while not free:
-            place = random.uniform(low + r, low + SIDE_M - r)
-            apart = np.hypot(*(position[:number] - place).T) - radius[:number] - r
-            free = bool((apart > 0).all())
-        position[number] = place
+            location = random.uniform(low + r, low + SIDE_M - r)
+            distance = np.hypot(*(position[:number] - location).T) - radius[:number] - r
+            free = bool((distance > 0).all())
+        position[number] = location
     return Snapshot(position=position, radius=radius, mass=np.full(people, EVACUATED_KG))
 
 
@@ -417,22 +417,22 @@ def evacuate(speed: float, seed: int, people: int = PEOPLE, until: float = UNTIL
     """Let people leave the room at a desired speed (m/s), and look at them from time to time."""
     walls, drive = room()
     drive = drive.model_copy(update={"speed_m_per_s": speed})
-    crowd, looks = placed(people, seed), []
+    crowd, samples = placed(people, seed), []
     for time in np.arange(EVERY_S, until + 0.5 * EVERY_S, EVERY_S):
         crowd = advance(crowd, walls, drive, round(EVERY_S / STEP_S))
         if time >= FROM_S:
             inside = crowd.position[:, 0] < 0
             pairs = find_contacts(crowd, tolerance=0.0)
-            touching = pairs.select(inside[pairs.first] & inside[pairs.second])
-            looks.append(rivals.social_force(crowd, touching))
+            in_contact = pairs.select(inside[pairs.first] & inside[pairs.second])
+            samples.append(rivals.social_force(crowd, in_contact))
     left = int((crowd.position[:, 0] >= 0).sum())
-    return Evacuation(speed=speed, seed=seed, looks=looks, crowd=crowd, left=left)
+    return Evacuation(speed=speed, seed=seed, samples=samples, crowd=crowd, left=left)
 
 
 def evacuations(tell: Progress) -> list[Evacuation]:
     """Evacuate the room at each speed with each seed."""
     wanted = list(product(SPEEDS, SEEDS))
-    return [evacuate(*one) for one in told(wanted, "evacuations", tell)]
+    return [evacuate(*one) for one in with_progress(wanted, "evacuations", tell)]
 
 
 def advance(crowd: Snapshot, walls: Walls, drive: Drive, steps: int) -> Snapshot:

@@ -17,12 +17,12 @@ import shapely
 from analysis.scene.anthropometry import Varied
 from analysis.scene.placement import rooms_of
 from analysis.scene.real.separate import OverlapError, reconcile
-from analysis.scene.real.trajectory import FARTHEST_M, Heads, Recording, TrajectoryError
+from analysis.scene.real.trajectory import FARTHEST_M, HeadPositions, Recording, TrajectoryError
 from analysis.scene.scene import Room, Scene, SceneError, read_room
 from analysis.scene.schema import OtherFrames, Reconciliation
 from analysis.support.files import write_text
 from nscd import Snapshot, Walls, find_contacts
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Floats, Indices, Mask
 from nscd.segments import lengths
 
 # People farther than this from everyone have cells of this radius in the Voronoi densities.
@@ -36,7 +36,7 @@ class ImportedCrowd:
     """A scene and where its people's heads were: heads (n,2) m, in the order of its disks."""
 
     scene: Scene
-    heads: Floats
+    head_positions: Floats
     report: Reconciliation
 
     @property
@@ -52,7 +52,7 @@ class ImportedCrowd:
             "statement": self.statement,
             "id": snapshot.ids.tolist(),
         }
-        for kind, points in (("head", self.heads), ("disk", snapshot.position)):
+        for kind, points in (("head", self.head_positions), ("disk", snapshot.position)):
             content |= {f"{kind}_{axis}_m": points[:, i].tolist() for i, axis in enumerate("xy")}
         path = self.scene.write(folder)
         lines = [
@@ -65,7 +65,7 @@ class ImportedCrowd:
 
 
 def import_crowd(
-    heads: Heads,
+    tracked: HeadPositions,
     *,
     radius: float,
     room: Path,
@@ -75,7 +75,7 @@ def import_crowd(
 ) -> ImportedCrowd:
     """Put the people of one frame as disks into the room of a TOML file.
 
-    heads: of `read_heads`
+    tracked: of `read_heads`
     radius: m
     mass: kg
     varied: how people differ; nobody does where left out
@@ -88,21 +88,21 @@ def import_crowd(
 
     Raises TrajectoryError, SceneError or OverlapError naming the file, the frame and the person or
     the key."""
-    sizes = _bodies(radius, mass, varied or Varied(), len(heads.ids))
+    sizes = _bodies(radius, mass, varied or Varied(), len(tracked.ids))
     stated, comment = read_room(room, (float(sizes[0].mean()), float(sizes[1].mean())))
-    crowd, area, shifted = _placed(heads, sizes, stated, str(room), name=name or room.stem)
+    crowd, area, shifted = _placed(tracked, sizes, stated, str(room), name=name or room.stem)
     comment += shifted
-    density = _densities(crowd.heads, crowd.scene.snapshot.position, area)
+    density = _densities(crowd.head_positions, crowd.scene.snapshot.position, area)
     report = Reconciliation.model_validate(crowd.report.model_dump() | density)
     notes = comment + "\n" + textwrap.fill(report.statement, 110, break_long_words=False)
     scene = crowd.scene.model_copy(update={"notes": notes.strip(), "reconciliation": report})
     scene = scene.round_walls()
-    scene.check(heads.origin)
+    scene.check(tracked.origin)
     return replace(crowd, scene=scene, report=report)
 
 
 def place_crowd(
-    heads: Heads,
+    tracked: HeadPositions,
     *,
     radius: float,
     room: Scene,
@@ -115,12 +115,12 @@ def place_crowd(
     room: a scene with nobody in it; origin: its file, for messages
     before: the crowd of a frame shortly before, with the same ids; people are then moved apart from
         where its disks would be, so that contacts do not jump from one frame to the next"""
-    sizes = _bodies(radius, mass, Varied(), len(heads.ids))
-    return _placed(heads, sizes, room, origin, name=room.name, before=before)[0]
+    sizes = _bodies(radius, mass, Varied(), len(tracked.ids))
+    return _placed(tracked, sizes, room, origin, name=room.name, before=before)[0]
 
 
 def _placed(
-    heads: Heads,
+    tracked: HeadPositions,
     sizes: tuple[Floats, Floats],
     stated: Room,
     room: str,
@@ -133,49 +133,49 @@ def _placed(
     radii, masses = sizes
     if stated.drive is not None and stated.drive.goals:
         raise SceneError(f"{room}: drive.goals: a real crowd goes to one door here")
-    area = _area(stated, room, heads.position)
-    inside = shapely.contains_xy(area, heads.position)
-    kept, radii, masses = _inside(heads, inside, room), radii[inside], masses[inside]
+    area = _area(stated, room, tracked.position)
+    inside = shapely.contains_xy(area, tracked.position)
+    selected, radii, masses = _inside(tracked, inside, room), radii[inside], masses[inside]
     # LAMMPS counts from 1, many trajectories from 0
-    first = 0 if kept.ids.min() > 0 else 1 - int(kept.ids.min())
+    first = 0 if selected.ids.min() > 0 else 1 - int(selected.ids.min())
     walls = stated.wall_segments()
     outward = None if stated.drive is None else np.array(stated.drive.outward)
-    start = None if before is None else _moved_on(before, kept.ids + first, kept.position, area)
+    start = None if before is None else _moved_on(before, selected.ids + first, selected.position, area)
     try:
-        arranged = reconcile(kept.position, radii, walls, stated.door(), outward, start)
+        arranged = reconcile(selected.position, radii, walls, stated.door(), outward, start)
     except (OverlapError, ValueError) as error:
-        raise OverlapError(f"{heads.origin}: {error}") from None
+        raise OverlapError(f"{tracked.origin}: {error}") from None
     snapshot = Snapshot(
         position=arranged.position,
-        velocity=kept.velocity.round(6),
+        velocity=selected.velocity.round(6),
         radius=radii,
         mass=masses,
-        ids=kept.ids + first,
+        ids=selected.ids + first,
     )
     scene = Scene.of(stated, name=name, snapshot=snapshot)
     try:  # who stops may be elsewhere now
         (scene.with_drive(stops=()) if scene.drive and scene.drive.stops else scene).check(
-            heads.origin
+            tracked.origin
         )
     except SceneError as error:
-        why = str(error).removeprefix(f"{heads.origin}: ")
+        why = str(error).removeprefix(f"{tracked.origin}: ")
         raise SceneError(
-            f"{heads.origin}: {len(radii)} people of radius {radii.mean():.3g} m do not fit into "
+            f"{tracked.origin}: {len(radii)} people of radius {radii.mean():.3g} m do not fit into "
             f"{Path(room).name}: moved apart, {why}. A smaller radius may help"
         ) from None
     report = Reconciliation(
-        file=heads.file.name,
-        frame=heads.frame,
+        file=tracked.file.name,
+        frame=tracked.frame,
         people=len(radii),
         left_out=int((~inside).sum()),
         radius_m=round(float(radii.mean()), 6),
         radius_sd_m=round(float(radii.std()), 6) if np.ptp(radii) else None,
-        velocity_window_s=heads.window_s,
+        velocity_window_s=tracked.window_s,
         linearisations=arranged.linearisations,
-        **_changes(kept.position, snapshot, walls, stated.analysis.contact_tolerance_m),
+        **_changes(selected.position, snapshot, walls, stated.analysis.contact_tolerance_m),
     )
     comment = f"\nIds of disks are those of the people plus {first}.\n" if first else ""
-    return ImportedCrowd(scene=scene, heads=kept.position, report=report), area, comment
+    return ImportedCrowd(scene=scene, head_positions=selected.position, report=report), area, comment
 
 
 def _bodies(radius: float, mass: float, varied: Varied, people: int) -> tuple[Floats, Floats]:
@@ -193,38 +193,38 @@ def _bodies(radius: float, mass: float, varied: Varied, people: int) -> tuple[Fl
         raise SceneError(str(error)) from None
 
 
-def _moved_on(before: ImportedCrowd, ids: Indices, heads: Floats, area: shapely.Polygon) -> Floats:
+def _moved_on(before: ImportedCrowd, ids: Indices, positions: Floats, area: shapely.Polygon) -> Floats:
     """The disks of an earlier crowd, moved as their heads have moved since, (n,2) m; at their heads
     those who were not there, or whom this would take out of the room."""
-    snapshot, start = before.scene.snapshot, heads.copy()
+    snapshot, start = before.scene.snapshot, positions.copy()
     _, now, then = np.intersect1d(ids, snapshot.ids, return_indices=True)
-    start[now] += snapshot.position[then] - before.heads[then]
-    return np.where(shapely.contains_xy(area, start)[:, None], start, heads)
+    start[now] += snapshot.position[then] - before.head_positions[then]
+    return np.where(shapely.contains_xy(area, start)[:, None], start, positions)
 
 
-def _inside(heads: Heads, inside: Flags, room: str) -> Heads:
+def _inside(tracked: HeadPositions, inside: Mask, room: str) -> HeadPositions:
     """The heads inside the walls. Raises TrajectoryError for none, or one without a velocity."""
     if not inside.any():
-        raise TrajectoryError(f"{heads.origin}: {_nobody(heads.position, room)}")
-    kept = replace(
-        heads,
-        ids=heads.ids[inside],
-        position=heads.position[inside],
-        velocity=heads.velocity[inside],
+        raise TrajectoryError(f"{tracked.origin}: {_nobody(tracked.position, room)}")
+    selected = replace(
+        tracked,
+        ids=tracked.ids[inside],
+        position=tracked.position[inside],
+        velocity=tracked.velocity[inside],
     )
-    if not np.isfinite(kept.velocity).all():
-        person = kept.ids[int(np.argmin(np.isfinite(kept.velocity).all(axis=1)))]
+    if not np.isfinite(selected.velocity).all():
+        person = selected.ids[int(np.argmin(np.isfinite(selected.velocity).all(axis=1)))]
         raise TrajectoryError(
-            f"{heads.origin}: person {person} is not seen over {heads.window_s:g} s: no velocity"
+            f"{tracked.origin}: person {person} is not seen over {tracked.window_s:g} s: no velocity"
         )
-    return kept
+    return selected
 
 
-def _area(stated: Room, path: str, heads: Floats) -> shapely.Polygon:
+def _area(stated: Room, path: str, positions: Floats) -> shapely.Polygon:
     """The polygon that walls and door bound; without walls, a box with room for everyone."""
     if not stated.walls:
-        return shapely.box(*(heads.min(0) - FREE_MARGIN_M), *(heads.max(0) + FREE_MARGIN_M))
-    area = shapely.union_all(rooms_of(heads, stated.wall_segments(), stated.door()))
+        return shapely.box(*(positions.min(0) - FREE_MARGIN_M), *(positions.max(0) + FREE_MARGIN_M))
+    area = shapely.union_all(rooms_of(positions, stated.wall_segments(), stated.door()))
     if not isinstance(area, shapely.Polygon) or area.is_empty:
         raise SceneError(f"{path}: walls: with the door they must enclose one room")
     return area
@@ -239,40 +239,40 @@ def who_is_inside(recording: Recording, room: Room, origin: str) -> tuple[set[in
     Raises TrajectoryError where nobody ever is."""
     good = (recording.data[["x", "y"]].abs() <= FARTHEST_M).all(axis=1)
     data = recording.data[good]
-    place, look = data[["x", "y"]].to_numpy(), recording.look
-    rooms = rooms_of(place, room.wall_segments(), room.door()) if room.walls else []
+    position, plausibility = data[["x", "y"]].to_numpy(), recording.plausibility
+    rooms = rooms_of(position, room.wall_segments(), room.door()) if room.walls else []
     if not rooms or not good.any():
-        return set(recording.numbers.tolist()), look.line()
-    inside = shapely.contains_xy(shapely.union_all(rooms), place)
+        return set(recording.numbers.tolist()), plausibility.line()
+    inside = shapely.contains_xy(shapely.union_all(rooms), position)
     if not inside.any():
-        raise TrajectoryError(f"{recording.file}: {_nobody(place, origin)}")
+        raise TrajectoryError(f"{recording.file}: {_nobody(position, origin)}")
     out = data.id.nunique() - data.id[inside].nunique()
     # a place that is none is refused where its frame is read
     occupied = {*data.frame[inside].tolist(), *recording.data.frame[~good].tolist()}
     empty = len(recording.numbers) - len(occupied)
-    said = [f"{out} people outside"] if out else []
-    said += [f"nobody inside in {empty} frames (0 N)"] if empty else []
-    return occupied, look.line(*said)
+    sentences = [f"{out} people outside"] if out else []
+    sentences += [f"nobody inside in {empty} frames (0 N)"] if empty else []
+    return occupied, plausibility.line(*sentences)
 
 
-def _nobody(heads: Floats, room: str) -> str:
-    (x0, y0), (x1, y1) = heads.min(0), heads.max(0)
+def _nobody(positions: Floats, room: str) -> str:
+    (x0, y0), (x1, y1) = positions.min(0), positions.max(0)
     return (
         f"nobody is inside the walls of {room}: heads between ({x0:g}, {y0:g}) and ({x1:g}, {y1:g}) "
         "m. Is the unit right (m, cm)?"
     )
 
 
-def _changes(heads: Floats, after: Snapshot, walls: Walls, tolerance: float) -> dict[str, Any]:
+def _changes(positions: Floats, after: Snapshot, walls: Walls, tolerance: float) -> dict[str, Any]:
     """The measured numbers of the report, rounded to a micrometre, so that every machine gives the
     same digits."""
-    before = Snapshot(position=heads, radius=after.radius, mass=after.mass)
-    touching, left = (
+    before = Snapshot(position=positions, radius=after.radius, mass=after.mass)
+    in_contact, left = (
         find_contacts(snapshot, walls, tolerance=tolerance) for snapshot in (before, after)
     )
-    overlapping = touching.gap < 0
-    overlap = -touching.gap[overlapping & ~touching.is_wall]
-    move = after.position - heads
+    overlapping = in_contact.gap < 0
+    overlap = -in_contact.gap[overlapping & ~in_contact.is_wall]
+    move = after.position - positions
     moved = lengths(move)
     mean_x, mean_y = move.mean(0)
     numbers = {
@@ -289,18 +289,18 @@ def _changes(heads: Floats, after: Snapshot, walls: Walls, tolerance: float) -> 
     }
     counts = {
         "overlaps_before": len(overlap),
-        "wall_overlaps_before": int((overlapping & touching.is_wall).sum()),
+        "wall_overlaps_before": int((overlapping & in_contact.is_wall).sum()),
         "contacts_after": int((~left.is_wall).sum()),
         "wall_contacts_after": int(left.is_wall.sum()),
     }
     return {key: round(float(value), 6) + 0.0 for key, value in numbers.items()} | counts
 
 
-def _densities(heads: Floats, disks: Floats, area: shapely.Polygon) -> dict[str, float]:
+def _densities(positions: Floats, disks: Floats, area: shapely.Polygon) -> dict[str, float]:
     """Mean and highest decile (1/m²) of the local densities before and after; nothing where GEOS
     fails on a Voronoi cell, as it does for some touching disks of one radius."""
     try:
-        found = {"before": _voronoi(heads, area), "after": _voronoi(disks, area)}
+        found = {"before": _voronoi(positions, area), "after": _voronoi(disks, area)}
     except shapely.errors.GEOSException:
         return {}
     return {
@@ -374,6 +374,6 @@ def frames_near(frame: int, recording: Recording, count: int, apart_s: float) ->
     wanted = max(1, round(min(apart_s / recording.step_s, last)))
     # the largest step, from `wanted` down, that leaves room for so many
     steps = range(wanted, 0, -1)
-    place = bisect(steps, -1, key=lambda step: sum(map(len, near(step))) - count)
-    every = (place for side in near(steps[min(place, len(steps) - 1)]) for place in side[:count])
+    index = bisect(steps, -1, key=lambda step: sum(map(len, near(step))) - count)
+    every = (index_of for side in near(steps[min(index, len(steps) - 1)]) for index_of in side[:count])
     return [int(numbers[one]) for one in sorted(every, key=lambda one: abs(one - at))[:count]]

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 import shapely
 
-from analysis.scene.anthropometry import apart
+from analysis.scene.anthropometry import separated
 from analysis.scene.floors import walls_between
 from analysis.scene.scene import Scene, SceneError, Wall, read_room
 from analysis.support.reading import UnreadableError, parsed_xml, read_text
@@ -47,7 +47,7 @@ class LemonsCrowd:
         if not stated.walls:
             stated = stated.model_copy(update={"walls": self.walls})
         try:
-            moved = apart(disks, stated.wall_segments())
+            moved = separated(disks, stated.wall_segments())
         except (StepError, ValueError) as error:
             raise SceneError(f"{self.file}: {error}") from None
         far = lengths(moved.position - disks.position)
@@ -61,17 +61,17 @@ Drive and contact law are those of {room.name}."""
         return scene
 
     def _people(self) -> str:
-        disks, said = (
+        disks, message = (
             self.snapshot,
             f"people of {self.file.name} (LEMONS), each with {self.shapes} disks",
         )
         if disks.bodies is not None:
             return (
-                f"{len(disks.bodies)} {said}, with their masses, moments of inertia, centres of mass\n"
+                f"{len(disks.bodies)} {message}, with their masses, moments of inertia, centres of mass\n"
                 "and orientations. The disks share the mass so that its centre is where LEMONS has it"
             )
         size = f"{disks.radius.mean():.3f} m in the mean"
-        return f"{len(disks)} {said} there and one of the same area\nhere: {size}"
+        return f"{len(disks)} {message} there and one of the same area\nhere: {size}"
 
 
 def read_lemons(file: Path, *, one_disk: bool) -> LemonsCrowd:
@@ -109,10 +109,10 @@ def read_lemons(file: Path, *, one_disk: bool) -> LemonsCrowd:
             continue
         inertia += _attribute(where, bodies[one], "MomentOfInertia", 1)
         c, s = math.cos(turn), math.sin(turn)
-        for ((x, y), radius), share in zip(disks, _shares(where, disks), strict=True):
+        for ((x, y), radius), fraction in zip(disks, _mass_fractions(where, disks), strict=True):
             # picometres are those of every processor
-            place = (round(at, 12) for at in (centre[0] + c * x - s * y, centre[1] + s * x + c * y))
-            rows.append((one + 1, *place, *way, radius, mass * share))
+            position = (round(at, 12) for at in (centre[0] + c * x - s * y, centre[1] + s * x + c * y))
+            rows.append((one + 1, *position, *way, radius, mass * fraction))
     return LemonsCrowd(
         file=file,
         snapshot=_crowd(file, np.array(rows), np.array(inertia)),
@@ -134,18 +134,18 @@ def _crowd(file: Path, rows: Floats, inertia: Floats) -> Snapshot:
         raise SceneError(f"{file}: {error}") from None
 
 
-def _shares(where: str, disks: list[Disk]) -> Floats:
+def _mass_fractions(where: str, disks: list[Disk]) -> Floats:
     """The share of the mass (n,) of each disk, near that of its area w, so that the centre of mass is
     at 0: w (1 + a·p) of the least a; 12 digits, which are those of every processor."""
-    places, weight = np.array([place for place, _ in disks]), np.array([r * r for _, r in disks])
-    weighted = weight[:, None] * places
-    tilt = np.linalg.lstsq(places.T @ weighted, -weighted.sum(0), rcond=1e-9)[0]
-    share = weight * (1 + places @ tilt)
-    if share.min() <= 0 or np.abs(share @ places).max() > 1e-9 * share.sum():
+    positions, weight = np.array([position for position, _ in disks]), np.array([r * r for _, r in disks])
+    weighted = weight[:, None] * positions
+    tilt = np.linalg.lstsq(positions.T @ weighted, -weighted.sum(0), rcond=1e-9)[0]
+    fraction = weight * (1 + positions @ tilt)
+    if fraction.min() <= 0 or np.abs(fraction @ positions).max() > 1e-9 * fraction.sum():
         raise SceneError(f"{where}: its disks are not about its centre of mass")
-    share = (share / share.sum()).round(12)
-    share[share.argmax()] += 1 - math.fsum(share)  # the mass of the person is the stated one
-    return np.asarray(share)
+    fraction = (fraction / fraction.sum()).round(12)
+    fraction[fraction.argmax()] += 1 - math.fsum(fraction)  # the mass of the person is the stated one
+    return np.asarray(fraction)
 
 
 def _xml(file: Path, name: str) -> ElementTree.Element:
@@ -163,10 +163,10 @@ def _xml(file: Path, name: str) -> ElementTree.Element:
 def _agents(file: Path) -> dict[int, ElementTree.Element]:
     found: dict[int, ElementTree.Element] = {}
     for agent in _xml(file, "Agents").findall("Agent"):
-        said = agent.get("Id", "")
-        if not said.isdigit() or int(said) in found:
-            raise SceneError(f"{file}: agent {said!r}: one whole number each is needed as Id")
-        found[int(said)] = agent
+        stated = agent.get("Id", "")
+        if not stated.isdigit() or int(stated) in found:
+            raise SceneError(f"{file}: agent {stated!r}: one whole number each is needed as Id")
+        found[int(stated)] = agent
     return found
 
 
@@ -201,10 +201,10 @@ def _radius(disks: list[Disk]) -> float:
     """The radius (m) of the disk that has the area of these; micrometres are those of every processor."""
     if len(disks) == 1:
         return disks[0][1]
-    circles = [shapely.Point(place).buffer(radius, quad_segs=CORNERS) for place, radius in disks]
+    circles = [shapely.Point(position).buffer(radius, quad_segs=CORNERS) for position, radius in disks]
     # of a polygon that stands for a disk
-    share = CORNERS * 4 / (2 * np.pi) * np.sin(2 * np.pi / (CORNERS * 4))
-    return float(np.sqrt(shapely.union_all(circles).area / (np.pi * share)))
+    fraction = CORNERS * 4 / (2 * np.pi) * np.sin(2 * np.pi / (CORNERS * 4))
+    return float(np.sqrt(shapely.union_all(circles).area / (np.pi * fraction)))
 
 
 def _walls(file: Path) -> tuple[Wall, ...]:

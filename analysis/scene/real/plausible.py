@@ -34,7 +34,7 @@ LOOKED_AT = 50
 HEADS_M, STOREY_M, CELL_M, BOTH = (1.0, 2.2), 1.0, 0.5, 0.01
 
 
-class Look(NamedTuple):
+class Plausibility(NamedTuple):
     """Hold how a trajectory looks: medians, and who moves how."""
 
     people: int
@@ -42,7 +42,7 @@ class Look(NamedTuple):
     once: float  # share of people who are seen in one frame only
     step: float  # s, between frames
     longest: float  # s, the largest of these
-    seen: float  # s, of a person
+    observed_s: float  # s, of a person
     speed: float  # m/s
     speed_95: float
     fast: float  # m/s, of the fastest tenth of steps
@@ -52,20 +52,20 @@ class Look(NamedTuple):
 
     def line(self, *more: str) -> str:
         """Say it in a line, with more, and ask why people are so fast."""
-        said = f"{self.people} people, {self.frames} frames"
+        message = f"{self.people} people, {self.frames} frames"
         if self.step == self.step:
-            said += f", {1 / self.step:.3g} per s"
+            message += f", {1 / self.step:.3g} per s"
             if self.longest > 1.5 * self.step:
-                said += f" (up to {self.longest:.3g} s apart)"
-            said += f", seen {self.seen:.3g} s each"
+                message += f" (up to {self.longest:.3g} s apart)"
+            message += f", seen {self.observed_s:.3g} s each"
         if self.speed == self.speed:
-            said += f", speeds {self.speed:.2g} m/s (95 %: {self.speed_95:.2g})"
+            message += f", speeds {self.speed:.2g} m/s (95 %: {self.speed_95:.2g})"
         if self.nearest == self.nearest:
-            said += f", nearest {self.nearest:.2g} m"
-        said = ", ".join([said, *more])
+            message += f", nearest {self.nearest:.2g} m"
+        message = ", ".join([message, *more])
         if self.fast > FAST_M_PER_S * (1 + 1e-9):
-            said += f". A tenth of the steps are faster than {self.fast:.3g} m/s. {UNIT} {RATE}"
-        return said
+            message += f". A tenth of the steps are faster than {self.fast:.3g} m/s. {UNIT} {RATE}"
+        return message
 
     @property
     def doubt(self) -> tuple[str, str]:
@@ -86,24 +86,24 @@ class Look(NamedTuple):
         return "", ""
 
 
-def look_at(data: pd.DataFrame) -> Look:
+def plausibility_of(data: pd.DataFrame) -> Plausibility:
     """Look at rows of id, frame, time (s), x and y (m)."""
     good = (data[["x", "y"]].abs() < 1e9).all(axis=1)  # what is no place is refused by its frame
     data = data[good].drop_duplicates(["id", "frame"]).sort_values(["id", "time"])
     people = data.groupby("id").time.agg(["min", "max", "count"])
     times = np.unique(data.time)
-    apart = np.diff(times) if len(times) > 1 else np.array([np.nan])
-    step = float(np.median(apart))
+    intervals = np.diff(times) if len(times) > 1 else np.array([np.nan])
+    step = float(np.median(intervals))
     speed, straight = _speeds(data, step)
     nearest, round_ = _distances(data)
     middle, fast, high = np.quantile(speed, (0.5, 0.9, 0.95)) if len(speed) else 3 * (np.nan,)
-    return Look(
+    return Plausibility(
         people=len(people),
         frames=len(times),
         once=float((people["count"] == 1).mean()) if len(people) else 0.0,
         step=step,
-        longest=float(apart.max()),
-        seen=float((people["max"] - people["min"]).median()),
+        longest=float(intervals.max()),
+        observed_s=float((people["max"] - people["min"]).median()),
         speed=float(middle),
         speed_95=float(high),
         fast=float(fast),
@@ -116,14 +116,14 @@ def look_at(data: pd.DataFrame) -> Look:
 def _speeds(data: pd.DataFrame, step: float) -> tuple[Floats, float]:
     """Speeds (m/s) over OVER_S or a step, and the share of people whose way is a straight one."""
     who, time = data.id.to_numpy(), data.time.to_numpy()
-    place = data[["x", "y"]].to_numpy()
+    position = data[["x", "y"]].to_numpy()
     for rows in (max(1, round(OVER_S / step)) if step > 0 else 1, 1):
         same = (who[rows:] == who[:-rows]) & (time[rows:] > time[:-rows])
         if same.any():
             break
     else:
         return np.zeros(0), 0.0
-    way = np.hypot(*(place[rows:] - place[:-rows])[same].T)
+    way = np.hypot(*(position[rows:] - position[:-rows])[same].T)
     table = data.groupby("id")[["x", "y"]]
     net = np.hypot(*(table.last() - table.first()).to_numpy().T)
     path = pd.Series(way).groupby(who[rows:][same]).sum().reindex(table.first().index) / rows
@@ -139,19 +139,19 @@ def _distances(data: pd.DataFrame) -> tuple[float, float]:
     chosen = numbers[:: max(1, len(numbers) // LOOKED_AT)]
     found, near = [], data[data.frame.isin(chosen)]
     for _, one in near.groupby("frame"):
-        place = one[["x", "y"]].to_numpy()
-        found.append(cKDTree(place).query(place, k=ROUND + 1)[0])
+        position = one[["x", "y"]].to_numpy()
+        found.append(cKDTree(position).query(position, k=ROUND + 1)[0])
     if not found:
         return np.nan, 0.0
     every = np.concatenate(found)
-    known = every[np.isfinite(every[:, ROUND]), ROUND]
-    return float(np.median(every[:, 1])), float(np.quantile(known, 0.25)) if len(known) else 0.0
+    finite = every[np.isfinite(every[:, ROUND]), ROUND]
+    return float(np.median(every[:, 1])), float(np.quantile(finite, 0.25)) if len(finite) else 0.0
 
 
 def doubt(data: pd.DataFrame, *, timed: bool) -> str:
     """Say why rows look like no people, what would make them sound, and the way on; nothing where they
     do. timed: whether the file has times of its own"""
-    why, asked = look_at(data).doubt
+    why, requested = plausibility_of(data).doubt
     if not why:
         return ""
     ways = {
@@ -163,9 +163,9 @@ def doubt(data: pd.DataFrame, *, timed: bool) -> str:
         swapped = data.rename(columns={"id": "frame", "frame": "id"})
         step = data.time.abs().max() / max(data.frame.abs().max(), 1)
         ways["columns id and frame swapped"] = swapped.assign(time=swapped.frame * step)
-    sound = [way for way, rows in ways.items() if not look_at(rows).doubt[0]]
-    asked = f"It is sound with {' or '.join(sound)}." if sound else asked
-    return f"{why}. {asked} Give {TAKE_AS_IS}"
+    valid = [way for way, rows in ways.items() if not plausibility_of(rows).doubt[0]]
+    requested = f"It is sound with {' or '.join(valid)}." if valid else requested
+    return f"{why}. {requested} Give {TAKE_AS_IS}"
 
 
 def heights(data: pd.DataFrame) -> str:
@@ -177,10 +177,10 @@ def heights(data: pd.DataFrame) -> str:
     cells = cell.groupby(["i", "j"]).z
     above = cell.z > cells.transform("min") + STOREY_M
     both = above.groupby([cell.i, cell.j]).agg(["sum", "count"])
-    share = np.minimum(both["sum"], both["count"] - both["sum"]).sum() / len(cell)
+    fraction = np.minimum(both["sum"], both["count"] - both["sum"]).sum() / len(cell)
     low, high = np.quantile(cell.z, (0.05, 0.95))
     span = f"{low:.3g} to {high:.3g} m"
-    if share >= BOTH:
+    if fraction >= BOTH:
         return f"{STOREYS}: z from {span} at one place"
     if HEADS_M[0] <= low and high <= HEADS_M[1]:
         return f"heights of heads, {span}"

@@ -79,7 +79,7 @@ def reconcile(
         if np.abs(step).max() < STEP_M and overlap < STEP_M:
             break
         steps = [*steps[-2:], step]
-        if iteration >= SLOW and (rest := _rest(steps)) is not None:
+        if iteration >= SLOW and (rest := _remaining_steps(steps)) is not None:
             current, steps = current + rest, []
     else:
         raise OverlapError(
@@ -97,25 +97,25 @@ def _projected(
     found = _core.solve_impact(
         contacts.first, contacts.second, contacts.is_wall, contacts.normal, snapshot.position,
         snapshot.radius, snapshot.mass, free, offset=contacts.gap - SPARE_M, least_scale=scale,
-        tolerance=SOLVER_TOLERANCE, least=False, bounded=False,
+        tolerance=SOLVER_TOLERANCE, canonical=False, bounded=False,
     )  # fmt: skip
     assert found is not None, "contacts of disks that there are, and finite numbers"
     error = max(found.residual, found.momentum_error)
     return found.right_velocity, error if found.finite else np.inf
 
 
-def _rest(steps: list[Floats]) -> Floats | None:
+def _remaining_steps(steps: list[Floats]) -> Floats | None:
     """What is still to come of three steps (n,2) m that shrink by one factor ρ: ρ/(1 − ρ) times the
     last; None where they do not."""
     if len(steps) < 3:
         return None
-    shares = [float((b * a).sum() / (a * a).sum()) for a, b in pairwise(steps)]
-    share = shares[-1]
-    bent = lengths(np.ravel(steps[-1] - share * steps[-2]))
+    fractions = [float((b * a).sum() / (a * a).sum()) for a, b in pairwise(steps)]
+    fraction = fractions[-1]
+    bent = lengths(np.ravel(steps[-1] - fraction * steps[-2]))
     straight = bent < AGREE * lengths(np.ravel(steps[-1]))
-    if not 0 < share < 1 or not straight or abs(shares[0] - share) > AGREE * (1 - share):
+    if not 0 < fraction < 1 or not straight or abs(fractions[0] - fraction) > AGREE * (1 - fraction):
         return None
-    return share / (1 - share) * steps[-1]
+    return fraction / (1 - fraction) * steps[-1]
 
 
 def _with_door(

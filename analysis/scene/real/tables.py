@@ -79,26 +79,26 @@ class Table(NamedTuple):
         """The unit of x and y: that of their names, or else in a comment. Raises UnreadableError for
         two, and for one that is no length."""
         units = self.columns.units
-        said = {units[axis] for axis in "xy" if axis in units} or units_in("\n".join(self.head))
-        if len(said) > 1 or not said <= PER_METRE.keys():
+        stated = {units[axis] for axis in "xy" if axis in units} or units_in("\n".join(self.head))
+        if len(stated) > 1 or not stated <= PER_METRE.keys():
             raise UnreadableError(
-                f"{self.file}: states the unit {' and '.join(sorted(said))}. One of m, cm and mm is read"
+                f"{self.file}: states the unit {' and '.join(sorted(stated))}. One of m, cm and mm is read"
             )
-        return next(iter(said), None)
+        return next(iter(stated), None)
 
-    def frame_rate(self, given: float | None) -> float | None:
+    def frame_rate(self, inputs: float | None) -> float | None:
         """Frames per second in the lines above. Raises UnreadableError for two, unless one is given."""
         every = (found for line in self.head for found in RATE.findall(line))
-        said = {float((one or other).replace(",", ".")): one or other for one, other in every}
-        if len(said) > 1 and given not in said:
-            both = " and ".join(said.values())
+        stated = {float((one or other).replace(",", ".")): one or other for one, other in every}
+        if len(stated) > 1 and inputs not in stated:
+            both = " and ".join(stated.values())
             raise UnreadableError(f"{self.file}: states the frame rates {both}. Give --frame-rate")
-        return given if given in said else next(iter(said), None)
+        return inputs if inputs in stated else next(iter(stated), None)
 
     def note(self, *used: str) -> None:
         """Say which columns are not used."""
-        places = {self.columns.roles.get(role) for role in used}
-        names = (name for place, name in enumerate(self.columns.names) if place not in places)
+        indices = {self.columns.roles.get(role) for role in used}
+        names = (name for index, name in enumerate(self.columns.names) if index not in indices)
         reading.note_unused(self.file, "columns", names)
 
 
@@ -136,14 +136,14 @@ def read_table(file: Path, *, named: bool, columns: Sequence[str] = ()) -> Table
                 head.append(text)
                 continue
             layout = _layout(file, head, cells, named, columns)
-            places = {role: place for role, place in layout.roles.items() if role != "id"}
+            indices = {role: position for role, position in layout.roles.items() if role != "id"}
             who, width = layout.roles["id"], len(layout.names)
         elif not text or text.startswith(COMMENTS):
             continue
         if len(cells) != width:
             raise UnreadableError(f"{where} is not a row as the first one, with {width} cells")
-        picked = [cells[place] for place in places.values()]
-        for role, cell in zip(places, picked, strict=True):
+        picked = [cells[position] for position in indices.values()]
+        for role, cell in zip(indices, picked, strict=True):
             value = number_of(cell)
             if value is None and role in NEEDED:
                 raise UnreadableError(f"{where} is not a row: {role}: {cell[:40]!r} is no number")
@@ -156,8 +156,8 @@ def read_table(file: Path, *, named: bool, columns: Sequence[str] = ()) -> Table
         lines.append(number)
     if layout is None:
         raise UnreadableError(f"{file}: no row of numbers")
-    table = np.frombuffer(values).reshape(len(lines), len(places))
-    rows = pd.DataFrame(table, pd.Index(lines, name="line"), list(places))
+    table = np.frombuffer(values).reshape(len(lines), len(indices))
+    rows = pd.DataFrame(table, pd.Index(lines, name="line"), list(indices))
     rows.insert(0, "id", numbered(file, list(ids), np.frombuffer(codes, dtype=np.int64)))
     return Table(file, head, layout, seen_once(file, rows))
 
@@ -199,24 +199,24 @@ def _layout(
         raise UnreadableError(
             f"{file}: its rows have {len(row)} columns. Needed are {' '.join(columns or PLAIN)}"
         )
-    given = names or [""] * len(row)
-    shown = [name or f"column {place}" for place, name in enumerate(given, start=1)]
-    told = list(columns) or names or list(PLAIN)
+    inputs = names or [""] * len(row)
+    shown = [name or f"column {index_of}" for index_of, name in enumerate(inputs, start=1)]
+    stated = list(columns) or names or list(PLAIN)
     roles: dict[str, int] = {}
     units: dict[str, str] = {}
-    for place, (role, unit) in enumerate(map(_parsed, told)):
+    for index, (role, unit) in enumerate(map(_parsed, stated)):
         if role in NEEDED and role in roles:
-            both = f"{shown[roles[role]]} and {shown[place]}"
+            both = f"{shown[roles[role]]} and {shown[index]}"
             raise UnreadableError(f"{file}: {both} could both be {role}. Say which with --columns")
         if role:
-            roles.setdefault(role, place)
-            if unit := unit or _parsed(shown[place])[1] or below[place]:
+            roles.setdefault(role, index)
+            if unit := unit or _parsed(shown[index])[1] or below[index]:
                 units.setdefault(role, unit)
     missing = [role for role in ("id", "x", "y") if role not in roles]
     missing += [] if {"frame", "time"} & roles.keys() else ["frame or time"]
     if missing:
         raise UnreadableError(
-            f"{file}: no column for {', '.join(missing)} among {', '.join(told)[:200]}. "
+            f"{file}: no column for {', '.join(missing)} among {', '.join(stated)[:200]}. "
             "Give --columns with a word for each, as in 'id frame x y'"
         )
     own = [_parsed(name)[0] for name in names if columns]
@@ -232,7 +232,7 @@ def _header(head: list[str], row: list[str]) -> tuple[list[str], list[str]]:
     """Of the lines above a row that name its columns the one that has most names known, and the units
     in a line below it."""
     names: list[str] = []
-    units, most = [""] * len(row), 0
+    units, maximum = [""] * len(row), 0
     for text in head:
         bare = text.lstrip("#").strip()
         loose = LOOSE.sub(lambda found: found[1] or "/", bare)
@@ -244,8 +244,8 @@ def _header(head: list[str], row: list[str]) -> tuple[list[str], list[str]]:
         known = sum(bool(_parsed(cell)[0]) for cell in cells)
         if names and {*words} & (PER_METRE.keys() | TIMES.keys()):
             units = words
-        elif known >= max(most, 2 if text.startswith(COMMENTS) else 0):
-            names, most = cells, known
+        elif known >= max(maximum, 2 if text.startswith(COMMENTS) else 0):
+            names, maximum = cells, known
     return names, units
 
 

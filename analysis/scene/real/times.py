@@ -30,9 +30,9 @@ def in_seconds(time: pd.Series, ms: bool, file: Path) -> pd.Series:
         note(file, f"times are counted from the first, which is {start:.3f} s")
         time = time - start
     if not (good := time.abs() <= LONGEST_S).all():
-        place = good.idxmin()
+        index = good.idxmin()
         name = time.index.name or "row"
-        raise ValueError(f"{name} {place}: time: {time[place]:g}. Up to {LONGEST_S:g} s are needed")
+        raise ValueError(f"{name} {index}: time: {time[index]:g}. Up to {LONGEST_S:g} s are needed")
     return time.round(DIGITS)
 
 
@@ -47,14 +47,14 @@ def framed(rows: pd.DataFrame, file: Path) -> pd.DataFrame:
         raise ValueError("no frame rate: nobody is seen at two times that grow")
     rows = rows.sort_values(["id", "time"], kind="stable")
     times = np.unique(rows.time)
-    seen = rows.groupby("id").time.agg(["min", "max", "nunique"])
-    could = np.searchsorted(times, seen["max"], "right") - np.searchsorted(times, seen["min"])
-    if seen["nunique"].sum() < FILLED * could.sum():
+    present = rows.groupby("id").time.agg(["min", "max", "nunique"])
+    could = np.searchsorted(times, present["max"], "right") - np.searchsorted(times, present["min"])
+    if present["nunique"].sum() < FILLED * could.sum():
         count = (times[-1] - times[0]) / usual
         if count > TIMES_OF_ROW * len(rows):
             raise ValueError(f"{count:.3g} frames of {len(rows)} rows. Are the times right?")
         times = times[0] + usual * np.arange(int(count + EVEN) + 1)
-    if seen["nunique"].sum() < could.sum():
+    if present["nunique"].sum() < could.sum():
         rows = _at(rows, times, file)
         times = np.unique(rows.time)
     numbers = numbers_of(times)
@@ -63,16 +63,16 @@ def framed(rows: pd.DataFrame, file: Path) -> pd.DataFrame:
 
 def numbers_of(times: Floats) -> Indices:
     """Number growing times (s): multiples of their step where they are even, else 0, 1, 2, …"""
-    apart = np.diff(times)
-    if not len(apart):
+    intervals = np.diff(times)
+    if not len(intervals):
         return np.zeros(1, dtype=np.int64)
-    steps = np.concatenate([[0], np.cumsum(np.rint(apart / np.median(apart)))])
+    steps = np.concatenate([[0], np.cumsum(np.rint(intervals / np.median(intervals)))])
     step = float(times[-1] - times[0]) / max(steps[-1], 1)
     even = (np.diff(steps) > 0).all() and np.abs(
         times - times[0] - step * steps
     ).max() < EVEN * step
-    whole = steps + np.rint(times[0] / step) if even else np.arange(len(times))
-    return np.asarray(whole, dtype=np.int64)
+    full = steps + np.rint(times[0] / step) if even else np.arange(len(times))
+    return np.asarray(full, dtype=np.int64)
 
 
 def _at(rows: pd.DataFrame, times: Floats, file: Path) -> pd.DataFrame:
@@ -80,21 +80,21 @@ def _at(rows: pd.DataFrame, times: Floats, file: Path) -> pd.DataFrame:
     made, count = [], 0
     for who, one in rows.groupby("id"):
         own = one.time.to_numpy()
-        apart = np.diff(own)
-        most = LARGEST_GAP * np.median(apart) if len(apart) else 0.0
+        intervals = np.diff(own)
+        maximum = LARGEST_GAP * np.median(intervals) if len(intervals) else 0.0
         when = times[(times >= own[0]) & (times <= own[-1])]
         after = np.searchsorted(own, when)
         exact = own[after] == when
-        near = ~exact & (own[after] - own[after - 1] <= most)
+        near = ~exact & (own[after] - own[after - 1] <= maximum)
         when = when[exact | near]
         count += int(near.sum())
-        if (apart <= 0).any():  # twice there: whoever takes the frame says so
+        if (intervals <= 0).any():  # twice there: whoever takes the frame says so
             made.append(one)
             continue
-        places = {
+        positions = {
             name: np.interp(when, own, one[name]) for name in one if name not in ("id", "time")
         }
-        made.append(pd.DataFrame({"id": who, "time": when, **places}))
+        made.append(pd.DataFrame({"id": who, "time": when, **positions}))
     found = pd.concat(made, ignore_index=True)
     if count:
         note(file, "people are seen at different times. Places between theirs are interpolated")

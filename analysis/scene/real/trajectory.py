@@ -17,7 +17,14 @@ import pandas as pd
 from scipy.spatial import cKDTree
 
 from analysis.scene.real import tables
-from analysis.scene.real.plausible import STOREYS, TAKE_AS_IS, Look, doubt, heights, look_at
+from analysis.scene.real.plausible import (
+    STOREYS,
+    TAKE_AS_IS,
+    Plausibility,
+    doubt,
+    heights,
+    plausibility_of,
+)
 from analysis.scene.real.tables import PER_METRE, PLAIN, Table, numbered, seen_once
 from analysis.scene.real.times import framed, in_seconds
 from analysis.support import reading
@@ -57,7 +64,7 @@ class TrajectoryError(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class _Given:
+class _Source:
     """A file, and what is said of it; unit and frame rate (1/s) where it may not state them."""
 
     file: Path
@@ -81,10 +88,10 @@ class _Given:
         unit, frame_rate = self.stated(unit, frame_rate, timed=timed)
         axes = {*"xyz"} & {*data}
         data = data.assign(**{axis: data[axis] / PER_METRE[unit] for axis in axes})
-        if "z" in data and (said := heights(data)):
-            if said.startswith(STOREYS) and not self.take_as_is:
-                raise self.refuse(f"{said}. Give one storey, or {TAKE_AS_IS}")
-            reading.note(self.file, f"z is not used: {said}")
+        if "z" in data and (message := heights(data)):
+            if message.startswith(STOREYS) and not self.take_as_is:
+                raise self.refuse(f"{message}. Give one storey, or {TAKE_AS_IS}")
+            reading.note(self.file, f"z is not used: {message}")
         return data.drop(columns="z", errors="ignore"), frame_rate
 
     def _on_clock(self, data: pd.DataFrame) -> tuple[pd.DataFrame, float | None]:
@@ -114,10 +121,10 @@ class _Given:
         given beside it."""
         if unit is not None and self.unit not in (None, unit):
             raise self.refuse(f"--unit {self.unit}: the file states {unit}")
-        own, given = frame_rate or 0.0, self.frame_rate or frame_rate or 0.0
-        if frame_rate and abs(given - own) > SAME_RATE * own * timed:
+        own, inputs = frame_rate or 0.0, self.frame_rate or frame_rate or 0.0
+        if frame_rate and abs(inputs - own) > SAME_RATE * own * timed:
             says = f"has times {1 / own:.4g} s apart, which is" if timed else "states"
-            raise self.refuse(f"--frame-rate {given:g}: the file {says} {own:g} per second")
+            raise self.refuse(f"--frame-rate {inputs:g}: the file {says} {own:g} per second")
         unit, frame_rate = unit or self.unit, frame_rate or self.frame_rate
         if unit and frame_rate:
             return unit, frame_rate
@@ -127,85 +134,85 @@ class _Given:
         raise self.refuse(f"states no {' and no '.join(words)}. Give {' and '.join(ways)}")
 
 
-def _load(given: _Given, columns: str | None) -> Loaded:
+def _load(source: _Source, columns: str | None) -> Loaded:
     """Read a file of any format that is known. Raises TrajectoryError as `Recording.read` does."""
-    if not given.file.is_file():
-        raise given.refuse("not a regular file" if given.file.exists() else "no such file")
-    end = given.file.name.lower().removesuffix(".gz").rpartition(".")[2]
+    if not source.file.is_file():
+        raise source.refuse("not a regular file" if source.file.exists() else "no such file")
+    end = source.file.name.lower().removesuffix(".gz").rpartition(".")[2]
     try:
         # numpy's complaints of numbers that are none; the error that follows says more
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)
             if end not in FOREIGN:
-                data, rate = _text(given, end, re.findall(r"[^\s,;]+", columns or ""))
+                data, rate = _text(source, end, re.findall(r"[^\s,;]+", columns or ""))
             elif columns:
-                raise given.refuse("--columns: only of a table of text")
+                raise source.refuse("--columns: only of a table of text")
             else:
-                data, rate = FOREIGN[end](given)
+                data, rate = FOREIGN[end](source)
         for name in ("id", "frame"):
-            whole = (np.abs(data[name]) < reading.LARGEST_WHOLE) & (data[name] % 1 == 0)
-            if not whole.all():
-                place = whole.idxmin()
-                raise given.refuse(
-                    f"{data.index.name or 'row'} {place}: {name}: {data[name][place]:g}. A whole "
+            full = (np.abs(data[name]) < reading.LARGEST_WHOLE) & (data[name] % 1 == 0)
+            if not full.all():
+                index = full.idxmin()
+                raise source.refuse(
+                    f"{data.index.name or 'row'} {index}: {name}: {data[name][index]:g}. A whole "
                     f"number below {reading.LARGEST_WHOLE} is needed"
                 )
         data = data.astype({"id": np.int64, "frame": np.int64})
         if not 0 < rate < np.inf:
-            raise given.refuse(f"{rate:g} frames per second. Above 0 is needed")
+            raise source.refuse(f"{rate:g} frames per second. Above 0 is needed")
         if not len(data):
-            raise given.refuse("no frame with anybody in it")
+            raise source.refuse("no frame with anybody in it")
         timed = "time" in data
         data = data if timed else data.assign(time=data.frame / rate)
-        if not given.take_as_is and (why := doubt(data, timed=timed)):
-            raise given.refuse(why)
+        if not source.take_as_is and (why := doubt(data, timed=timed)):
+            raise source.refuse(why)
         return data, rate
     except TrajectoryError:
         raise
     except reading.UnreadableError as error:
         raise TrajectoryError(str(error)) from None
     except Exception as error:  # of pandas, numpy, json and PedPy
-        raise given.refuse(f"it cannot be read: {first_line(error)}") from None
+        raise source.refuse(f"it cannot be read: {first_line(error)}") from None
 
 
-def _text(given: _Given, end: str, columns: list[str]) -> Loaded:
+def _text(source: _Source, end: str, columns: list[str]) -> Loaded:
     """A table of text: footsteps of Vadere, the BIWI walking pedestrians, or any other."""
-    table = tables.read_table(given.file, named=end in NAMED, columns=columns)
+    table = tables.read_table(source.file, named=end in NAMED, columns=columns)
     if any(line.startswith("$VEHICLE") for line in table.head):
-        raise given.refuse("vehicles of Vissim. A table of its pedestrians is needed")
+        raise source.refuse("vehicles of Vissim. A table of its pedestrians is needed")
     names = {
         re.sub(r"-pid\d+$", "", name.rpartition(":")[2].lower()) for name in table.columns.names
     }
     if "startx" in names:
-        return _vadere(given, table)
+        return _vadere(source, table)
     if not (columns or table.columns.named) and len(names) == len(OBSMAT):
-        other = tables.read_table(given.file, named=False, columns=OBSMAT)
+        other = tables.read_table(source.file, named=False, columns=OBSMAT)
         if rate := _rate_of_velocities(other.rows):
-            if given.frame_rate and abs(given.frame_rate - rate) <= SAME_RATE * rate:
-                rate = given.frame_rate  # which is not a measured one
-            found = given.loaded(other.rows[[*PLAIN]], "m", rate)
+            if source.frame_rate and abs(source.frame_rate - rate) <= SAME_RATE * rate:
+                rate = source.frame_rate  # which is not a measured one
+            found = source.loaded(other.rows[[*PLAIN]], "m", rate)
             other.note(*PLAIN, "v_x", "v_y")
             return found
-    implied = any(known <= names for known in IN_METRES) and not given.unit
-    found = _people(given, table, table.length or ("m" if implied else None))
+    implied = any(each <= names for each in IN_METRES) and not source.unit
+    found = _people(source, table, table.length or ("m" if implied else None))
     table.note("id", "frame", "time", "x", "y", "z")
     return found
 
 
-def _people(given: _Given, table: Table, length: str | None) -> Loaded:
+def _people(source: _Source, table: Table, length: str | None) -> Loaded:
     """People of a table, in this unit; the frame rate is in a comment, or follows from times (s)."""
-    rows, units, said = table.rows, table.columns.units, table.frame_rate(given.frame_rate)
+    rows, units, stated = table.rows, table.columns.units, table.frame_rate(source.frame_rate)
     if "z" in units:  # in the unit of the others, as far as this is known
-        per = PER_METRE[length or given.unit or "m"] / PER_METRE[units["z"]]
+        per = PER_METRE[length or source.unit or "m"] / PER_METRE[units["z"]]
         rows = rows.assign(z=rows.z * per)
     if "time" in rows:
         if (times := units.get("time", "s")) not in tables.TIMES:
-            raise given.refuse(f"the unit of its times is {times}. One of s and ms is read")
+            raise source.refuse(f"the unit of its times is {times}. One of s and ms is read")
         rows = rows.assign(time=rows.time * tables.TIMES[times])
     known = [one for one in (*PLAIN, "time", "z") if one in rows]
-    found = given.loaded(rows[known], length, None if "time" in rows else said)
-    if said and "time" in rows and not abs(found[1] - said) <= 0.05 * said:
-        raise given.refuse(f"states {said:g} frames per second, and its times are {found[1]:g}")
+    found = source.loaded(rows[known], length, None if "time" in rows else stated)
+    if stated and "time" in rows and not abs(found[1] - stated) <= 0.05 * stated:
+        raise source.refuse(f"states {stated:g} frames per second, and its times are {found[1]:g}")
     return found
 
 
@@ -213,50 +220,50 @@ def _rate_of_velocities(rows: pd.DataFrame) -> float | None:
     """Frames per second, where two columns are the velocities (m/s) between two rows of a person."""
     rows = rows.sort_values(["id", "frame"])
     moved = rows.groupby("id")[["frame", "x", "y"]].diff()
-    seen = moved.frame > 0
-    way = moved[seen][["x", "y"]].to_numpy()
-    went = rows[seen][["v_x", "v_y"]].to_numpy() * moved[seen][["frame"]].to_numpy()
+    present = moved.frame > 0
+    way = moved[present][["x", "y"]].to_numpy()
+    went = rows[present][["v_x", "v_y"]].to_numpy() * moved[present][["frame"]].to_numpy()
     step = (way * went).sum() / (went * went).sum()
     off = way - step * went
-    most = VELOCITIES_AGREE * VELOCITIES_AGREE * (way * way).sum()
-    agree = step > 0 and (off * off).sum() < most
+    maximum = VELOCITIES_AGREE * VELOCITIES_AGREE * (way * way).sum()
+    agree = step > 0 and (off * off).sum() < maximum
     return float(np.round(1 / step, 3)) if agree else None
 
 
-def _pathfinder_json(given: _Given) -> Loaded:
+def _pathfinder_json(source: _Source) -> Loaded:
     # person → time → position
-    content = json.loads(reading.read_text(given.file, LARGEST_JSON), object_pairs_hook=_once)
+    content = json.loads(reading.read_text(source.file, LARGEST_JSON), object_pairs_hook=_once)
     try:
         rows = [
-            (int(who), float(when), *(float(seen["position"].get(axis, "nan")) for axis in "xyz"))
+            (int(who), float(when), *(float(observed["position"].get(axis, "nan")) for axis in "xyz"))
             for who, person in content.items()
-            for when, seen in person.items()
+            for when, observed in person.items()
         ]
     except (AttributeError, KeyError, TypeError, ValueError):
-        raise given.refuse("no JSON of Pathfinder: people, their times and a position") from None
-    every = [seen for person in content.values() for seen in person.values()]
+        raise source.refuse("no JSON of Pathfinder: people, their times and a position") from None
+    every = [observed for person in content.values() for observed in person.values()]
     reading.note_unused(
-        given.file, "keys", (key for seen in every for key in seen if key != "position")
+        source.file, "keys", (key for observed in every for key in observed if key != "position")
     )
-    return given.loaded(pd.DataFrame(sorted(rows), columns=["id", "time", *"xyz"]), "m", None)
+    return source.loaded(pd.DataFrame(sorted(rows), columns=["id", "time", *"xyz"]), "m", None)
 
 
-def _trajnet(given: _Given) -> Loaded:
+def _trajnet(source: _Source) -> Loaded:
     """Tracks of TrajNet++, an object of JSON a line; scenes say how many rows a person has in 1 s."""
-    lines = reading.read_text(given.file, LARGEST_JSON).splitlines()
+    lines = reading.read_text(source.file, LARGEST_JSON).splitlines()
     content = [json.loads(line, object_pairs_hook=_once) for line in lines if line.strip()]
     try:
         tracks, scenes = ([one[key] for one in content if key in one] for key in ("track", "scene"))
         rows = pd.DataFrame([[float(one[key]) for key in "pfxy"] for one in tracks], columns=PLAIN)
         rates = sorted({float(one["fps"]) for one in scenes if "fps" in one})
     except (AttributeError, KeyError, TypeError, ValueError):
-        raise given.refuse("no lines of TrajNet++: a track with f, p, x and y in each") from None
+        raise source.refuse("no lines of TrajNet++: a track with f, p, x and y in each") from None
     if len(rates) > 1:
-        raise given.refuse(f"scenes of {rates[0]:g} and {rates[-1]:g} rows per second")
+        raise source.refuse(f"scenes of {rates[0]:g} and {rates[-1]:g} rows per second")
     others = sorted({key for one in tracks for key in one} - {*"pfxy"})
-    reading.note_unused(given.file, "keys", ["scenes but their fps", *others])
+    reading.note_unused(source.file, "keys", ["scenes but their fps", *others])
     step = float(rows.groupby("id").frame.diff().median())
-    return given.loaded(seen_once(given.file, rows), "m", rates[0] * step if rates else None)
+    return source.loaded(seen_once(source.file, rows), "m", rates[0] * step if rates else None)
 
 
 def _once(pairs: list[tuple[str, object]]) -> dict[str, object]:
@@ -267,80 +274,80 @@ def _once(pairs: list[tuple[str, object]]) -> dict[str, object]:
     return made
 
 
-def _jupedsim(given: _Given) -> Loaded:
-    found = read_foreign(given.file, "sqlite", ["trajectory_data", "metadata"]).below
+def _jupedsim(source: _Source) -> Loaded:
+    found = read_foreign(source.file, "sqlite", ["trajectory_data", "metadata"]).below
     if missing := {"trajectory_data", "metadata"} - found.keys():
-        raise given.refuse(f"no table {' and '.join(sorted(missing))}")
-    said = dict(zip(found["metadata"].texts("key"), found["metadata"].texts("value"), strict=True))
+        raise source.refuse(f"no table {' and '.join(sorted(missing))}")
+    stated = dict(zip(found["metadata"].texts("key"), found["metadata"].texts("value"), strict=True))
     names = ("id", "frame", "pos_x", "pos_y")
     others = found["trajectory_data"].attributes["others"].split()
-    known = {("fps", said.get("fps")), ("version", "1"), ("version", "2")}
-    others += [key for key, value in said.items() if (key, value) not in known]
-    reading.note_unused(given.file, "columns and keys", others)
+    known = {("fps", stated.get("fps")), ("version", "1"), ("version", "2")}
+    others += [key for key, value in stated.items() if (key, value) not in known]
+    reading.note_unused(source.file, "columns and keys", others)
     every = (found["trajectory_data"].below[name].values for name in names)
-    rows = seen_once(given.file, pd.DataFrame(dict(zip(PLAIN, every, strict=True))))
-    data, rate = given.loaded(rows, "m", _fps(given, said.get("fps")))
+    rows = seen_once(source.file, pd.DataFrame(dict(zip(PLAIN, every, strict=True))))
+    data, rate = source.loaded(rows, "m", _fps(source, stated.get("fps")))
     if not len(data):
-        raise given.refuse("no rows: was the writer closed?")
+        raise source.refuse("no rows: was the writer closed?")
     return data, rate
 
 
-def _archive(given: _Given) -> Loaded:
+def _archive(source: _Source) -> Loaded:
     """An HDF5 file of the Pedestrian Dynamics Data Archive."""
-    found = read_foreign(given.file, "hdf5", ["trajectory"]).below.get("trajectory", Node())
+    found = read_foreign(source.file, "hdf5", ["trajectory"]).below.get("trajectory", Node())
     values = found.values
     if values is None or values.ndim != 1 or not {*PLAIN} <= {*(values.dtype.names or ())}:
-        raise given.refuse(f"no table /trajectory with {', '.join(PLAIN)}")
+        raise source.refuse(f"no table /trajectory with {', '.join(PLAIN)}")
     if odd := [name for name in PLAIN if values.dtype[name].kind not in "iuf"]:
-        raise given.refuse(f"/trajectory: {odd[0]}: numbers are needed")
+        raise source.refuse(f"/trajectory: {odd[0]}: numbers are needed")
     here = values.dtype.names or ()
     heights_too = "z" in here and values.dtype["z"].kind in "iuf"
     names = [*PLAIN, *(["z"] if heights_too else [])]
     columns = {name: values[name].astype(np.float64 if name in "xyz" else None) for name in names}
-    reading.note_unused(given.file, "columns", [name for name in here if name not in names])
-    told = " ".join(str(found.attributes.get(axis)) for axis in "xy")
-    said = tables.units_in(told)
-    if said - {"m", "cm"} or len(said) > 1:
-        raise given.refuse(f"/trajectory: x and y: {told[:80]}. One of m and cm is read")
-    rate = _fps(given, found.attributes.get("fps"))
-    rows = seen_once(given.file, pd.DataFrame(columns))
-    return given.loaded(rows, "cm" if "cm" in said else "m", rate)
+    reading.note_unused(source.file, "columns", [name for name in here if name not in names])
+    column_names = " ".join(str(found.attributes.get(axis)) for axis in "xy")
+    stated = tables.units_in(column_names)
+    if stated - {"m", "cm"} or len(stated) > 1:
+        raise source.refuse(f"/trajectory: x and y: {column_names[:80]}. One of m and cm is read")
+    rate = _fps(source, found.attributes.get("fps"))
+    rows = seen_once(source.file, pd.DataFrame(columns))
+    return source.loaded(rows, "cm" if "cm" in stated else "m", rate)
 
 
-def _fps(given: _Given, said: object) -> float:
-    if said is None or not reading.NUMBER.fullmatch(str(said)):
-        raise given.refuse(f"fps: {str(said)[:40]}. A number is needed")
-    return float(str(said))
+def _fps(source: _Source, message: object) -> float:
+    if message is None or not reading.NUMBER.fullmatch(str(message)):
+        raise source.refuse(f"fps: {str(message)[:40]}. A number is needed")
+    return float(str(message))
 
 
-def _vadere(given: _Given, table: Table) -> Loaded:
+def _vadere(source: _Source, table: Table) -> Loaded:
     """Footsteps of Vadere: places at the frames between two steps, and to the end of the last."""
-    if given.time_unit != "s":
-        raise given.refuse(f"--time-unit {given.time_unit}: times of Vadere are in s")
-    _, rate = given.stated("m", None)
+    if source.time_unit != "s":
+        raise source.refuse(f"--time-unit {source.time_unit}: times of Vadere are in s")
+    _, rate = source.stated("m", None)
     rows = table.rows.sort_values(["id", "time"], kind="stable")
     bad = ~np.isfinite(rows[["id", "time"]]).all(axis=1)
     if bad.any():
-        raise given.refuse(f"line {bad.idxmax()}: an id and a time are needed")
+        raise source.refuse(f"line {bad.idxmax()}: an id and a time are needed")
     table.note("id", "time", "x", "y", "end_time", "end_x", "end_y")
     if {"end_time", "end_x", "end_y"} <= {*rows}:
         ends = rows[["id", "end_time", "end_x", "end_y"]].set_axis(["id", "time", "x", "y"], axis=1)
         following = rows.groupby("id")[["time", "x", "y"]].shift(-1)
         ended = (rows.end_time > rows.time) & np.isfinite(ends).all(axis=1)
         x, y = rows.end_x - following.x, rows.end_y - following.y
-        apart = np.sqrt(x * x + y * y)
+        difference = np.sqrt(x * x + y * y)
         late = rows.end_time - following.time
-        wrong = ended & ((late > SAME_S) | (late.abs() <= SAME_S) & (apart > SAME_M))
+        wrong = ended & ((late > SAME_S) | (late.abs() <= SAME_S) & (difference > SAME_M))
         if wrong.any():
-            raise given.refuse(
+            raise source.refuse(
                 f"line {wrong.idxmax()}: a step ends after or beside the next's start"
             )
         rows = pd.concat([rows[["id", "time", "x", "y"]], ends[ended & ~(late.abs() <= SAME_S)]])
         rows = rows.sort_values(["id", "time"], kind="stable")
-    seen = rows.groupby("id")["time"].agg(["min", "max"])
-    frames = float((seen["max"] - seen["min"]).sum()) * rate
+    present = rows.groupby("id")["time"].agg(["min", "max"])
+    frames = float((present["max"] - present["min"]).sum()) * rate
     if not frames <= MOST_FRAMES + FRAMES_OF_ROW * len(rows):
-        raise given.refuse(
+        raise source.refuse(
             f"{frames:.3g} frames of {len(table.rows)} rows at {rate:g} frames per second. Is the "
             "frame rate right?"
         )
@@ -348,10 +355,10 @@ def _vadere(given: _Given, table: Table) -> Loaded:
     for who, one in rows.groupby("id"):
         first, last = np.ceil(one.time.min() * rate - SAME_S), one.time.max() * rate + SAME_S
         at = np.arange(first, np.floor(last) + 1)
-        places = {axis: np.interp(at / rate, one.time, one[axis]) for axis in "xy"}
-        made.append(pd.DataFrame({"id": who, "frame": at, **places}))
-    unseen = [f"{who:g}" for who, one in zip(seen.index, made, strict=True) if one.empty]
-    reading.note_unused(given.file, "people between two frames", unseen)
+        positions = {axis: np.interp(at / rate, one.time, one[axis]) for axis in "xy"}
+        made.append(pd.DataFrame({"id": who, "frame": at, **positions}))
+    unseen = [f"{who:g}" for who, one in zip(present.index, made, strict=True) if one.empty]
+    reading.note_unused(source.file, "people between two frames", unseen)
     return pd.concat(made).sort_values(["frame", "id"], ignore_index=True), rate
 
 
@@ -360,17 +367,17 @@ def is_fcd(file: Path) -> bool:
     return b"<fcd-export" in reading.start_of(file, reading.LONGEST_LINE)
 
 
-def _fcd(given: _Given) -> Loaded:
+def _fcd(source: _Source) -> Loaded:
     """Persons of SUMO (--fcd-output), in metres."""
-    start = reading.start_of(given.file, reading.LONGEST_LINE).partition(b"<fcd-export")
+    start = reading.start_of(source.file, reading.LONGEST_LINE).partition(b"<fcd-export")
     if not start[1] or b"<!DOCTYPE" in start[0]:
-        raise given.refuse("no <fcd-export> of SUMO")
+        raise source.refuse("no <fcd-export> of SUMO")
     if re.search(rb'fcd-output\.geo value="(?:t|1|y|on|x)', start[0]):
-        raise given.refuse("places in degrees. Write it without --fcd-output.geo")
+        raise source.refuse("places in degrees. Write it without --fcd-output.geo")
     ids: dict[str, int] = {}
     others: dict[str, None] = {}
     codes, values, time = array("q"), array("d"), ""
-    with reading.open_file(given.file) as content:
+    with reading.open_file(source.file) as content:
         for event, node in ElementTree.iterparse(content, ["start", "end"]):
             if node.tag == "timestep":
                 time = node.get("time", "")
@@ -379,16 +386,16 @@ def _fcd(given: _Given) -> Loaded:
             elif event == "start" and node.tag == "person" and "vehicle" not in node.attrib:
                 row = (time, *(node.get(axis, "") for axis in "xy"))
                 if "id" not in node.attrib or not all(map(reading.NUMBER.fullmatch, row)):
-                    raise given.refuse(f"time {time[:40]!r}: a person without id or numbers")
+                    raise source.refuse(f"time {time[:40]!r}: a person without id or numbers")
                 values.extend(map(float, row))
                 codes.append(ids.setdefault(node.attrib["id"], len(ids)))
                 others |= dict.fromkeys(node.attrib.keys() - {"id", "x", "y"})
             elif event == "start" and node.tag != "fcd-export":
                 others[f"<{node.tag}>" if node.tag != "person" else "persons in vehicles"] = None
-    reading.note_unused(given.file, "attributes and elements", sorted(others))
+    reading.note_unused(source.file, "attributes and elements", sorted(others))
     rows = pd.DataFrame(np.frombuffer(values).reshape(len(codes), 3), columns=["time", "x", "y"])
-    rows.insert(0, "id", numbered(given.file, list(ids), np.frombuffer(codes, dtype=np.int64)))
-    return given.loaded(seen_once(given.file, rows), "m", None)
+    rows.insert(0, "id", numbered(source.file, list(ids), np.frombuffer(codes, dtype=np.int64)))
+    return source.loaded(seen_once(source.file, rows), "m", None)
 
 
 # Readers of files that are no rows of text, by ending.
@@ -406,7 +413,7 @@ FARTHEST_M = 1e9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Heads:
+class HeadPositions:
     """Hold the heads in one frame of a file, ordered by id."""
 
     file: Path  # where they come from
@@ -456,14 +463,14 @@ class Recording:
         take_as_is: take speeds, distances and times that people do not have
 
         Raises TrajectoryError naming the file, for one that PedPy cannot read or that has nobody
-        in it, a missing unit or frame rate, and one that cannot be of people (see `Look`)."""
-        data, rate = _load(_Given(file, unit, frame_rate, time_unit, take_as_is), columns)
+        in it, a missing unit or frame rate, and one that cannot be of people (see `Plausibility`)."""
+        data, rate = _load(_Source(file, unit, frame_rate, time_unit, take_as_is), columns)
         return cls(file=file, data=data, frame_rate=rate)
 
     @property
-    def look(self) -> Look:
+    def plausibility(self) -> Plausibility:
         """How it looks."""
-        return look_at(self.data)
+        return plausibility_of(self.data)
 
     @property
     def numbers(self) -> Indices:
@@ -473,8 +480,8 @@ class Recording:
     @property
     def step_s(self) -> float:
         """The usual time (s) from one frame that is there to the next."""
-        apart = np.diff(np.unique(self.data.time))
-        return float(np.median(apart)) if len(apart) else 1.0 / self.frame_rate
+        intervals = np.diff(np.unique(self.data.time))
+        return float(np.median(intervals)) if len(intervals) else 1.0 / self.frame_rate
 
     def time_of(self, frame: int) -> float:
         """The time (s) of a frame. Raises TrajectoryError naming the frames next to a missing one."""
@@ -482,18 +489,18 @@ class Recording:
         if len(there):
             return float(there.iloc[0])
         numbers = self.numbers
-        said = f"The frames go from {numbers[0]} to {numbers[-1]}"
+        message = f"The frames go from {numbers[0]} to {numbers[-1]}"
         if numbers[0] < frame < numbers[-1]:
             after = int(np.searchsorted(numbers, frame))
-            said = f"The nearest are {numbers[after - 1]} and {numbers[after]}"
-        raise TrajectoryError(f"{self.file}: there is no frame {frame}. {said}")
+            message = f"The nearest are {numbers[after - 1]} and {numbers[after]}"
+        raise TrajectoryError(f"{self.file}: there is no frame {frame}. {message}")
 
-    def still(self, frame: int) -> Heads:
-        """Take the heads of a frame as `heads`, with no velocities but zeros."""
+    def still(self, frame: int) -> HeadPositions:
+        """Take the heads of a frame as `head_positions`, with no velocities but zeros."""
         now = self._near(frame, 0.0)
-        return self._heads(now, frame, 1.0 / self.frame_rate, np.zeros((len(now), 2)))
+        return self._head_positions_of(now, frame, 1.0 / self.frame_rate, np.zeros((len(now), 2)))
 
-    def heads(self, frame: int, window_s: float | None = None) -> Heads:
+    def head_positions(self, frame: int, window_s: float | None = None) -> HeadPositions:
         """Take the heads of frame number `frame`.
 
         window_s: s; velocities are displacements over it, round the frame (over half of it for
@@ -510,14 +517,14 @@ class Recording:
                 f"{1 / step:g} frames per second. At least 1, and no more than there are, "
                 "are needed"
             )
-        most = max(window, APART * step)
-        near, time = self._rows(frame, 0.5 * window + most), self.time_of(frame)
+        maximum = max(window, APART * step)
+        near, time = self._rows(frame, 0.5 * window + maximum), self.time_of(frame)
         now = self._near(frame, 0.5 * window)
         now = now[now.frame == frame]
-        found = self._heads(now, frame, window, np.full((len(now), 2), np.nan))
+        found = self._head_positions_of(now, frame, window, np.full((len(now), 2), np.nan))
         for row, (_, own) in enumerate(near[near.id.isin(now.id)].groupby("id")):
-            when, place = own.time.to_numpy() - time, own[["x", "y"]].to_numpy()
-            at = partial(_place_at, when, place, most=most, same=EXACT * step)
+            when, position = own.time.to_numpy() - time, own[["x", "y"]].to_numpy()
+            at = partial(_position_at, when, position, maximum=maximum, same=EXACT * step)
             first, last = at(-window / 2), at(window / 2)
             span = window / 2 * ((first is not None) + (last is not None))
             if span:
@@ -526,9 +533,9 @@ class Recording:
                 found.velocity[row] = way / span
         return found
 
-    def _heads(self, now: pd.DataFrame, frame: int, window_s: float, velocity: Floats) -> Heads:
+    def _head_positions_of(self, now: pd.DataFrame, frame: int, window_s: float, velocity: Floats) -> HeadPositions:
         """The heads of the rows of a frame, at places where heads can be."""
-        found = Heads(
+        found = HeadPositions(
             file=self.file,
             frame=frame,
             window_s=window_s,
@@ -560,24 +567,24 @@ class Recording:
         return near
 
 
-def read_heads(file: Path, frame: int, *, window_s: float | None = None, **said: Any) -> Heads:
-    """Read the heads of one frame of a file: see `Recording.heads`, and what is `said` of the file
+def read_heads(file: Path, frame: int, *, window_s: float | None = None, **message: Any) -> HeadPositions:
+    """Read the heads of one frame of a file: see `Recording.head_positions`, and what is `message` of the file
     `Recording.read`."""
-    return Recording.read(file, **said).heads(frame, window_s)
+    return Recording.read(file, **message).head_positions(frame, window_s)
 
 
-def _place_at(time: Floats, place: Floats, when: float, most: float, same: float) -> Floats | None:
-    """Where somebody was (2,) m, between two rows that are no more than `most` s apart; None for
+def _position_at(time: Floats, position: Floats, when: float, maximum: float, same: float) -> Floats | None:
+    """Where somebody was (2,) m, between two rows that are no more than `maximum` s apart; None for
     nowhere."""
     after = int(np.searchsorted(time, when - same))
     if after == len(time):
         return None
     if time[after] <= when + same:
-        return np.asarray(place[after])
-    if not after or time[after] - time[after - 1] > most:
+        return np.asarray(position[after])
+    if not after or time[after] - time[after - 1] > maximum:
         return None
-    share = (when - time[after - 1]) / (time[after] - time[after - 1])
-    return np.asarray(place[after - 1] + share * (place[after] - place[after - 1]))
+    fraction = (when - time[after - 1]) / (time[after] - time[after - 1])
+    return np.asarray(position[after - 1] + fraction * (position[after] - position[after - 1]))
 
 
 def _check_places(origin: str, ids: Indices, position: Floats) -> None:

@@ -127,8 +127,8 @@ FORCE_N = MASS_KG * WALKING_M_PER_S / RELAXATION_S
 def stiffness_theory(step: float) -> float:
     """Compute k r/F at which the time step (s) is the critical one of the pressed line."""
     pressed = crowds.pressed_line(LINE, RESTITUTION)
-    held = pressed.model_copy(update={"walls": pressed.walls[1:]})
-    k = MASS_KG * (crowds.critical_time_step(held) / PERIOD_S / step) ** 2
+    fixed = pressed.model_copy(update={"walls": pressed.walls[1:]})
+    k = MASS_KG * (crowds.critical_time_step(fixed) / PERIOD_S / step) ** 2
     return float(k * RADIUS_M / FORCE_N)
 
 
@@ -215,13 +215,13 @@ BY_YADE = (collision("yade", 1.0), collision("yade", 0.5))
 def mass_ratio_engines(ratio: float, row: Of, folder: Path) -> Cell:
     """Let a heavy disk hit a light one, `ratio` times lighter: the restitution obtained,
     −(u₂ − u₁)⁺/(u₂ − u₁)⁻, against the one asked."""
-    engine, asked, heavy_step = row.values
+    engine, requested, heavy_step = row.values
     mass = np.array([MASS_KG, MASS_KG / ratio])
     lasts = 4 * np.pi * float(np.sqrt(mass.prod() / mass.sum() / STIFFNESS_N_PER_M))
     scene = scene_of(
         disks(line(2), [[1.0, 0.0], [0.0, 0.0]], mass),
         Run(duration_s=lasts, frames=FRAMES),
-        contact=ContactModel(stiffness_N_per_m=STIFFNESS_N_PER_M, restitution=asked),
+        contact=ContactModel(stiffness_N_per_m=STIFFNESS_N_PER_M, restitution=requested),
     )
     step = HEAVY_STEP * PERIOD_S if heavy_step else FRACTION * penalty_of(scene).safe_time_step
     scene = scene.with_run(time_step_s=step, duration_s=max(lasts, 20 * step))
@@ -233,7 +233,7 @@ def mass_ratio_engines(ratio: float, row: Of, folder: Path) -> Cell:
         frames,
         reason,
         (gain > 1 + GAIN, Outcome.ENERGY_GAIN, f"{gain:.3g} times the energy of the start"),
-        (abs(obtained - asked) > OFF, Outcome.INACCURATE, f"{reason} instead of {asked:g}"),
+        (abs(obtained - requested) > OFF, Outcome.INACCURATE, f"{reason} instead of {requested:g}"),
     )
 
 
@@ -277,23 +277,23 @@ def initial_overlap(overlap: float, row: Of | str, folder: Path) -> Cell:
         if isinstance(row, str):
             if row == PRODUCT:
                 scene.check("trial")
-            answer = solve(scene.snapshot, crowds.contacts_of(scene.snapshot))
+            solution = solve(scene.snapshot, crowds.contacts_of(scene.snapshot))
             still = "at rest, and the overlap stays, since percussions act on velocities"
-            return trial.rigid_cell(str(answer.status), still)
+            return trial.rigid_cell(str(solution.status), still)
         # LAMMPS' deck needs the energy at the start: not of centres that coincide
         frames = run_frames(scene, engine, folder)
     except ValueError as error:
         return trial.rigid_cell("refused", "", (True, Outcome.REFUSED, str(error)))
     released = float(frames.kinetic.max()) if len(frames.kinetic) else NAN
-    share = released / (MASS_KG * WALKING_M_PER_S**2)
-    slight, joules = share > SLIGHT_RELEASE, f"{released:.3g} J from rest"
+    fraction = released / (MASS_KG * WALKING_M_PER_S**2)
+    slight, joules = fraction > SLIGHT_RELEASE, f"{released:.3g} J from rest"
     inside = "one disk inside the other, and nothing pushes them apart"
     return engine_cell(
         frames,
         f"{released:.2g} J from rest",
-        (share > 1, Outcome.ENERGY_GAIN, f"{joules}, {share:.3g} times that of walking"),
-        (slight, Outcome.INACCURATE, f"{joules}, {share:.2g} of that of walking"),
-        (overlap >= 2 and share < SLIGHT_RELEASE, Outcome.INACCURATE, inside),
+        (fraction > 1, Outcome.ENERGY_GAIN, f"{joules}, {fraction:.3g} times that of walking"),
+        (slight, Outcome.INACCURATE, f"{joules}, {fraction:.2g} of that of walking"),
+        (overlap >= 2 and fraction < SLIGHT_RELEASE, Outcome.INACCURATE, inside),
     )
 
 
@@ -446,8 +446,8 @@ def _outside(corner: tuple[float, float], position: Floats) -> int:
     """Count the centres outside the rhombus that the walls bound."""
     side = SPACING_M * (GAS_ACROSS - 1) + 2 * MARGIN_M / np.sqrt(0.75)
     basis = np.array([[1.0, 0.5], [0.0, np.sqrt(0.75)]])
-    shares = np.linalg.solve(basis, (position - np.array(corner)).T) / side
-    return int(((shares < 0) | (shares > 1)).any(0).sum())
+    fractions = np.linalg.solve(basis, (position - np.array(corner)).T) / side
+    return int(((fractions < 0) | (fractions > 1)).any(0).sum())
 
 
 # How long a disk may take in a door: near the boundary it creeps, for a time that grows without
@@ -521,11 +521,11 @@ def _rigid_door(width: float) -> Cell:
     near = find_contacts(snapshot, scene.wall_segments(), tolerance=2 * APART * RADIUS_M)
     assert scene.drive is not None
     desired = scene.drive.desired_velocity(snapshot.position, snapshot.ids)
-    answer = solve(snapshot, near, left_velocity=desired)
-    through = float(answer.right_velocity[0, 0]) > 1e-6
+    solution = solve(snapshot, near, left_velocity=desired)
+    through = float(solution.right_velocity[0, 0]) > 1e-6
     reason = "walks through" if through else "is held"
     lost = through and width < 1, Outcome.LOST, reason
-    return trial.rigid_cell(str(answer.status), reason, lost)
+    return trial.rigid_cell(str(solution.status), reason, lost)
 
 
 # How far the velocities of two elastic disks after their impact may be off, over the speed. Above
@@ -571,9 +571,9 @@ def small_speeds(speed: float, row: Of | str, folder: Path) -> Cell:
     frames = run_frames(scene, engine, folder)
     after = frames.velocity[-1, :, 0] if len(frames.velocity) else np.full(2, np.nan)
     error = float(np.abs(after - [0.0, speed]).max()) / (speed or 1.0)
-    said = "velocities after the impact are {} by " + f"{error:.2g} of the speed"
-    wrong = (not error <= SLOW_OFF, Outcome.INACCURATE, said.format("wrong"))
-    return engine_cell(frames, said.format("right"), wrong, numbers=(error, np.nan, np.nan))
+    message = "velocities after the impact are {} by " + f"{error:.2g} of the speed"
+    wrong = (not error <= SLOW_OFF, Outcome.INACCURATE, message.format("wrong"))
+    return engine_cell(frames, message.format("right"), wrong, numbers=(error, np.nan, np.nan))
 
 
 def _slow_solver(speed: float, solver: str) -> Cell:
@@ -582,12 +582,12 @@ def _slow_solver(speed: float, solver: str) -> Cell:
     contacts = crowds.contacts_of(snapshot, crowds.corner_walls(SLOW_ACROSS))
     _, reference = dense_percussions(snapshot, contacts, unit)
     try:
-        answer = solve(snapshot, contacts, left_velocity=speed * unit, solver=solver)
+        solution = solve(snapshot, contacts, left_velocity=speed * unit, solver=solver)
     except ArithmeticError as error:
         name, nothing = type(error).__name__, (NAN,) * len(trial.SOLVER_QUANTITIES)
         reason = f"ends with {name}: {error}"
         return trial.cell(name, nothing, "", (True, Outcome.NOT_CONVERGED, reason))
-    return trial.solver_cell(answer, speed * reference, speed * float(np.abs(unit).max()))
+    return trial.solver_cell(solution, speed * reference, speed * float(np.abs(unit).max()))
 
 
 RESTART_ACROSS, HALF_S, RESTART_STEPS = 3, 0.2, 1000
@@ -608,22 +608,22 @@ def restart(friction: float, engine: str, folder: Path) -> Cell:
     """Stir up a packing for 2 · HALF_S: in one run, and in two of which the second starts from what
     the dump of the first ends with."""
     velocity = np.random.default_rng(3).normal(size=(RESTART_ACROSS**2, 2))
-    rough = ContactModel(stiffness_N_per_m=STIFFNESS_N_PER_M, restitution=0.5, friction=friction)
+    frictional = ContactModel(stiffness_N_per_m=STIFFNESS_N_PER_M, restitution=0.5, friction=friction)
     first = scene_of(
         disks(crowds.rhombus(RESTART_ACROSS), velocity),
         Run(duration_s=HALF_S, frames=5, time_step_s=HALF_S / RESTART_STEPS),
-        contact=rough,
+        contact=frictional,
         walls=crowds.rhombus_walls(RESTART_ACROSS),
     )
-    whole = first.with_run(duration_s=2 * HALF_S, frames=10)
-    in_one = run_frames(whole, engine, folder / "whole")
+    full = first.with_run(duration_s=2 * HALF_S, frames=10)
+    in_one = run_frames(full, engine, folder / "whole")
     half = run_frames(first, engine, folder / "first")
     last = {name: getattr(half, name)[-1] for name in ("position", "velocity", "spin")}
     second = first.model_copy(update={"snapshot": replace(first.snapshot, **last)})
     in_two = run_frames(second, engine, folder / "second")
-    apart = NAN
+    separated = NAN
     if not in_one.trouble and not in_two.trouble:
-        apart = float(np.abs(in_one.position[-1] - in_two.position[-1]).max() / RADIUS_M)
-    reason = f"positions differ by {apart:.2g} r"
-    differs = (not apart <= SAME, Outcome.INACCURATE, reason)
-    return engine_cell(in_two, reason, differs, numbers=(apart,))
+        separated = float(np.abs(in_one.position[-1] - in_two.position[-1]).max() / RADIUS_M)
+    reason = f"positions differ by {separated:.2g} r"
+    differs = (not separated <= SAME, Outcome.INACCURATE, reason)
+    return engine_cell(in_two, reason, differs, numbers=(separated,))

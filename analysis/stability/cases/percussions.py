@@ -15,7 +15,7 @@ from analysis.stability.case import Cell, Of, Outcome, case
 from analysis.stability.trial import SOLVER_QUANTITIES, SOLVERS, TOLERANCE, cell, solver_cell
 from nscd import ContactLaw, Contacts, Percussions, Snapshot, Status, solve
 from nscd._core import MOST_SWEEPS
-from nscd.arrays import Flags, Floats
+from nscd.arrays import Floats, Mask
 from nscd.indeterminacy.determinacy import admissible_determinacy
 
 ACROSS = 5
@@ -38,8 +38,8 @@ def mass_ratio_solvers(ratio: float, solver: str, folder: Path) -> Cell:
     snapshot = crowds.disks(crowds.rhombus(ACROSS), left, mass)
     contacts = crowds.contacts_of(snapshot, crowds.corner_walls(ACROSS))
     _, reference = dense_percussions(snapshot, contacts, left)
-    answer = solve(snapshot, contacts, solver=solver)
-    return solver_cell(answer, reference, float(np.abs(left).max()))
+    solution = solve(snapshot, contacts, solver=solver)
+    return solver_cell(solution, reference, float(np.abs(left).max()))
 
 
 # The tolerances between which the contraction is measured.
@@ -64,7 +64,7 @@ def contraction(n: int) -> float:
         solve(snapshot, contacts, solver=SWEEPER, tolerance=tolerance, canonical=False)
         for tolerance in (LOOSE, TIGHT)
     ]
-    if any(answer.status != "solved" for answer in found):
+    if any(solution.status != "solved" for solution in found):
         return float("nan")
     return float((TIGHT / LOOSE) ** (1 / (found[1].iterations - found[0].iterations)))
 
@@ -102,17 +102,17 @@ def sweeps_theory(solver: str) -> float:
     quantities=(*SOLVER_QUANTITIES, *CONTRACTION),
     fails_as=(Outcome.NOT_CONVERGED,),
     theory=sweeps_theory,
-    whole=True,
+    complete=True,
 )
 def long_chains(n: float, solver: str, folder: Path) -> Cell:
     """Stop a chain of n disks by a wall; the closed form is u⁺ = 0."""
     count = round(n)
     snapshot, contacts = chain(count)
-    answer = solve(snapshot, contacts, solver=solver, tolerance=TOLERANCE)
-    swept = solver == SWEEPER and answer.status is Status.SOLVED
+    solution = solve(snapshot, contacts, solver=solver, tolerance=TOLERANCE)
+    swept = solver == SWEEPER and solution.status is Status.SOLVED
     measured, expected = contraction(count) if swept else float("nan"), rate(2 * count)
     rates = (measured, expected, (1 - measured) / (1 - expected), rate(2 * count + 1))
-    return solver_cell(answer, np.zeros((count, 2)), 1.0, more=rates)
+    return solver_cell(solution, np.zeros((count, 2)), 1.0, more=rates)
 
 
 # Differences of u⁺ over |u⁻| and of λ over the largest λ that solver tolerances of 1e-8 explain.
@@ -152,18 +152,18 @@ def chosen(row: Of, snapshot: Snapshot, contacts: Contacts) -> Percussions:
 def redundant(across: float, row: Of, folder: Path) -> Cell:
     """Compare λ and u⁺ with dense least squares with the least Σλ²."""
     snapshot, contacts = pressed_corner(round(across))
-    answer = chosen(row, snapshot, contacts)
-    reaction, velocity = dense_percussions(snapshot, contacts, snapshot.velocity, least=True)
-    off = float(np.abs(answer.reaction - reaction).max() / reaction.max())
-    wrong = float(np.abs(answer.right_velocity - velocity).max() / np.abs(snapshot.velocity).max())
+    solution = chosen(row, snapshot, contacts)
+    reaction, velocity = dense_percussions(snapshot, contacts, snapshot.velocity, minimum=True)
+    off = float(np.abs(solution.reaction - reaction).max() / reaction.max())
+    wrong = float(np.abs(solution.right_velocity - velocity).max() / np.abs(snapshot.velocity).max())
     freedom = float("nan")
-    if answer.status is Status.SOLVED:
-        freedom = float(admissible_determinacy(contacts, answer).redundant)
-    return compared(answer, answer, (wrong, off, freedom), "the least Σλ²")
+    if solution.status is Status.SOLVED:
+        freedom = float(admissible_determinacy(contacts, solution).redundant)
+    return compared(solution, solution, (wrong, off, freedom), "the least Σλ²")
 
 
 def compared(
-    answer: Percussions, worst: Percussions, found: tuple[float, float, float], other: str
+    solution: Percussions, worst: Percussions, found: tuple[float, float, float], other: str
 ) -> Cell:
     """Make a cell of an answer whose u⁺ and λ differ by the first two numbers from another's; worst:
     the one whose status counts."""
@@ -171,7 +171,7 @@ def compared(
     differs = f"λ differs by {off:.2g} of the largest from {other}, u⁺ is the same"
     return cell(
         str(worst.status),
-        (*found, float(answer.iterations)),
+        (*found, float(solution.iterations)),
         f"λ as with {other} to {off:.2g}",
         (worst.status is not Status.SOLVED, Outcome.NOT_CONVERGED, worst.reason),
         (wrong > SAME_VELOCITY, Outcome.INACCURATE, f"u⁺ differs by {wrong:.2g} from {other}"),
@@ -194,17 +194,17 @@ def contact_order(across: float, row: Of, folder: Path) -> Cell:
     """Compare λ and u⁺ of the same contacts in ORDERS random orders with those of the order in
     which they are found."""
     snapshot, contacts = pressed_corner(round(across))
-    answer = worst = chosen(row, snapshot, contacts)
+    solution = worst = chosen(row, snapshot, contacts)
     off = wrong = 0.0
     for seed in range(ORDERS):
         order = np.random.default_rng(seed).permutation(len(contacts))
         other = chosen(row, snapshot, contacts.select(order))
-        off = max(off, float(np.abs(other.reaction - answer.reaction[order]).max()))
-        wrong = max(wrong, float(np.abs(other.right_velocity - answer.right_velocity).max()))
+        off = max(off, float(np.abs(other.reaction - solution.reaction[order]).max()))
+        wrong = max(wrong, float(np.abs(other.right_velocity - solution.right_velocity).max()))
         worst = worst if other.status is Status.SOLVED else other
-    off /= float(answer.reaction.max())
+    off /= float(solution.reaction.max())
     wrong /= float(np.abs(snapshot.velocity).max())
-    return compared(answer, worst, (wrong, off, float("nan")), "another order")
+    return compared(solution, worst, (wrong, off, float("nan")), "another order")
 
 
 DISKS = 6
@@ -228,8 +228,8 @@ def restitution(below: float, solver: str, folder: Path) -> Cell:
     k = law.coefficients(contacts.inverse_mass(snapshot.mass))[0]
     start = [Fraction(u) for u in speed]
     exact, _ = exact_line([int(crowds.MASS_KG)] * DISKS, start, [Fraction(float(c)) for c in k])
-    answer = solve(snapshot, contacts, law=law, solver=solver)
-    return solver_cell(answer, along_x(map(float, exact)), 1.0)
+    solution = solve(snapshot, contacts, law=law, solver=solver)
+    return solver_cell(solution, along_x(map(float, exact)), 1.0)
 
 
 def along_x(speed: Iterable[float]) -> Floats:
@@ -272,17 +272,17 @@ def opening_contacts(opening: float, dissipation: float, folder: Path) -> Cell:
     leaves it at `opening` m/s; k = dissipation · m of both contacts."""
     snapshot = crowds.disks(crowds.line(3), along_x((1.0, 0.0, opening)))
     law = ContactLaw(dissipation=dissipation * crowds.MASS_KG, tangential_dissipation=0.0)
-    answer = solve(snapshot, crowds.contacts_of(snapshot), law=law)
+    solution = solve(snapshot, crowds.contacts_of(snapshot), law=law)
     exact, change = exact_energy(opening, dissipation)
     before = 0.5 * crowds.MASS_KG * (1 + opening**2)
-    gain = answer.energy_change / before
+    gain = solution.energy_change / before
     reason = f"energy {gain:+.3g} of the start, exact {change / before:+.3g}"
     return solver_cell(
-        answer,
+        solution,
         along_x(exact),
         max(1.0, opening),
         (gain > ROUNDING, Outcome.ENERGY_GAIN, reason),
-        more=(gain, float(len(answer.warnings))),
+        more=(gain, float(len(solution.warnings))),
     )
 
 
@@ -313,25 +313,25 @@ def exact_line(
         shut = np.array(closed, dtype=bool)
         may = [(True, False) if one else (False,) for one in free & ~shut]
         for acts in itertools.product(*may):
-            acting = np.where(free & (shut | np.array(acts, dtype=bool)), k, 0)
-            after, reaction = _with_closed(m, left, closing, acting, shut)
+            active = np.where(free & (shut | np.array(acts, dtype=bool)), k, 0)
+            after, reaction = _with_closed(m, left, closing, active, shut)
             rates = closing @ after
             pushed = rates + before
-            signs = np.where(acting > 0, pushed >= 0, (pushed <= 0) | (k == 0))
+            signs = np.where(active > 0, pushed >= 0, (pushed <= 0) | (k == 0))
             if signs.all() and (reaction >= 0).all() and (rates <= 0).all():
                 change = (m * (after**2 - left**2)).sum()
                 return after.tolist(), Fraction(change, 2)
     raise ValueError("velocity: no set of closed contacts fits")
 
 
-def _with_closed(mass: Any, left: Any, closing: Any, k: Any, shut: Flags) -> tuple[Any, Any]:
+def _with_closed(mass: Any, left: Any, closing: Any, k: Any, shut: Mask) -> tuple[Any, Any]:
     """u⁺ (n) and λ of the contacts that are shut, the others without any, in exact arithmetic: the
     system by Gauss and Jordan."""
-    n, kept = len(mass), closing[shut]
+    n, selected = len(mass), closing[shut]
     drag = (closing.T * k) @ closing
-    none = np.zeros((len(kept), len(kept)), dtype=object)
+    none = np.zeros((len(selected), len(selected)), dtype=object)
     right = np.concatenate([mass * left - drag @ left, none.sum(1)])
-    rows = np.column_stack([np.block([[np.diag(mass) + drag, kept.T], [kept, none]]), right])
+    rows = np.column_stack([np.block([[np.diag(mass) + drag, selected.T], [selected, none]]), right])
     for i in range(len(rows)):
         pivot = next(r for r in range(i, len(rows)) if rows[r, i])
         rows[[i, pivot]] = rows[[pivot, i]]

@@ -28,8 +28,8 @@ def worst(clearance: float) -> tuple[float, float]:
     beside = 2 * RADIUS_M + clearance
 
     def reach(ahead: float) -> float:
-        apart = float(np.hypot(ahead, beside))
-        return apart * (apart - 2 * RADIUS_M) / ahead
+        distance = float(np.hypot(ahead, beside))
+        return distance * (distance - 2 * RADIUS_M) / ahead
 
     found = minimize_scalar(reach, bounds=(1e-3 * RADIUS_M, 20 * RADIUS_M), method="bounded")
     return float(found.x), float(found.fun)
@@ -51,8 +51,8 @@ def long_step_theory(clearance: float) -> float:
 def long_step(way: float, clearance: float, folder: Path) -> Cell:
     """Let a disk pass another in steps of so much of its radius, the first from the worst place."""
     ahead, _ = worst(clearance)
-    place = [[-ahead, 2 * RADIUS_M + clearance], [0.0, 0.0]]
-    snapshot = disks(place, [[SPEED_M_PER_S, 0.0], [0.0, 0.0]])
+    anchor = [[-ahead, 2 * RADIUS_M + clearance], [0.0, 0.0]]
+    snapshot = disks(anchor, [[SPEED_M_PER_S, 0.0], [0.0, 0.0]])
     motion = Motion(snapshot, step=way * RADIUS_M / SPEED_M_PER_S, tolerance=1e-10)
     residual = overlap = 0.0
     while motion.position[0, 0] < ahead:
@@ -96,12 +96,12 @@ def missed_contacts(margin: float, step_s: float, folder: Path) -> Cell:
             [[SPEED_M_PER_S, 0.0], [-SPEED_M_PER_S, 0.0]],
         )
         motion = Motion(start, step=step_s)
-        seen = len(neighbours(motion.position, motion.radius, segments_of(None), margin * way).gap)
-        if seen:
+        observed = len(neighbours(motion.position, motion.radius, segments_of(None), margin * way).gap)
+        if observed:
             motion.advance()
         else:
             motion.position = motion.position + step_s * motion.velocity
-        missed += not seen
+        missed += not observed
         deepest = max(deepest, motion.overlap)
     reason = f"{missed} of {GAPS} gaps not seen, overlap {deepest:.2g} m after one step"
     overlaps = (not deepest <= NONE_M, Outcome.INACCURATE, reason)
@@ -181,9 +181,9 @@ def unsolved_step(ratio: float, row: Of, folder: Path) -> Cell:
     """Press a line of disks, every other one so many times lighter, against a wall."""
     mass = np.where(np.arange(LINE_DISKS) % 2, MASS_KG / ratio, MASS_KG)
     along = -(2.05 * np.arange(LINE_DISKS) + 1.05) * RADIUS_M
-    places = np.column_stack([along, np.zeros(LINE_DISKS)])
+    positions = np.column_stack([along, np.zeros(LINE_DISKS)])
     wall = Walls(start=np.array([[0.0, -1.0]]), end=np.array([[0.0, 1.0]]))
-    motion = pushed(disks(places, mass=mass), wall, *row.values)
+    motion = pushed(disks(positions, mass=mass), wall, *row.values)
     residual, made, why = 0.0, 0, ""
     try:
         while made < STEPS:
@@ -233,9 +233,9 @@ def several_answers(friction: float, apart_deg: float, folder: Path) -> Cell:
     for _ in range(DRAWN):
         snapshot, contacts = wedged(apart_deg, random)
         law = ContactLaw(friction=friction)
-        answer = solve(snapshot, contacts, law=law, tolerance=1e-10, starts=STARTS)
-        unsolved += answer.status is not Status.SOLVED
-        spread = answer.friction.spread if answer.friction else 0.0
+        solution = solve(snapshot, contacts, law=law, tolerance=1e-10, starts=STARTS)
+        unsolved += solution.status is not Status.SOLVED
+        spread = solution.friction.spread if solution.friction else 0.0
         spreads.append(0.0 if np.isnan(spread) else spread)
     several = sum(spread > SAME for spread in spreads)
     reason = f"{several} of {DRAWN} disks have several u⁺, up to {max(spreads):.2g} m/s apart"

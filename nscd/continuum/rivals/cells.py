@@ -10,7 +10,7 @@ import scipy.sparse as sparse
 from numpy.typing import ArrayLike
 from skfem import LinearForm, Mesh
 
-from nscd.arrays import Flags, Floats, numbers, read_only
+from nscd.arrays import Floats, Mask, numbers, read_only
 from nscd.continuum.left_velocity import Field
 from nscd.continuum.space import Space, values_at
 
@@ -58,7 +58,7 @@ class Cells:
         return np.asarray(self._space.basis.dx.sum(1))
 
     @cached_property
-    def open(self) -> Flags:
+    def open(self) -> Mask:
         """(n,), the vertices on an exit or a free border, where nothing holds the crowd."""
         vertices = np.zeros(self.mesh.nvertices, dtype=bool)
         for name in ("exit", "free"):
@@ -137,8 +137,8 @@ class Cells:
         """Integrate ∫f φ_i, (n,), of the P1 field with values f (n,) at the vertices, lumped:
         f_i ∫φ_i."""
         d = self.dimension
-        share = np.tile(self.measure / (d + 1), d + 1)
-        weight = np.bincount(self.mesh.t.ravel(), share, self.mesh.nvertices)
+        fraction = np.tile(self.measure / (d + 1), d + 1)
+        weight = np.bincount(self.mesh.t.ravel(), fraction, self.mesh.nvertices)
         return np.asarray(values * weight)
 
     def stiffness(self, weight: Floats) -> sparse.csc_array:

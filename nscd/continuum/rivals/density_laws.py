@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from nscd.arrays import Floats, numbers, read_only
 from nscd.continuum.medium import TABLE_1, positive
-from nscd.stress import Kernel, smear
+from nscd.stress import Kernel, coarse_grain
 
 
 def _density(density: ArrayLike) -> Floats:
@@ -88,8 +88,8 @@ def exponential_speed(density: ArrayLike) -> Floats:
     density: ρ > 0, people/m²; the speed at ρ_max is not 0.
 
     Raises ValueError for another density."""
-    share = _density(density) / TABLE_1.greatest_density
-    return np.asarray(TABLE_1.free_speed * np.exp(-TABLE_1.speed_decay * share**2))
+    fraction = _density(density) / TABLE_1.greatest_density
+    return np.asarray(TABLE_1.free_speed * np.exp(-TABLE_1.speed_decay * fraction**2))
 
 
 def kladek_speed(
@@ -138,7 +138,7 @@ def measured_speed(
         raise ValueError(f"people: {count.min():g}. A number of people cannot be negative")
     positive(reach=reach)
     kernel = Kernel(width=reach / math.sqrt(2))
-    sums, _ = smear(where, np.column_stack([count * values, count]), kernel, points)
+    sums, _ = coarse_grain(where, np.column_stack([count * values, count]), kernel, points)
     if printed:
         return np.ascontiguousarray(sums[:, 0])
     if len(points) and sums[:, 1].min() <= 0:

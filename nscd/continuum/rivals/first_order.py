@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse.linalg import splu
 from skfem import Mesh, MeshTri1
 
-from nscd.arrays import Flags, Floats
+from nscd.arrays import Floats, Mask
 from nscd.continuum.active_set import bounded_minimum, factorised, judged
 from nscd.continuum.left_velocity import Field
 from nscd.continuum.medium import positive
@@ -56,7 +56,7 @@ class FirstOrderFlow:
     pressure: Floats
     desired_velocity: Floats
     right_velocity: Floats
-    pressed: Flags
+    pressed: Mask
     residual: float
     status: Status
     reason: str
@@ -142,15 +142,15 @@ def pressure_of(cells: Cells, weight: Floats, load: Floats, *, pulls: bool) -> P
     matrix, inside = cells.stiffness(weight), np.flatnonzero(~cells.open)
     # rows of the identity where p = 0 is given
     keep = sparse.diags_array((~cells.open).astype(np.float64))
-    given = sparse.diags_array(cells.open.astype(np.float64))
-    inner = sparse.csc_array(keep @ matrix @ keep + given)
+    open_cells = sparse.diags_array(cells.open.astype(np.float64))
+    inner = sparse.csc_array(keep @ matrix @ keep + open_cells)
     inner.eliminate_zeros()
     if pulls:
         p, iterations, unsettled = factorised(inner).solve(keep @ load), 1, ""
     else:
         # the active set bounds from above, so z = −p ≤ 0
-        start, most = np.zeros(len(inside), dtype=bool), np.zeros(len(inside))
-        found = bounded_minimum(inner, -(keep @ load), inside, most, start=start)
+        start, maximum = np.zeros(len(inside), dtype=bool), np.zeros(len(inside))
+        found = bounded_minimum(inner, -(keep @ load), inside, maximum, start=start)
         p = np.where(cells.open, 0.0, 0.0 - found.z)
         iterations, unsettled = found.iterations, found.unsettled
     closing = ((matrix @ p - load) / cells.span)[inside]
@@ -198,7 +198,7 @@ def frictional_flow(
         raise ValueError(f"friction: {friction}. 0 ≤ s < 1 is needed")
     problem = _Frictional(Cells(mesh), density, desired, friction)
     x, iterations = problem.minimum(tolerance)
-    residual, stress = problem.residual(x), problem.whole(x)
+    residual, stress = problem.residual(x), problem.full(x)
     status, reason = judged(residual, tolerance, "the stress", "")
     return FrictionalFlow(
         stress=stress.reshape(3, -1).T,
@@ -230,7 +230,7 @@ class _Frictional:
         self.scale, self.span = np.tile(slopes, 3)[self.at], np.tile(cells.span, 3)[self.at]
         self.speed = float(np.abs(desired).max()) or 1.0
 
-    def whole(self, x: Floats) -> Floats:
+    def full(self, x: Floats) -> Floats:
         """Fill in the zeros of all vertices, (3n,)."""
         stress = np.zeros(self.size)
         stress[self.at] = x
@@ -238,7 +238,7 @@ class _Frictional:
 
     def project(self, x: Floats) -> Floats:
         """Find the nearest point of the cone."""
-        return _into_cone(self.whole(x).reshape(3, -1), self.friction).ravel()[self.at]
+        return _into_cone(self.full(x).reshape(3, -1), self.friction).ravel()[self.at]
 
     def residual(self, x: Floats) -> float:
         """Measure a step of projected gradient as a velocity, over the largest desired speed."""
@@ -260,7 +260,7 @@ class _Frictional:
         return x, iteration
 
 
-def _unknown(cells: Cells, friction: float) -> Flags:
+def _unknown(cells: Cells, friction: float) -> Mask:
     """Which of p, a and b are unknown at the vertices, (3,n)."""
     mesh = cells.mesh
     walls = mesh.facets[:, (mesh.boundaries or {})["wall"]]

@@ -17,7 +17,7 @@ import scipy.sparse as sparse
 from numpy.typing import ArrayLike
 from skfem import Mesh
 
-from nscd.arrays import Flags, Floats, number, numbers, read_only
+from nscd.arrays import Floats, Mask, number, numbers, read_only
 from nscd.continuum.active_set import judged
 from nscd.continuum.left_velocity import Field
 from nscd.continuum.medium import PERSON, TABLE_1, positive
@@ -94,7 +94,7 @@ class TurbulenceStep:
     pressed_velocity: Floats
     right_velocity: Floats
     density: Floats
-    sliding: Flags
+    sliding: Mask
     residual: float
     error_bound: float
     status: Status
@@ -171,8 +171,8 @@ def turbulence_step(
 
 def _people(density: ArrayLike, n: int) -> Floats:
     """(n,) people/m² at the vertices."""
-    given = numbers(density, "density")
-    people = read_only(given if given.ndim else np.full(n, given), (n,), "density")
+    values = numbers(density, "density")
+    people = read_only(values if values.ndim else np.full(n, values), (n,), "density")
     if people.min() <= 0:
         raise ValueError(f"density: {people.min():g}. A crowd needs a positive density everywhere")
     return people
@@ -285,8 +285,8 @@ class Friction:
     def _within(self, y: Floats) -> Floats:
         """The nearest y with |y_i| ≤ b_i."""
         size = np.hypot(*y.reshape(2, -1))
-        share = self.bound / np.maximum(size, self.bound)
-        return np.asarray(y * np.tile(share, 2))
+        fraction = self.bound / np.maximum(size, self.bound)
+        return np.asarray(y * np.tile(fraction, 2))
 
 
 class StepDependence(NamedTuple):
@@ -329,9 +329,9 @@ def time_step_dependence(
             float((area * step.density) @ (v**2).sum(1))
             for v in (step.left_velocity, step.right_velocity)
         )
-        kept = after / before if before > 0 else 1.0
+        retained = after / before if before > 0 else 1.0
         sliding = float(step.sliding[~cells.open].mean())
         ended = step.residual, step.status, step.reason
         force = percussion / time_step
-        rows.append(StepDependence(time_step, percussion, force, kept, sliding, *ended))
+        rows.append(StepDependence(time_step, percussion, force, retained, sliding, *ended))
     return rows

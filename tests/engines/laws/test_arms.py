@@ -30,18 +30,18 @@ def test_the_programs_give_the_same_motion_and_the_dump_the_whole_force(simulate
     for frame, contacts in enumerate(simulation.contacts):
         first, wall = contacts.first - 1, contacts.is_wall
         second = np.where(wall, -1, contacts.second - 1)
-        given = sum_at_disks(first, second, -contacts.force, contacts.force, 3)
-        whole = np.column_stack([simulation[f][frame] for f in ("fx", "fy")])
-        whole -= scene.snapshot.mass[:, None] * np.array(FALL.acceleration_m_per_s2)
-        np.testing.assert_allclose(given, whole, rtol=0, atol=1e-7 * np.abs(whole).max())
+        inputs = sum_at_disks(first, second, -contacts.force, contacts.force, 3)
+        full = np.column_stack([simulation[f][frame] for f in ("fx", "fy")])
+        full -= scene.snapshot.mass[:, None] * np.array(FALL.acceleration_m_per_s2)
+        np.testing.assert_allclose(inputs, full, rtol=0, atol=1e-7 * np.abs(full).max())
         through |= set(zip(wall.tolist(), (contacts.overlap > 0).tolist(), strict=True))
     assert through == {(True, True), (True, False), (False, True), (False, False)}
 
 
-def meeting(speed, apart=0.8, **contact):
+def meeting(speed, difference=0.8, **contact):
     """Two people of 80 and 40 kg, at a distance (m), who come together at a speed (m/s)."""
     velocity = [[0.5 * speed, 0.0], [-0.5 * speed, 0.0]]
-    snapshot = disks_at([[0.0, 0.0], [apart, 0.0]], velocity, mass=[80.0, 40.0])
+    snapshot = disks_at([[0.0, 0.0], [difference, 0.0]], velocity, mass=[80.0, 40.0])
     return scene_at(
         snapshot, contact={"stiffness_N_per_m": 1e6, "restitution": 0.1} | ARMS | contact,
         run={"duration_s": 0.7, "frames": 140, "time_step_s": 1e-3}, name="meeting",
@@ -56,8 +56,8 @@ def test_who_comes_with_less_than_the_work_of_arms_stops_at_a_distance(simulate,
     gap = REACH - speed * np.sqrt(reduced * REACH / FORCE)
     assert 0.02 < gap < 0.1
     simulation = simulate(name, meeting(speed).with_run(rigid_step_s=0.0005))
-    apart = simulation["x"][:, 1] - simulation["x"][:, 0] - 0.5
-    assert apart.min() == pytest.approx(gap, abs=2e-4)
+    difference = simulation["x"][:, 1] - simulation["x"][:, 0] - 0.5
+    assert difference.min() == pytest.approx(gap, abs=2e-4)
     back = simulation["vx"][-1, 1] - simulation["vx"][-1, 0]
     assert back == pytest.approx(speed, rel=2e-3)
 
@@ -66,20 +66,20 @@ def test_who_comes_with_less_than_the_work_of_arms_stops_at_a_distance(simulate,
 @pytest.mark.parametrize("push", [0.4, 1.5])
 def test_a_row_pressed_at_a_wall_stands_at_the_gaps_of_the_law(simulate, name, push):
     """Each of three pushes with P: the m-th gap is a (1 − mP/F_a), or bodies press with mP − F_a."""
-    share, stiffness = push * FORCE / 3, 2e4
+    fraction, stiffness = push * FORCE / 3, 2e4
     row = disks_at([[-0.3, 0.0], [-0.9, 0.0], [-1.5, 0.0]])
     scene = scene_at(
         row, [((0.0, -1.0), (0.0, 1.0))],
-        drive=drive_to((9.0, 0.0), (9.0, 0.1), speed=0.5 * share / 75.0),
+        drive=drive_to((9.0, 0.0), (9.0, 0.1), speed=0.5 * fraction / 75.0),
         contact={"stiffness_N_per_m": stiffness, "restitution": 0.5} | ARMS,
         run={"duration_s": 7.0, "frames": 7},
     )  # fmt: skip
     simulation = simulate(name, scene)
-    behind = share * np.array([3, 2, 1])
+    behind = fraction * np.array([3, 2, 1])
     overlap = np.maximum(0.0, behind - FORCE) / stiffness * (name != "rigid")
     gap = np.maximum(0.0, REACH * (1 - behind / FORCE)) - overlap
-    place = -(np.cumsum(gap) + 0.25 + 0.5 * np.arange(3))
-    np.testing.assert_allclose(simulation["x"][-1], place, rtol=0, atol=1e-3)
+    index = -(np.cumsum(gap) + 0.25 + 0.5 * np.arange(3))
+    np.testing.assert_allclose(simulation["x"][-1], index, rtol=0, atol=1e-3)
     contacts = simulation.contacts[-1]
     order = np.argsort(np.where(contacts.is_wall, 0, contacts.first))
     np.testing.assert_allclose(contacts.force[order, 0] * [1, -1, -1], behind, rtol=5e-3)
@@ -88,11 +88,11 @@ def test_a_row_pressed_at_a_wall_stands_at_the_gaps_of_the_law(simulate, name, p
 def test_percussions_of_a_pressed_row_are_those_of_bodies_beside_their_arms():
     """Each of three pushes with 1.5 F_a/3 and stands as the law says: a wall bears 1.5 F_a, bodies
     give half of F_a of it, and nobody else touches."""
-    share = 0.5 * FORCE
-    place = -np.cumsum([0.25, 0.5, 0.5 + REACH / 2])
+    fraction = 0.5 * FORCE
+    anchor = -np.cumsum([0.25, 0.5, 0.5 + REACH / 2])
     scene = scene_at(
-        disks_at(np.column_stack([place, 0 * place])), [((0.0, -1.0), (0.0, 1.0))],
-        drive=drive_to((9.0, 0.0), (9.0, 0.1), speed=0.5 * share / 75.0),
+        disks_at(np.column_stack([anchor, 0 * anchor])), [((0.0, -1.0), (0.0, 1.0))],
+        drive=drive_to((9.0, 0.0), (9.0, 0.1), speed=0.5 * fraction / 75.0),
         contact={"stiffness_N_per_m": 1e6, "restitution": 0.1} | ARMS,
         run={"duration_s": 1.0, "frames": 1},
     )  # fmt: skip
@@ -102,7 +102,7 @@ def test_percussions_of_a_pressed_row_are_those_of_bodies_beside_their_arms():
 
 
 def test_rigid_steps_through_arms_tend_to_the_soft_model_with_order_one():
-    scene = meeting(1.2, apart=0.55).with_run(duration_s=0.24, frames=1)
+    scene = meeting(1.2, difference=0.55).with_run(duration_s=0.24, frames=1)
     exact = soft_reference(scene).motion.displacement[1]
     errors = []
     for steps in (60, 120, 240):

@@ -41,7 +41,7 @@ def dashpot(restitution, mass):
     return brentq(missed, 1e-3, 40 * np.sqrt(K * mass))
 
 
-def seen(simulation, speed, first=0, second=1):
+def approach_speed(simulation, speed, first=0, second=1):
     """Peak force, duration and restitution of a head-on collision along x, as simulated with a
     frame a step."""
     sizes = [np.hypot(*one.force[0]) if len(one) else 0.0 for one in simulation.contacts]
@@ -59,7 +59,7 @@ def test_a_collision_converges_to_the_closed_form(simulate, impact, name, restit
     for time_step in (1e-4, 5e-5, 2.5e-5):
         contact = {"restitution": restitution, "stiffness_N_per_m": K}
         scene = impact("pair", time_step, 0.03, every=1, **contact)
-        peak, duration, rebound = seen(simulate(name, scene), 2.0)
+        peak, duration, rebound = approach_speed(simulate(name, scene), 2.0)
         errors.append([abs(peak / closed[0] - 1), abs(rebound - restitution)])
         assert duration == pytest.approx(closed[1], abs=4 * time_step)
     errors = np.array(errors)
@@ -77,7 +77,7 @@ def test_unequal_masses_share_one_dashpot(simulate, name):
     simulation = simulate(name, scene.with_contact(restitution=0.3))
     # 50 kg: the effective mass of two of the heaviest
     closed = collision(50 * 100 / 150, K, dashpot(0.3, 50.0), 2.0)
-    peak, _, rebound = seen(simulation, 2.0)
+    peak, _, rebound = approach_speed(simulation, 2.0)
     assert peak == pytest.approx(closed[0], rel=2e-3)
     assert rebound == pytest.approx(closed[2], abs=2e-3)
     assert simulation.record.restitution_least < rebound < 0.3
@@ -100,11 +100,11 @@ def test_a_wall_in_any_direction_rebounds_and_carries_the_momentum(simulate, nam
     closed = collision(80.0, K, dashpot(0.4, 80.0), 2.0)
     assert after @ along == pytest.approx(0.7, abs=1e-12)
     assert after @ normal == pytest.approx(-0.4 * 2.0, abs=4e-3)
-    touching = [contacts for contacts in simulation.contacts if len(contacts)]
-    force = np.array([contacts.force[0] for contacts in touching])
+    in_contact = [contacts for contacts in simulation.contacts if len(contacts)]
+    force = np.array([contacts.force[0] for contacts in in_contact])
     assert np.hypot(*force.T).max() == pytest.approx(closed[0], rel=3e-3)
     np.testing.assert_allclose(force.sum(0) * 2e-5, 80.0 * (velocity - after), rtol=0, atol=1e-9)
-    for contacts in touching:
+    for contacts in in_contact:
         assert contacts.is_wall.tolist() == [True]
         assert (contacts.first.tolist(), contacts.second.tolist()) == ([1], [1])
         np.testing.assert_allclose(contacts.normal[0], normal, atol=1e-12)

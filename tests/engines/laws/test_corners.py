@@ -37,8 +37,8 @@ def both_searches(position, walls, margin):
     one = Snapshot(position=[position], velocity=[[0, 0]], radius=[RADIUS], mass=[MASS])
     contacts = find_contacts(one, walls, tolerance=margin)
     yield contacts.gap, contacts.normal
-    near = neighbours(one.position, one.radius, segments_of(walls), margin)
-    yield near.gap, near.normal
+    reachable = neighbours(one.position, one.radius, segments_of(walls), margin)
+    yield reachable.gap, reachable.normal
 
 
 @pytest.mark.parametrize("body", BODIES)
@@ -50,11 +50,11 @@ def test_one_contact_all_round_a_body(body, turn):
     walls, polygon = outline(corners, turn, (0.7, -0.4), order)
     ring = polygon.buffer(0.9 * RADIUS, quad_segs=64).exterior
     # over every corner and joint too
-    places = [ring.interpolate(s, normalized=True) for s in np.linspace(0, 1, 400)]
-    places += [ring.interpolate(ring.project(shapely.Point(c))) for c in polygon.exterior.coords]
-    for place in places:
-        nearest, _ = nearest_points(polygon.exterior, place)
-        position = np.array([place.x, place.y])
+    positions = [ring.interpolate(s, normalized=True) for s in np.linspace(0, 1, 400)]
+    positions += [ring.interpolate(ring.project(shapely.Point(c))) for c in polygon.exterior.coords]
+    for location in positions:
+        nearest, _ = nearest_points(polygon.exterior, location)
+        position = np.array([location.x, location.y])
         away = np.array([nearest.x, nearest.y]) - position
         for gap, normal in both_searches(position, walls, 0.0):
             assert len(gap) == 1
@@ -96,14 +96,14 @@ def follow(simulation, polygon):
     """Hold every frame against the distance of the disk to the polygon; the numbers of contacts."""
     counts = []
     for frame, contacts in enumerate(simulation.contacts):
-        place = shapely.Point(simulation["x"][frame, 0], simulation["y"][frame, 0])
-        nearest, _ = nearest_points(polygon.exterior, place)
-        deep = RADIUS - place.distance(polygon.exterior)
+        position = shapely.Point(simulation["x"][frame, 0], simulation["y"][frame, 0])
+        nearest, _ = nearest_points(polygon.exterior, position)
+        deep = RADIUS - position.distance(polygon.exterior)
         counts.append(len(contacts))
         assert len(contacts) == (deep > 1e-12), frame
         if deep > 1e-12:
             assert contacts.overlap[0] == pytest.approx(deep, abs=1e-9)
-            normal = np.array([nearest.x - place.x, nearest.y - place.y])
+            normal = np.array([nearest.x - position.x, nearest.y - position.y])
             np.testing.assert_allclose(contacts.normal[0], normal / np.hypot(*normal), atol=1e-7)
             assert np.hypot(*contacts.force[0]) == pytest.approx(K * deep, rel=1e-6, abs=1e-6)
     return counts

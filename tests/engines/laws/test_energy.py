@@ -34,7 +34,7 @@ def table(scene, name, folder, steps):
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("name", "contact", "least"),
+    ("name", "contact", "minimum"),
     [
         ("rigid", {}, 0.0), ("rigid", ROUGH, 0.0), ("rigid", ARMS, 1.8), ("rigid", SPACES, 0.0),
         ("lammps", SPACES, 3.0), ("yade", SPACES | ROUGH, 3.0),
@@ -42,15 +42,15 @@ def table(scene, name, folder, steps):
         ("yade", ROUGH, 3.0), ("yade", {"law": "hertz"}, 3.0),
     ],
 )  # fmt: skip
-def test_works_and_losses_sum_to_what_is_gained(tmp_path, name, contact, least):
-    """The error is rounding, or falls `least` times or more with half the step."""
+def test_works_and_losses_sum_to_what_is_gained(tmp_path, name, contact, minimum):
+    """The error is rounding, or falls `minimum` times or more with half the step."""
     require(name)
     scene, errors = colliding(**contact).with_run(duration_s=0.1), []
     for steps in (200, 400):
         rows = table(scene, name, folder := tmp_path / str(steps), steps)
-        held = rows["kinetic_J"] + rows["stored_J"]
+        energy = rows["kinetic_J"] + rows["stored_J"]
         lost = rows["impact_J"] + rows["friction_J"]
-        error = held[-1] - held[0] + lost.sum() - rows["drive_J"].sum()
+        error = energy[-1] - energy[0] + lost.sum() - rows["drive_J"].sum()
         assert rows["error_J"].sum() == pytest.approx(error, abs=1e-9)
         index = index_dump(folder / "energy.dump", "ENTRIES")
         parts = np.array([index.table(frame)[:, 3:].sum() for frame in range(len(rows))])
@@ -58,8 +58,8 @@ def test_works_and_losses_sum_to_what_is_gained(tmp_path, name, contact, least):
         assert lost.sum() > 300
         assert ("friction" in contact) == (rows["friction_J"].sum() > 10)
         errors.append(abs(error) / lost.sum())
-    assert errors[1] < (0.02 if least else 1e-12)
-    assert not least or errors[0] > least * errors[1]
+    assert errors[1] < (0.02 if minimum else 1e-12)
+    assert not minimum or errors[0] > minimum * errors[1]
 
 
 @pytest.mark.parametrize("name", ["rigid", "lammps", "yade"])

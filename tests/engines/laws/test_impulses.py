@@ -16,7 +16,7 @@ from analysis.engines.run import simulate
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from nscd import _core
-from nscd.stress import Kernel, smear, stress_field
+from nscd.stress import Kernel, coarse_grain, stress_field
 from tests.engines.at_hand import require
 
 ROUGH, ARMS = {"friction": 0.4}, {"arm_reach_m": 0.15, "arm_force_N": 300.0}
@@ -170,7 +170,7 @@ def test_a_driven_crowd(name, tmp_path):
     at = position[::3] + 0.1
     match = found.match
     penalty = stress_field(found.snapshot, match.contacts, match.penalty, KERNEL, at)
-    expected, _ = smear(position, gained, KERNEL, at)
+    expected, _ = coarse_grain(position, gained, KERNEL, at)
     size = np.abs(expected).max()
     assert size > 10
     np.testing.assert_allclose(penalty.divergence + penalty.traction, expected, atol=1e-6 * size)
@@ -192,6 +192,6 @@ def test_an_impact_has_stress_of_the_same_unit(tmp_path):
     penalty, rigid = (stress_field(found.snapshot, match.contacts, force, KERNEL, at)
                       for force in (match.penalty, match.rigid))  # fmt: skip
     spacing = np.diff(np.sort(found.snapshot.position[:, 0]))[0]
-    whole = -spacing * found.match.rigid[:, 0].sum()
-    assert rigid.stress.sum(0)[0, 0] * 0.2**2 == pytest.approx(whole, rel=1e-6)
+    full = -spacing * found.match.rigid[:, 0].sum()
+    assert rigid.stress.sum(0)[0, 0] * 0.2**2 == pytest.approx(full, rel=1e-6)
     assert np.linalg.norm(penalty.stress - rigid.stress) < 0.05 * np.linalg.norm(rigid.stress)

@@ -20,8 +20,8 @@ FALL = BodyForce(acceleration_m_per_s2=(1.5, -9.81))
 
 def few(law, body_force, **contact):
     """Three unequal disks that meet each other, a level wall and a slanted one."""
-    place, velocity = [[0, 0], [0.55, 0.05], [0.3, 0.5]], [[1.0, -0.5], [-1.0, 0.2], [0.1, -1.5]]
-    snapshot = disks_at(place, velocity, [0.25, 0.3, 0.2], [60.0, 90.0, 45.0])
+    anchor, velocity = [[0, 0], [0.55, 0.05], [0.3, 0.5]], [[1.0, -0.5], [-1.0, 0.2], [0.1, -1.5]]
+    snapshot = disks_at(anchor, velocity, [0.25, 0.3, 0.2], [60.0, 90.0, 45.0])
     return scene_at(
         snapshot, [((-3.0, -0.3), (3.0, -0.3)), ((0.75, -0.3), (1.35, 1.0))], name="few",
         contact={"law": law, "stiffness_N_per_m": 2e5, "restitution": 0.4} | contact,
@@ -183,9 +183,9 @@ def test_a_fall_without_contacts_is_the_parabola(simulate, name):
     one = disks_at([[0.0, 0.0]], [1.0, 2.0])
     simulation = simulate(name, scene.model_copy(update={"snapshot": one}))
     t = 0.2
-    place = np.array([t * 1.0 + 0.5 * 1.5 * t**2, t * 2.0 - 0.5 * 9.81 * t**2])
+    position = np.array([t * 1.0 + 0.5 * 1.5 * t**2, t * 2.0 - 0.5 * 9.81 * t**2])
     found = [simulation["x"][-1, 0], simulation["y"][-1, 0]]
-    np.testing.assert_allclose(found, place, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(found, position, rtol=0, atol=1e-12)
     assert simulation["fy"][-1, 0] == pytest.approx(-9.81 * 75.0, rel=1e-12)
 
 

@@ -23,8 +23,8 @@ def test_two_ranks_give_the_run_of_one(tmp_path):
     assert "fix shares all balance" in log
     bodies = [open_bodies(tmp_path / name / "bodies.dump").trajectory for name in "12"]
     for alone, shared in zip(*bodies, strict=True):
-        for column, most in (("x", 1e-9), ("y", 1e-9), ("fx", 1e-2), ("fy", 1e-2)):
-            np.testing.assert_allclose(shared.data[column], alone.data[column], rtol=0, atol=most)
+        for column, maximum in (("x", 1e-9), ("y", 1e-9), ("fx", 1e-2), ("fy", 1e-2)):
+            np.testing.assert_allclose(shared.data[column], alone.data[column], rtol=0, atol=maximum)
     ends = [list(read_contacts(tmp_path / n / "contacts.dump"))[-1] for n in "12"]
     assert len(ends[0]) > 10
     np.testing.assert_array_equal(ends[0].second, ends[1].second)
@@ -83,10 +83,10 @@ def test_a_contact_that_slides_holds_mu_times_its_normal_force_however_little_it
     np.testing.assert_allclose(row[-2:], expected, rtol=1e-12, atol=1e-9 * normal)
 
 
-@pytest.mark.parametrize("share", [0.0, 5e-324, 1e-12, 0.5])
-def test_a_contact_that_sticks_keeps_its_tangential_force(tmp_path, share):
+@pytest.mark.parametrize("fraction", [0.0, 5e-324, 1e-12, 0.5])
+def test_a_contact_that_sticks_keeps_its_tangential_force(tmp_path, fraction):
     normal = 1e5 * OVERLAP
-    tangential = np.array([0.0, share * FRICTION * normal])
+    tangential = np.array([0.0, fraction * FRICTION * normal])
     row, law = pressed(tmp_path, tangential, at_end=normal)
     assert law.stiffness * OVERLAP == pytest.approx(normal)
     np.testing.assert_allclose(row[-2:], [normal, -tangential[1]], rtol=1e-12, atol=0.0)

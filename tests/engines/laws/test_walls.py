@@ -29,7 +29,7 @@ def laid_over():
     return scene_at(disks, ends, contact=contact, run=run, name="laid")
 
 
-def touching(scene):
+def in_contact(scene):
     """(disk's id, wall's number) → overlap and normal, by the nearest point of each segment."""
     walls, position = scene.wall_segments(), scene.snapshot.position
     found = {}
@@ -42,7 +42,7 @@ def touching(scene):
 
 
 def assert_those(found, scene):
-    expected = touching(scene)
+    expected = in_contact(scene)
     assert len(expected) > 80
     assert set(found) == set(expected)
     for key, (overlap, nx, ny, force) in found.items():
@@ -103,8 +103,8 @@ def wanted(scene, position, velocity):
         if drive.aim == "centre":
             aim = 0.5 * (start + end)
         else:
-            share = (position[row] - start) @ (end - start) / ((end - start) @ (end - start))
-            aim = start + min(max(share, 0.0), 1.0) * (end - start)
+            fraction = (position[row] - start) @ (end - start) / ((end - start) @ (end - start))
+            aim = start + min(max(fraction, 0.0), 1.0) * (end - start)
         way = aim - position[row]
         if (position[row] - start) @ np.array(exit_.outward) >= 0:
             way = np.array(exit_.outward)
@@ -118,16 +118,16 @@ def wanted(scene, position, velocity):
 def test_the_push_of_each_is_to_the_own_door(simulate, scene, engine):
     run = simulate(engine, scene)
     for frame in range(len(run["x"])):
-        place, speed, push = (np.column_stack([run[name][frame] for name in names])
+        position, speed, push = (np.column_stack([run[name][frame] for name in names])
                               for names in (("x", "y"), ("vx", "vy"), PUSHED))  # fmt: skip
         # LAMMPS and YADE have evaluated it some steps before the frame
         near = 10.0 if engine != "rigid" and frame else 1e-9
-        assert np.abs(push - wanted(scene, place, speed)).max() < near
+        assert np.abs(push - wanted(scene, position, speed)).max() < near
 
 
 def test_the_reference_integrator_drives_the_same(scene):
     velocity, got = np.full((40, 2), 0.3), np.empty((40, 2))
-    place = 2.0 * scene.snapshot.position  # nobody touches anybody
-    SoftModel(scene.model_copy(update={"walls": ()}), 1e-9).accelerate(got, place, velocity)
+    position = 2.0 * scene.snapshot.position  # nobody touches anybody
+    SoftModel(scene.model_copy(update={"walls": ()}), 1e-9).accelerate(got, position, velocity)
     got *= scene.snapshot.mass[:, None]
-    assert np.abs(got - wanted(scene, place, velocity)).max() < 1e-9
+    assert np.abs(got - wanted(scene, position, velocity)).max() < 1e-9

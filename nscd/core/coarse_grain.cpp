@@ -1,4 +1,4 @@
-#include "smear.hpp"
+#include "coarse_grain.hpp"
 
 #include <algorithm>
 #include <numbers>
@@ -36,19 +36,19 @@ public:
     }
     // Visits the points of all cells that a box meets: number, x, y.
     template <class Visit>
-    void near(double x0, double x1, double y0, double y1, Visit visit) const {
+    void visit_near(double x0, double x1, double y0, double y1, Visit visit) const {
         const auto first = [&](double z, int a) { return std::int64_t(std::clamp(std::floor((z - low_[a]) / side_), 0.0, double(count_[a]))); };
         const auto last = [&](double z, int a) { return std::int64_t(std::clamp(std::floor((z - low_[a]) / side_), -1.0, double(count_[a] - 1))); };
         const std::int64_t bottom = first(y0, 1), top = last(y1, 1);
         if (bottom > top) return;
         for (std::int64_t column = first(x0, 0); column <= last(x1, 0); ++column)
-            for (std::int64_t place = begins_[column * count_[1] + bottom]; place < begins_[column * count_[1] + top + 1]; ++place)
-                visit(order_[place], points_[2 * order_[place]], points_[2 * order_[place] + 1]);
+            for (std::int64_t index = begins_[column * count_[1] + bottom]; index < begins_[column * count_[1] + top + 1]; ++index)
+                visit(order_[index], points_[2 * order_[index]], points_[2 * order_[index] + 1]);
     }
 
 private:
     In points_;
-    Places order_;
+    Indices order_;
     Starts begins_;
     double low_[2] = {INFINITE, INFINITE}, side_;
     std::int64_t count_[2];
@@ -95,13 +95,13 @@ double along_branch(const Kernel& kernel, double along, double across, double le
 
 }  // namespace
 
-void smear(In points, In where, In values, const Kernel& kernel, Out field, Out gradient) {
+void coarse_grain(In points, In where, In values, const Kernel& kernel, Out field, Out gradient) {
     const Cells cells(points, kernel.reach);
     const std::size_t n = where.size() / 2, d = n ? values.size() / n : 0;
     const double far = kernel.reach * kernel.reach, reach = kernel.reach;
     for (std::size_t i = 0; i < n; ++i) {
         const double x = where[2 * i], y = where[2 * i + 1];
-        cells.near(x - reach, x + reach, y - reach, y + reach, [&](Index k, double px, double py) {
+        cells.visit_near(x - reach, x + reach, y - reach, y + reach, [&](Index k, double px, double py) {
             const double dx = px - x, dy = py - y, square = dx * dx + dy * dy;
             if (square > far) return;
             const auto [value, slope] = at(kernel, square);
@@ -114,7 +114,7 @@ void smear(In points, In where, In values, const Kernel& kernel, Out field, Out 
     }
 }
 
-void smear_stress(In points, const Loads& loads, const Kernel& kernel, Out stress, Out divergence, Out traction) {
+void coarse_grain_stress(In points, const Loads& loads, const Kernel& kernel, Out stress, Out divergence, Out traction) {
     const Cells cells(points, kernel.reach);
     const double far = kernel.reach * kernel.reach, reach = kernel.reach;
     for (std::size_t c = 0; c < loads.is_wall.size(); ++c) {
@@ -124,7 +124,7 @@ void smear_stress(In points, const Loads& loads, const Kernel& kernel, Out stres
         const double ex = length > 0.0 ? lx / length : 1.0, ey = length > 0.0 ? ly / length : 0.0;
         const auto [left, right] = std::minmax({x, x + lx});
         const auto [low, high] = std::minmax({y, y + ly});
-        cells.near(left - reach, right + reach, low - reach, high + reach, [&](Index k, double at_x, double at_y) {
+        cells.visit_near(left - reach, right + reach, low - reach, high + reach, [&](Index k, double at_x, double at_y) {
             const double dx = at_x - x, dy = at_y - y, along = dx * ex + dy * ey, across = dy * ex - dx * ey;
             const double beyond = std::max({0.0, -along, along - length});
             if (across * across + beyond * beyond > far) return;

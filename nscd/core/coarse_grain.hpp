@@ -12,7 +12,7 @@ struct Kernel {
 };
 
 // Adds Σ_i values_i φ(x − x_i) to field (m·d), and its gradient (m·d·2), at points x (m·2); where (n·2), values (n·d).
-void smear(In points, In where, In values, const Kernel& kernel, Out field, Out gradient);
+void coarse_grain(In points, In where, In values, const Kernel& kernel, Out field, Out gradient);
 
 struct Loads {
     In start, branch, impulse;      // (k·2) m, ℓ m, p N·s
@@ -20,6 +20,6 @@ struct Loads {
 };
 // Adds −Σ_c p ⊗ ℓ ∫₀¹ φ(x − x_c − sℓ) ds to stress (m·4), its divergence (m·2), and −Σ_wall p φ(x − x_c − ℓ) to
 // traction (m·2).
-void smear_stress(In points, const Loads& loads, const Kernel& kernel, Out stress, Out divergence, Out traction);
+void coarse_grain_stress(In points, const Loads& loads, const Kernel& kernel, Out stress, Out divergence, Out traction);
 
 }  // namespace nscd

@@ -10,7 +10,7 @@ from nscd.percussions import Status
 Thing = TypeVar("Thing")
 
 
-class Answer(Protocol):
+class HasStatus(Protocol):
     """What a solver says of its answer."""
 
     @property
@@ -22,9 +22,9 @@ class Answer(Protocol):
         """Why it is not."""
 
 
-def unsolved(answers: Iterable[tuple[str, Answer]]) -> list[str]:
+def unsolved(solutions: Iterable[tuple[str, HasStatus]]) -> list[str]:
     """Name the answers that are not solved, each with the reason."""
-    return [f"{what}: {a.status}: {a.reason}" for what, a in answers if a.status != Status.SOLVED]
+    return [f"{what}: {a.status}: {a.reason}" for what, a in solutions if a.status != Status.SOLVED]
 
 
 def grouped(things: Iterable[Thing], key: Callable[[Thing], Any]) -> dict[Any, list[Thing]]:
@@ -35,7 +35,7 @@ def grouped(things: Iterable[Thing], key: Callable[[Thing], Any]) -> dict[Any, l
     return groups
 
 
-def told(things: Sequence[Thing], label: str, progress: Progress | None) -> Iterator[Thing]:
+def with_progress(things: Sequence[Thing], label: str, progress: Progress | None) -> Iterator[Thing]:
     """Hand on the things, and tell before each how far it is."""
     for done, thing in enumerate(things, start=1):
         if progress:

@@ -20,7 +20,7 @@ from analysis.dumps.tables import index_table
 from analysis.scene.scene import Scene
 from analysis.support.reading import begins, note, note_unused
 from nscd import Snapshot
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Floats, Indices, Mask
 
 # What a dump of pairs must have: ids, and the force on one of the two (N). It may have tangential
 # forces beside normal ones (N), and the distance of the centres (m).
@@ -63,8 +63,8 @@ def open_contacts(path: Path, mapping: str | None = None, bodies: Any = None) ->
                 f"{path}: {'missing columns: ' if missing else 'one name for two columns'}"
                 f"{', '.join(missing)}. {has}. Say which is which with --contacts-columns"
             )
-        whole = {*CONTACT_COLUMNS} <= {*names}
-        used = CONTACT_COLUMNS if whole else (*PAIR_COLUMNS, *MORE_COLUMNS, "is_wall", "step", "time_s")
+        full = {*CONTACT_COLUMNS} <= {*names}
+        used = CONTACT_COLUMNS if full else (*PAIR_COLUMNS, *MORE_COLUMNS, "is_wall", "step", "time_s")
         note_unused(path, "columns", [old for old, new in zip(columns, names, strict=True) if new not in used])
         return names
 
@@ -162,10 +162,10 @@ class OwnContacts:
             fixed = () if self.standing is None else self.standing.ids
             found = checked_contacts(self.index, number, snapshot, self.scene, fixed)
             if self.geometry:
-                self._hold(number, found, snapshot, ts.data)
+                self._check_against_bodies(number, found, snapshot, ts.data)
             return replace(found, force=self.factor * found.force)
         found = self.pairs(number, snapshot)
-        self._hold(number, found, snapshot, ts.data)
+        self._check_against_bodies(number, found, snapshot, ts.data)
         found = found.select((found.overlap > 0) | found.force.any(1))
         if self.wall_fixes:
             found = EngineContacts.joined([found, self.of_fixes(ts.data, snapshot)])
@@ -229,8 +229,8 @@ class OwnContacts:
         """Number the walls (k,) that disks touch, of several that across which the force (k,2) is."""
         walls, order = self.scene.wall_segments(), np.argsort(snapshot.ids)
         who = order[np.searchsorted(snapshot.ids, first, sorter=order)]
-        place = walls.within(snapshot.position)[who]
-        to = np.stack([walls.nearest_point(place, np.full(len(who), w)) - place for w in range(len(walls))])
+        position = walls.within(snapshot.position)[who]
+        to = np.stack([walls.nearest_point(position, np.full(len(who), w)) - position for w in range(len(walls))])
         far = np.hypot(*np.moveaxis(to, -1, 0))
         across = np.abs((to * force).sum(axis=2)) / np.maximum(far, 1e-300)
         across[far > far.min(axis=0) + 0.1 * snapshot.radius[who]] = -1.0
@@ -239,25 +239,25 @@ class OwnContacts:
     def _geometry(self, contacts: EngineContacts, snapshot: Snapshot) -> tuple[Floats, Floats]:
         """The ways (k,2) m from the first centre to the second, or to the wall, and the gaps (k,) m."""
         wall, walls = contacts.is_wall, self.scene.wall_segments()
-        place = walls.within(snapshot.position)
+        position = walls.within(snapshot.position)
         order, both = np.argsort(snapshot.ids), np.stack([contacts.first, contacts.second])
         both[1, wall] = contacts.first[wall]
         first, second = order[np.searchsorted(snapshot.ids, both, sorter=order)]
-        to = walls.shortest(place[second] - place[first])
-        held = wall & ~self._beside(contacts)
-        to[held] = walls.nearest_point(place[first[held]], contacts.second[held] - 1) - place[first[held]]  # fmt: skip
+        to = walls.shortest(position[second] - position[first])
+        fixed = wall & ~self._beside(contacts)
+        to[fixed] = walls.nearest_point(position[first[fixed]], contacts.second[fixed] - 1) - position[first[fixed]]  # fmt: skip
         other = np.where(wall, 0.0, snapshot.radius[second])
         return to, np.hypot(*to.T) - snapshot.radius[first] - other
 
-    def _beside(self, contacts: EngineContacts) -> Flags:
+    def _beside(self, contacts: EngineContacts) -> Mask:
         """Tell (k,) which contacts are of a disk that does not move with a wall, which count nothing."""
         fixed = () if self.standing is None else self.standing.ids
         return contacts.is_wall & np.isin(contacts.first, fixed)
 
-    def _hold(self, number: int, found: EngineContacts, snapshot: Snapshot, data: Any) -> None:
+    def _check_against_bodies(self, number: int, found: EngineContacts, snapshot: Snapshot, data: Any) -> None:
         index, here = self.index, range(number, number + 1)
         to, gap = self._geometry(found, snapshot)
-        names = [one for place, _ in PLACES[1:] for one in place[:2] if one in data] or ["x", "y"]
+        names = [one for position, _ in PLACES[1:] for one in position[:2] if one in data] or ["x", "y"]
         some = np.concatenate([data[name][:100] for name in names]).tolist()
         slack = 3 * _resolution(some, float(np.abs(snapshot.position).max(initial=1e-3)))
         length = np.maximum(np.hypot(*to.T), 1e-300)
@@ -266,14 +266,14 @@ class OwnContacts:
         what = "nx, ny: not the direction of the bodies from the first to the second"
         index.refuse(here, counts & (off > DIRECTION + slack / length), what)
         reach = self.scene.contact.arms.reach if self.scene.contact.arms else 0.0
-        apart = counts & (gap > slack + reach) & found.force.any(1)
-        index.refuse(here, apart, "a force between bodies that are ", gap, " m apart")
+        separated = counts & (gap > slack + reach) & found.force.any(1)
+        index.refuse(here, separated, "a force between bodies that are ", gap, " m apart")
         own = np.abs(found.overlap)
         slack += _resolution(own[:100].tolist(), float(own.max(initial=0.0)))
         unlike = counts & (np.abs(found.overlap + gap) > slack)
         index.refuse(here, unlike, "overlap: that of the bodies is ", -gap, " m")
 
-    def look_at_signs(self, trajectory: Any, file: Path, stated: bool = False) -> None:
+    def check_signs(self, trajectory: Any, file: Path, stated: bool = False) -> None:
         """Find on which of a pair its force is, as contacts push, where it is not `stated`. Raises DumpError
         where some push and others pull."""
         steps = trajectory.steps

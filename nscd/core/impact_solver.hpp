@@ -22,35 +22,35 @@ enum class Method {
     LEFT_VELOCITY, SETS, SWEEPS, PROXIMAL, PROXIMAL_POINT, PATH, NONE
 };
 
-struct Asked {
+struct Options {
     double tolerance = 1e-8;  // dimensionless, of residual and momentum error
-    bool least = true;        // whether λ is to be the one of least energy where it is not unique
+    bool canonical = true;        // whether λ is to be the one of least energy where it is not unique
     bool bounded = true;      // whether the error of the velocities is to be bounded
     Solver solver = Solver::AUTO;
     int threads = 1;
-    Numbers reaction, velocity;  // (k), (n·d): of a problem that was nearly the same; empty where there is none
+    Vector reaction, velocity;  // (k), (n·d): of a problem that was nearly the same; empty where there is none
     Sizes sizes;
 };
 
-struct Answer {
-    Numbers reaction, velocity;  // (k) N·s, (n·d) m/s, in the order of the problem
+struct Solution {
+    Vector reaction, velocity;  // (k) N·s, (n·d) m/s, in the order of the problem
     Method method = Method::NO_CONTACTS;
     int disks = 0;               // how many were not answered in closed form
     int iterations = 0;          // sweeps, rounds, factorisations
     int threads = 1;             // how many worked on it
-    bool least = true;           // whether λ is known to be the one of least energy
+    bool canonical = true;           // whether λ is known to be the one of least energy
     int rounds = 0;              // in which the contacts were chosen at which k_n acts
     double distance = 0.0;       // √kg m/s, a bound of √(Σ m |u − u⁺|²); infinite where none is known
 };
 
 // Solve a problem whose k_n act where they stand.
-Answer climb(const System& s, const Asked& asked);
+Solution solve_contacts(const System& s, const Options& options);
 
 // Solve a problem whose k_n act where they push: p_n = k_n max(C(u + u⁻), 0) + λ. `law` is left with the k_n that do.
 //
 // u⁺ minimises the convex Φ(u) = ½|u − u⁻|²_M + ½ Σ k_n max(C(u + u⁻), 0)² + ½ Σ k_t (T(u + u⁻))² over C u ≤ 0: Newton's
-// method. With the contacts fixed at which k_n acts it is a problem for `climb`; each round takes those at which it
+// method. With the contacts fixed at which k_n acts it is a problem for `solve_contacts`; each round takes those at which it
 // pushes at the velocities before. Φ falls from round to round, so that no choice comes twice.
-Answer solve_one_sided(System& law, const Asked& asked);
+Solution solve_one_sided(System& law, const Options& options);
 
 }  // namespace nscd

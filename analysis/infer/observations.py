@@ -33,7 +33,7 @@ LONGEST_S, LATE = 0.5, 0.2
 SHAKEN_S, SHAKEN = 0.2, ("sway", "shaking", "speed_99", "acceleration")
 
 
-class Seen(NamedTuple):
+class Observations(NamedTuple):
     """Hold where a crowd was, its statistics, what is to be said of it, and windows of it: from, to (s) and
     the statistics of each, in the order of the site's parts."""
 
@@ -43,7 +43,7 @@ class Seen(NamedTuple):
     windows: Sequence[tuple[float, float, dict[str, float]]] = ()
 
 
-def seen_in_tracks(recording: Recording, room: Room, path: str, window_s: float | None = None) -> Seen:
+def seen_in_tracks(recording: Recording, room: Room, path: str, window_s: float | None = None) -> Observations:
     """Measure a film or trajectory in a room (path: its file, for messages), from the last instant on in
     which the most people are before the door.
 
@@ -96,7 +96,7 @@ def seen_in_tracks(recording: Recording, room: Room, path: str, window_s: float 
         duration_s=STEP_S * float(each[span[1]]), parts=tuple(parts),
         largest_m=float(np.clip(OF_NEAREST * near, 1.2 * PRIOR["radius_m"][0], PRIOR["radius_m"][1])),
     )  # fmt: skip
-    return Seen(site, statistics, notes, windows)
+    return Observations(site, statistics, notes, windows)
 
 
 def _sampled(recording: Recording) -> Floats:
@@ -115,7 +115,7 @@ def _sampled(recording: Recording) -> Floats:
     return np.stack(tracks, axis=1)
 
 
-def seen_in_table(file: Path, room: Room, path: str, row: str | None = None) -> Seen:
+def seen_in_table(file: Path, room: Room, path: str, row: str | None = None) -> Observations:
     """Read flow (1/s), density (1/m²) and speed (m/s) of a crowd from a table, in a room (path: its file).
 
     row: of several, by its first cell. Raises UnreadableError naming the column, for what is missing
@@ -141,38 +141,38 @@ def seen_in_table(file: Path, room: Room, path: str, row: str | None = None) -> 
     if not (0 <= low < high and gate.area(gate.zone) > 0):
         raise UnreadableError(f"{file}: {', '.join(ZONE)}: from {low:g} to {high:g} m before the door is no floor")
     for column in COLUMNS.keys() & cells.keys():
-        most = COLUMNS[column][1] * (float(lengths(gate.end - gate.start)) if column == FLOW else 1.0)
-        if not 0 < cells[column] <= most:
-            raise UnreadableError(f"{file}: {column}: {cells[column]:g}. No crowd has that: above 0 to {most:.3g} is needed")
+        maximum = COLUMNS[column][1] * (float(lengths(gate.end - gate.start)) if column == FLOW else 1.0)
+        if not 0 < cells[column] <= maximum:
+            raise UnreadableError(f"{file}: {column}: {cells[column]:g}. No crowd has that: above 0 to {maximum:.3g} is needed")
     statistics = {name: cells[column] for column, (name, _) in COLUMNS.items() if column in cells}
     span = span_of(people)
     duration = (span[1] + 1) / statistics["flow"] + 2.0
-    return Seen(Site(room=room, gate=gate, people=people, span=span, duration_s=duration), statistics, [])
+    return Observations(Site(room=room, gate=gate, people=people, span=span, duration_s=duration), statistics, [])
 
 
 def see(
     file: Path, room: Path, row: str | None = None, without: Sequence[str] = (), window_s: float | None = None,
     **of_tracks: Any,
-) -> Seen:  # fmt: skip
+) -> Observations:  # fmt: skip
     """Read what was seen: a table that has a column flow_per_s, else tracks; without: statistics that are not
     compared; window_s: see `seen_in_tracks`; of_tracks: see `Recording.read`.
 
     Raises ValueError in one line naming the file, and the line, column or person."""
-    stated, _ = read_room(room, whole=False)
+    stated, _ = read_room(room, complete=False)
     if FLOW.encode() not in reading.start_of(file, reading.LONGEST_LINE).partition(b"\n")[0]:
         if row is not None:
             raise ValueError(f"--row: only of a table with a column {FLOW}")
-        seen = seen_in_tracks(Recording.read(file, **of_tracks), stated, str(room), window_s)
+        observed = seen_in_tracks(Recording.read(file, **of_tracks), stated, str(room), window_s)
     elif window_s is not None:
         raise ValueError(f"--window: only of a trajectory, and {file} is a table")
     elif of_tracks:
         raise ValueError(f"--{next(iter(of_tracks)).replace('_', '-')}: only of a trajectory, and {file} is a table")
     else:
-        seen = seen_in_table(file, stated, str(room), row)
+        observed = seen_in_table(file, stated, str(room), row)
     for name in without:
-        if name not in seen.statistics or len(seen.statistics) == 1:
-            raise ValueError(f"--without: {name!r}. There are: {', '.join(seen.statistics)}")
-        for one in (seen.statistics, *(one for *_, one in seen.windows)):
+        if name not in observed.statistics or len(observed.statistics) == 1:
+            raise ValueError(f"--without: {name!r}. There are: {', '.join(observed.statistics)}")
+        for one in (observed.statistics, *(one for *_, one in observed.windows)):
             del one[name]
-        seen.notes.append(f"{name} is not compared")
-    return seen
+        observed.notes.append(f"{name} is not compared")
+    return observed

@@ -5,16 +5,16 @@
 // method, and a path of pivots from where they stand.     4. The proximal point method, each step a path of pivots.
 #pragma once
 
-#include "answer.hpp"
+#include "impact_solver.hpp"
 #include "friction_paths.hpp"
 
 namespace nscd {
 
-struct FrictionAnswer {
-    Rubbed at;
+struct FrictionResult {
+    FrictionSolution solution;
     Method method = Method::LEFT_VELOCITY;
     int seed = -1;       // of the random states where the search began; 0: the convex programme; −1: u⁻
-    int pairs = 0;       // of sweeps
+    int sweep_count = 0;       // of sweeps
     int pivots = 0;
     double error = 0.0;  // as `measure` has it, of the worst island
     double spread = NAN; // m/s, how far apart the u⁺ of all searches are, spins times radius included; NaN for one alone
@@ -30,10 +30,10 @@ struct FrictionAsked {
 
 // Solve a problem whose k_n act where they push, p_n = k_n max(C(u + u⁻), 0) + λ; `p` is left with the k_n that act. The
 // residual decides; the best answer met is given.
-FrictionAnswer solve_friction(Rubbing& p, const FrictionAsked& asked);
+FrictionResult solve_friction(FrictionProblem& p, const FrictionAsked& options);
 
 // One method alone, from no percussions: for tests.
 enum class FrictionMethod { PROXIMAL, POINT, RANDOM };
-FrictionAnswer solve_friction_by(const Rubbing& p, FrictionMethod method, double tolerance, int effort);
+FrictionResult solve_friction_by(const FrictionProblem& p, FrictionMethod method, double tolerance, int pivot_budget);
 
 }  // namespace nscd

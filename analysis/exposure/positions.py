@@ -72,8 +72,8 @@ def place_words(run: RunLoads) -> str:
     load, outline, arc, (x, y), wall = found[at]
     if outline < 0:
         return ""
-    place = f"x = {x:.2f} m, y = {y:.2f} m on {run.scene.walls[wall].name}, {arc:.2f} m along outline {outline}"
-    return f"{two(1e-3 * load)} kN/m at {run.time[at]:.4g} s, {place}"
+    words_of_position = f"x = {x:.2f} m, y = {y:.2f} m on {run.scene.walls[wall].name}, {arc:.2f} m along outline {outline}"
+    return f"{two(1e-3 * load)} kN/m at {run.time[at]:.4g} s, {words_of_position}"
 
 
 ALONG = Columns("along")
@@ -88,11 +88,11 @@ def write_along(run: RunLoads, folder: Path) -> list[Path]:
     names = np.array([*(wall.name for wall in run.scene.walls), ""])
     found, paths = profile(run.scene, run.on_walls), [folder / f"exposure_{one}.csv" for one in ("outline", "places")]
     write_columns(paths[0], found | {"wall": names[found["wall"]]})
-    write_rows(paths[1], PLACES, _places(run, names))
+    write_rows(paths[1], PLACES, _position_rows(run, names))
     return paths
 
 
-def _places(run: RunLoads, names: Indices) -> Iterator[list[object]]:
+def _position_rows(run: RunLoads, names: Indices) -> Iterator[list[object]]:
     outlines = outlines_of(run.scene)
     parts = beside_doors(run.scene) + at_corners(run.scene)
     loads, where = loads_on(run.scene, run.on_walls, parts), list[list[object]]()
@@ -100,11 +100,11 @@ def _places(run: RunLoads, names: Indices) -> Iterator[list[object]]:
     for one in parts:
         on = np.flatnonzero(outlines.number == one.outline)
         wall = outlines.wall_at(one.outline, 0.5 * (one.low + one.high), on)
-        place = outlines.point(one.outline, one.at)
-        where.append([one.name, one.outline, one.at, *place, names[wall]])
+        position = outlines.point(one.outline, one.at)
+        where.append([one.name, one.outline, one.at, *position, names[wall]])
     moments = zip(run.time.tolist(), run.duration.tolist(), strict=True)
-    for moment, load, most in zip(moments, loads.tolist(), worst_metres(run), strict=True):
-        at = [most.outline, most.arc, *most.point] if most.outline >= 0 else [""] * 4
-        yield [*moment, "worst metre", 1e-3 * most.load, *at, names[most.wall]]
+    for moment, load, maximum in zip(moments, loads.tolist(), worst_metres(run), strict=True):
+        at = [maximum.outline, maximum.arc, *maximum.point] if maximum.outline >= 0 else [""] * 4
+        yield [*moment, "worst metre", 1e-3 * maximum.load, *at, names[maximum.wall]]
         for n in np.flatnonzero(shown).tolist():
             yield [*moment, where[n][0], load[n], *where[n][1:]]

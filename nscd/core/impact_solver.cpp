@@ -1,0 +1,397 @@
+#include "impact_solver.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace nscd {
+
+namespace {
+
+// Sweeps of a descent, at most, before its closed contacts are tried; the same in a small crowd, where a factorisation is
+// cheap; from how many disks on a crowd is large (docs/results/solvers.md).
+constexpr int SWEEPS = 1600, FEW_SWEEPS = 100, LARGE = 2000;
+// A descent has found the closed contacts once no more than this number and this share of all change between two looks.
+constexpr int STEADY = 2;
+constexpr double STEADY_SHARE = 1e-3;
+// Between these numbers of closed contacts per unknown a packing is marginal: it has soft modes, and active sets cycle.
+constexpr double ISOSTATIC = 1.0, REDUNDANT = 1.2;
+// A reaction above this share of the largest is one of a closed contact.
+constexpr double PRESSED = 1e-9;
+// From the answer of a crowd that was nearly the same, whose errors are few and large, the path begins this many times its
+// error away.
+constexpr double AFTER_ANOTHER = 1.0;
+// To this share of the tolerance contacts are closed where no bound of the error is asked for.
+constexpr double SHARE_OF_TOLERANCE = 1e-3;
+// First-order solvers stop a little before the tolerance, so that rounding does not carry them beyond.
+constexpr double BEFORE = 0.9;
+// Rounds of the one-sided law: few are needed, 5 in a crowd of 1,000. Halvings of a step that would raise Φ.
+constexpr int ROUNDS = 60, HALVINGS = 40;
+
+// Projected Gauss–Seidel: what the field uses; kept as the baseline. Contact by contact λ ← max(0, λ + (Cu − b)/w), with
+// u updated at once. On a chain of n disks against a wall it contracts by cos²(π/(2n)) a sweep.
+Descended gauss_seidel(const System& s, double tolerance) {
+    Descended iterate{Vector(s.k, 0.0), s.free, MOST_SWEEPS};
+    Vector& u = iterate.velocity;
+    const int d = s.d;
+    const auto closing = [&](int c) {
+        const int i = d * s.first[c], j = d * s.second[c];
+        double v = s.nx[c] * u[i] + s.ny[c] * u[i + 1] - s.offset[c];
+        if (j >= 0) v -= s.nx[c] * u[j] + s.ny[c] * u[j + 1];
+        return v;
+    };
+    const auto residual = [&](int c, double v) { return std::abs(std::min(s.inverse_mass[c] * iterate.reaction[c], -v)); };
+    for (int sweep = 1; sweep <= MOST_SWEEPS; ++sweep) {
+        double error = 0.0;
+        for (int c = 0; c < s.k; ++c) {
+            const int i = d * s.first[c], j = d * s.second[c];
+            const double v = closing(c);
+            error = larger(error, residual(c, v));
+            const double change = std::max(iterate.reaction[c] + v / s.inverse_mass[c], 0.0) - iterate.reaction[c];
+            if (change == 0.0) continue;
+            iterate.reaction[c] += change;
+            u[i] -= s.nx[c] * change / s.mass[i], u[i + 1] -= s.ny[c] * change / s.mass[i];
+            if (j >= 0) u[j] += s.nx[c] * change / s.mass[j], u[j + 1] += s.ny[c] * change / s.mass[j];
+        }
+        // the error was measured along the sweep; where it is small the whole is measured before stopping
+        if (error > tolerance) continue;
+        double worst = 0.0;
+        for (int c = 0; c < s.k; ++c) worst = larger(worst, residual(c, closing(c)));
+        if (worst <= tolerance) {
+            iterate.sweeps = sweep;
+            break;
+        }
+    }
+    return iterate;
+}
+
+// Â⁻¹ momentum with one refinement; all in elimination order.
+Vector velocity_of(Factor& factor, const Vector& momentum) {
+    const System& s = factor.system();
+    factor.factorise(Vector(s.k, 0.0));
+    Vector u = momentum, residual(u.size());
+    factor.solve(u);
+    inertia(s, u, residual);
+    for (std::size_t i = 0; i < u.size(); ++i) residual[i] = momentum[i] - residual[i];
+    factor.solve(residual);
+    for (std::size_t i = 0; i < u.size(); ++i) u[i] += residual[i];
+    return u;
+}
+
+// In the norm of Â, which the distance of an answer is in.
+double distance_of(const System& s, In one, In other) {
+    Vector difference(one.size()), heavy(one.size());
+    for (std::size_t i = 0; i < one.size(); ++i) difference[i] = one[i] - other[i];
+    inertia(s, difference, heavy);
+    double square = 0.0;
+    for (std::size_t i = 0; i < one.size(); ++i) square += difference[i] * heavy[i];
+    return std::sqrt(square);
+}
+
+// A problem that has to be factorised, on its way up the ladder; all in elimination order.
+class ImpactSolver {
+public:
+    ImpactSolver(const System& problem, const Options& options) : options_(options), team_(options.threads), factor_(problem, team_, options.sizes), s_(factor_.system()) {}
+
+    Solution solve(Method& method) {
+        method = find();
+        double distance = options_.bounded ? bound_by_factor(factor_, reaction_, velocity_, cached_) : 0.0;
+        if (s_.dissipative() && !s_.maintained) distance += recompute_velocity();
+        if (options_.canonical && !canonical_ && accuracy(s_, reaction_, velocity_) <= options_.tolerance)
+            canonical_ = settle_energy(factor_, reaction_, velocity_, options_.tolerance);
+        const bool shared = s_.n >= options_.sizes.shared && s_.n >= options_.sizes.multifrontal;
+        return {factor_.contacts_given(reaction_), factor_.disks_given(velocity_), method, s_.n, iterations_,
+                shared ? team_.threads() : 1, canonical_, 0, distance};
+    }
+
+private:
+    // The first rung whose answer serves; the last one's in any case.
+    Method find() {
+        if (s_.maintained) {
+            take(solve_equalities(factor_));
+            canonical_ = true;
+            return Method::MAINTAINED;
+        }
+        if (options_.solver != Solver::AUTO) {
+            find_by_name();
+            return Method::ASKED_FOR;
+        }
+        const bool has_guess = !options_.reaction.empty(), even = s_.even();
+        WarmStart warm_start;
+        if (has_guess && s_.compound()) warm_start.reaction = factor_.contacts_ordered(options_.reaction);
+        else if (has_guess && correct_guess(warm_start)) return Method::GUESS;
+        if (!s_.dissipative() && even && s_.compound()) {
+            if (firm_and_close(warm_start)) return Method::FIRMER;
+        } else if (!s_.dissipative() && even && !has_guess && descend_and_close(warm_start)) return Method::DESCENT;
+        if (s_.dissipative() || !even) warm_start = {};
+        Found found = solve_by_path(factor_, warm_start, options_.tolerance / stiffest(), options_.canonical);
+        iterations_ += found.iterations;
+        take(std::move(found));
+        return s_.dissipative() ? Method::DISSIPATIVE : even ? Method::MARGINAL : Method::UNEVEN;
+    }
+
+    void find_by_name() {
+        if (options_.solver == Solver::INTERIOR_POINT) {
+            Found found = solve_by_path(factor_, {}, options_.tolerance, options_.canonical);
+            iterations_ = found.iterations;
+            take(std::move(found));
+        } else if (options_.solver == Solver::GAUSS_SEIDEL) {
+            take(nscd::gauss_seidel(s_, BEFORE * options_.tolerance * s_.scale));
+        } else if (options_.solver == Solver::PROJECTED_GRADIENT) {
+            take(descend(s_, factor_.parts(), team_, {BEFORE * options_.tolerance, MOST_SWEEPS, -1, INFINITE}));
+        } else if (s_.compound()) {
+            Closed found = augmented_lagrangian(factor_, reaction_, CLOSED, 0.0);
+            canonical_ = found.settled && s_.even();
+            take(std::move(found));
+        } else {  // the closed contacts by descent, however many there are
+            const Descended end = descend(s_, factor_.parts(), team_, {options_.tolerance, SWEEPS, unchanged_tolerance(), INFINITE});
+            Mask closed;
+            press(s_, end.reaction, end.velocity, {}, closed);
+            Closed found = active_set_solve(factor_, std::move(closed), false);
+            iterations_ = end.sweeps;
+            canonical_ = found.settled && s_.even();
+            take(std::move(found));
+        }
+    }
+
+    // Close the contacts whose reactions were more than nothing in the guess. A set of another crowd may settle without
+    // contacts that are nearly closed, which would change the reactions of least energy: gaps have to be known as well as
+    // they are looked at.
+    bool correct_guess(WarmStart& warm_start) {
+        warm_start.reaction = factor_.contacts_ordered(options_.reaction);
+        warm_start.away = AFTER_ANOTHER;
+        const double minimum = PRESSED * *std::max_element(warm_start.reaction.begin(), warm_start.reaction.end());
+        Mask closed(s_.k);
+        for (int c = 0; c < s_.k; ++c) closed[c] = warm_start.reaction[c] > minimum;
+        if (options_.velocity.empty()) {
+            warm_start.velocity = s_.free;  // û − M⁻¹Cᵀλ
+            Vector momentum(s_.mass.size(), 0.0);
+            add_reactions(s_, warm_start.reaction, 1.0, momentum);
+            for (std::size_t i = 0; i < momentum.size(); ++i) warm_start.velocity[i] -= momentum[i] / s_.mass[i];
+        } else {
+            warm_start.velocity = factor_.disks_ordered(options_.velocity);
+        }
+        if (std::none_of(closed.begin(), closed.end(), [](auto is) { return is; })) return false;
+        Closed found = active_set_solve(factor_, std::move(closed), false);
+        iterations_ += found.rounds;
+        const bool exact = found.settled && found.error <= std::min(options_.tolerance, EXACT);
+        if (!exact && (options_.canonical || !(found.error <= options_.tolerance))) return false;
+        canonical_ = exact && s_.even();
+        take(std::move(found));
+        return true;
+    }
+
+    // Unsettled where the packing is marginal, so that the descent does not tell the closed contacts, or where the set would
+    // not settle.
+    bool descend_and_close(WarmStart& warm_start) {
+        Descended end = descend(s_, factor_.parts(), team_, {options_.tolerance, s_.n >= LARGE ? SWEEPS : FEW_SWEEPS, unchanged_tolerance(), ISOSTATIC});
+        iterations_ += end.sweeps;
+        Mask closed;
+        press(s_, end.reaction, end.velocity, {}, closed);
+        warm_start.reaction = std::move(end.reaction), warm_start.velocity = std::move(end.velocity);
+        const auto count = std::count(closed.begin(), closed.end(), 1);
+        const double fraction = double(count) / (2.0 * s_.n);
+        if (count == 0 || (ISOSTATIC < fraction && fraction < REDUNDANT)) return false;
+        return settled(active_set_solve(factor_, std::move(closed), false, enough()));
+    }
+    // The same of bodies of several disks.
+    bool firm_and_close(WarmStart& warm_start) {
+        const double loose = options_.bounded || options_.canonical ? 0.0 : 0.5 * options_.tolerance;
+        Closed found = augmented_lagrangian(factor_, warm_start.reaction, enough(), loose);
+        warm_start.velocity = found.velocity;
+        return settled(std::move(found));
+    }
+    // contacts of a step need not be closed to rounding
+    double enough() const { return options_.bounded ? CLOSED : std::max(CLOSED, SHARE_OF_TOLERANCE * options_.tolerance); }
+    bool settled(Closed&& found) {
+        iterations_ += found.rounds;
+        if (!(found.settled && found.error <= options_.tolerance)) return false;
+        canonical_ = true;
+        take(std::move(found));
+        return true;
+    }
+
+    // Recompute the velocities from the reactions, Â u⁺ = Â û − Cᵀλ, where that is more accurate: k/m times a rounding
+    // error of u is momentum out of balance. How far they moved.
+    double recompute_velocity() {
+        cached_ = {};
+        Vector momentum = momentum_given(s_);
+        add_reactions(s_, reaction_, -1.0, momentum);
+        Vector u = velocity_of(factor_, momentum);
+        if (!(accuracy(s_, reaction_, u) < accuracy(s_, reaction_, velocity_))) return 0.0;
+        const double moved = distance_of(s_, u, velocity_);
+        velocity_ = std::move(u);
+        return moved;
+    }
+
+    // An error of C u is one of k C u in what a contact pushes: max 1 + wk.
+    double stiffest() const {
+        double maximum = 1.0;
+        for (std::size_t c = 0; c < s_.along.size(); ++c) maximum = std::max(maximum, 1.0 + s_.inverse_mass[c] * s_.along[c]);
+        return maximum;
+    }
+    int unchanged_tolerance() const { return STEADY + int(STEADY_SHARE * s_.k); }
+    void take(Closed&& found) {
+        reaction_ = std::move(found.reaction), velocity_ = std::move(found.velocity), cached_ = std::move(found.cached);
+        if (options_.solver == Solver::ACTIVE_SET || s_.maintained) iterations_ += found.rounds;
+    }
+    void take(Found&& found) {
+        reaction_ = std::move(found.reaction), velocity_ = std::move(found.velocity), cached_ = std::move(found.cached);
+        canonical_ = found.canonical;
+    }
+    void take(Descended&& found) {
+        reaction_ = std::move(found.reaction), velocity_ = std::move(found.velocity), iterations_ = found.sweeps;
+    }
+
+    const Options& options_;
+    Team team_;
+    Factor factor_;
+    const System& s_;
+    Vector reaction_, velocity_;
+    CachedFactor cached_;
+    int iterations_ = 0;
+    bool canonical_ = false;
+};
+
+}  // namespace
+
+Solution solve_contacts(const System& s, const Options& options) {
+    Solution solution;
+    if (s.k == 0) {
+        solution.velocity = s.free;
+        return solution;
+    }
+    if (options.solver != Solver::AUTO || s.maintained) return ImpactSolver(s, options).solve(solution.method);
+    const Remainder remaining = close_single(s, solution.reaction, solution.velocity);
+    solution.method = remaining.single ? Method::ALONE : Method::NOTHING_PRESSES;
+    const bool all = int(remaining.contact.size()) == s.k && int(remaining.disk.size()) == s.n;
+    if (options.bounded && !all) solution.distance = bound_of_closed_form(s, solution.reaction, solution.velocity);
+    if (remaining.contact.empty()) return solution;
+    const System subproblem = chosen(s, remaining.contact, remaining.disk, remaining.index);
+    Solution found;
+    bool solved = false;
+    if (remaining.forest && !s.dissipative() && !s.compound()) {
+        const Branches branches = branches_of(subproblem);
+        found.iterations = solve_tree(subproblem, branches, found.reaction, found.velocity);
+        found.method = Method::TREE, found.disks = subproblem.n;
+        solved = accuracy(subproblem, found.reaction, found.velocity) <= options.tolerance;
+        if (solved && options.bounded) found.distance = bound_of_tree(subproblem, branches, found.reaction, found.velocity);
+    }
+    if (!solved) {
+        Options restricted = options;
+        if (!options.reaction.empty()) {
+            restricted.reaction.resize(subproblem.k);
+            for (int c = 0; c < subproblem.k; ++c) restricted.reaction[c] = options.reaction[remaining.contact[c]];
+        }
+        if (!options.velocity.empty()) {
+            restricted.velocity.resize(subproblem.mass.size());
+            for (std::size_t i = 0; i < restricted.velocity.size(); ++i)
+                restricted.velocity[i] = options.velocity[std::size_t(remaining.disk[i / s.d]) * s.d + i % s.d];
+        }
+        found = ImpactSolver(subproblem, restricted).solve(found.method);
+    }
+    for (int c = 0; c < subproblem.k; ++c) solution.reaction[remaining.contact[c]] = found.reaction[c];
+    for (int i = 0; i < subproblem.n; ++i)
+        for (int a = 0; a < s.d; ++a) solution.velocity[std::size_t(s.d) * remaining.disk[i] + a] = found.velocity[s.d * i + a];
+    found.distance = length(found.distance, solution.distance);
+    found.reaction = std::move(solution.reaction), found.velocity = std::move(solution.velocity);
+    return found;
+}
+
+namespace {
+
+// û of a problem from Â û = (M − DᵀKD) u⁻; it is u⁻ without dissipation.
+void free_velocity(System& s, const Options& options) {
+    Team alone(1);
+    Factor factor(s, alone, options.sizes);
+    s.free = factor.disks_given(velocity_of(factor, factor.disks_ordered(momentum_given(s))));
+}
+
+double potential(const System& law, const Vector& along, In u) {
+    Vector total(u.size()), v(law.k);
+    double energy = 0.0;
+    for (std::size_t i = 0; i < u.size(); ++i) {
+        total[i] = u[i] + law.left[i];
+        energy += law.mass[i] * (u[i] - law.left[i]) * (u[i] - law.left[i]);
+    }
+    approach(law, total, v);
+    for (int c = 0; c < law.k; ++c) energy += along[c] * std::max(v[c], 0.0) * std::max(v[c], 0.0);
+    sliding(law, total, v);
+    for (int c = 0; c < law.k; ++c) energy += law.across[c] * v[c] * v[c];
+    return energy;
+}
+
+// C(u⁺ + u⁻) (k) m/s, and how exactly it is known.
+struct Closing {
+    Vector velocity, uncertainty;
+};
+Closing closing_of(const System& law, const Solution& found) {
+    Vector total(found.velocity.size());
+    for (std::size_t i = 0; i < total.size(); ++i) total[i] = found.velocity[i] + law.left[i];
+    Closing closing{Vector(law.k), Vector(law.k)};
+    approach(law, total, closing.velocity);
+    const double speed = std::max(law.scale, largest(found.velocity));
+    // n·(Â⁻¹ n) is at most w/(1 + wk), and the distance is known in the norm of Â
+    for (int c = 0; c < law.k; ++c)
+        closing.uncertainty[c] = std::sqrt(law.inverse_mass[c] / (1.0 + law.inverse_mass[c] * law.along[c])) * found.distance + APPROACH_ROUNDING * speed;
+    return closing;
+}
+
+// How far (√kg m/s) the exact u⁺ of the law is from that of the problem with fixed k_n: nothing unless some C(u⁺ + u⁻) is so
+// near to 0 that its sign is not known. |u₁ − u₂|_M ≤ |Cᵀr|_M⁻¹ by strong monotonicity, r: what the fixed k_n say wrongly
+// of p_n at most.
+double dashpot_error(const System& law, const Vector& along, const Solution& found) {
+    const Closing closing = closing_of(law, found);
+    Vector carried(law.n, 0.0);
+    for (int c = 0; c < law.k; ++c) {
+        const double wrong = std::max((law.along[c] > 0.0 ? -closing.velocity[c] : closing.velocity[c]) + closing.uncertainty[c], 0.0);
+        carried[law.first[c]] += along[c] * wrong;
+        if (law.second[c] >= 0) carried[law.second[c]] += along[c] * wrong;
+    }
+    double square = 0.0;
+    for (int i = 0; i < law.n; ++i) {
+        square += carried[i] * carried[i] / law.mass[law.d * i];
+        if (law.compound()) square += carried[i] * carried[i] * law.reach[i] * law.reach[i] / law.mass[3 * i + 2];
+    }
+    return std::sqrt(square);
+}
+
+}  // namespace
+
+Solution solve_one_sided(System& law, const Options& options) {
+    if (!law.dissipative()) return solve_contacts(law, options);
+    const Vector along = law.along;
+    free_velocity(law, options);
+    Solution found = solve_contacts(law, options);
+    if (law.maintained || largest(along) == 0.0) return found;
+    Vector u = found.velocity;
+    bool full_step = true;  // whether u is what was found
+    for (int round = 0; round < ROUNDS; ++round) {
+        const Vector pushing = pushing_dashpots(law, along, u);
+        const Closing closing = closing_of(law, found);
+        bool changed = false;
+        // those nearer to 0 than the velocities are known would change sides for ever
+        for (int c = 0; c < law.k; ++c)
+            changed = changed || (pushing[c] != law.along[c] && (!full_step || std::abs(closing.velocity[c]) > closing.uncertainty[c]));
+        if (!changed) break;
+        const int rounds = found.rounds + 1;
+        law.along = pushing;
+        free_velocity(law, options);
+        found = solve_contacts(law, options);
+        found.rounds = rounds;
+        // the first velocities with a lower Φ on the way back to those before
+        const double before = potential(law, along, u);
+        Vector end = found.velocity;
+        full_step = true;
+        for (int halving = 0; halving < HALVINGS && !(potential(law, along, end) < before); ++halving) {
+            full_step = false;
+            const double fraction = std::ldexp(1.0, -halving - 1);
+            for (std::size_t i = 0; i < u.size(); ++i) end[i] = u[i] + fraction * (found.velocity[i] - u[i]);
+        }
+        if (!full_step && !(potential(law, along, end) < before)) end = found.velocity, full_step = true;
+        u = std::move(end);
+    }
+    found.distance += dashpot_error(law, along, found);
+    return found;
+}
+
+}  // namespace nscd
