@@ -189,7 +189,7 @@ FrictionCertificate certified(const FrictionProblem& p, const FrictionSolution& 
 }
 
 bool clamp_dashpots(FrictionProblem& p, const Vector& along, In u) {
-    const Vector before = std::exchange(p.along, pushing(p, along, u));
+    const Vector before = std::exchange(p.along, pushing_dashpots(p, along, u));
     return p.along != before;
 }
 

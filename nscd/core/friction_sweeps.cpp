@@ -323,7 +323,7 @@ double proximal_newton(const FrictionProblem& p, const Sweeps& sweeps, FrictionF
     };
     const auto smooth = [&](FrictionSolution& some, int count) {
         equilibrium_velocity(p, some.lam, some.tau, some.u);
-        sweeps.pairs(some.lam, some.tau, some.u, count);
+        sweeps.run(some.lam, some.tau, some.u, count);
         equilibrium_velocity(p, some.lam, some.tau, some.u);
         full(some, -1.0);
         pairs += count;

@@ -223,7 +223,7 @@ auto components_of(int n, const ArrayArg<Index, 1>& first, const ArrayArg<Index,
 }
 
 // As in nscd.percussions.FrictionPart.
-struct FrictionSolution {
+struct FrictionOutcome {
     Made<double, 1> tangential;
     Made<std::int8_t, 1> state;
     double signorini, cone, natural_map, dissipation, spread;
@@ -240,7 +240,7 @@ struct ImpactSolution {
     bool canonical = false, finite = true;      // finite: every number is
     Method method = Method::NONE;
     int disks = 0, rounds = 0, threads = 1;     // see `Solution`
-    std::optional<FrictionSolution> friction;
+    std::optional<FrictionOutcome> friction;
 };
 
 // A solution (u: n·d) whether or not there is friction; velocities of disks where bodies have some.
@@ -389,14 +389,14 @@ NB_MODULE(_core, m) {
     Result<Candidates>(m, "Neighbours") FIELD(Candidates, first) FIELD(Candidates, second) FIELD(Candidates, wall) FIELD(Candidates, normal) FIELD(Candidates, gap);
     Result<Step>(m, "Step") FIELD(Step, solved) FIELD(Step, time) FIELD(Step, residual) FIELD(Step, neighbours) FIELD(Step, reaction)
         FIELD(Step, friction) FIELD(Step, iterations) FIELD(Step, repeats) FIELD(Step, method) FIELD(Step, gained) FIELD(Step, drive)
-        FIELD(Step, weight) FIELD(Step, arms) FIELD(Step, impact) FIELD(Step, rubbing) FIELD(Step, reached) FIELD(Step, push);
+        FIELD(Step, weight) FIELD(Step, arms) FIELD(Step, impact) FIELD(Step, friction_loss) FIELD(Step, reached) FIELD(Step, push);
     Result<Works>(m, "Works") FIELD(Works, impact) FIELD(Works, friction);
     Result<FilmContacts>(m, "FilmContacts") FIELD(FilmContacts, start) FIELD(FilmContacts, answered) FIELD(FilmContacts, first)
         FIELD(FilmContacts, second) FIELD(FilmContacts, is_wall) FIELD(FilmContacts, normal) FIELD(FilmContacts, gap) FIELD(FilmContacts, reaction)
         FIELD(FilmContacts, impulse) FIELD(FilmContacts, residual) FIELD(FilmContacts, velocity_error);
-    Result<FrictionSolution>(m, "FrictionSolution") FIELD(FrictionSolution, tangential) FIELD(FrictionSolution, state) FIELD(FrictionSolution, signorini)
-        FIELD(FrictionSolution, cone) FIELD(FrictionSolution, natural_map) FIELD(FrictionSolution, dissipation) FIELD(FrictionSolution, spread)
-        FIELD(FrictionSolution, seed);
+    Result<FrictionOutcome>(m, "FrictionSolution") FIELD(FrictionOutcome, tangential) FIELD(FrictionOutcome, state) FIELD(FrictionOutcome, signorini)
+        FIELD(FrictionOutcome, cone) FIELD(FrictionOutcome, natural_map) FIELD(FrictionOutcome, dissipation) FIELD(FrictionOutcome, spread)
+        FIELD(FrictionOutcome, seed);
     Result<ImpactSolution>(m, "ImpactSolution") FIELD(ImpactSolution, reaction) FIELD(ImpactSolution, impulse) FIELD(ImpactSolution, right_velocity)
         FIELD(ImpactSolution, right_spin) FIELD(ImpactSolution, energy) FIELD(ImpactSolution, energy_change) FIELD(ImpactSolution, energy_error)
         FIELD(ImpactSolution, residual) FIELD(ImpactSolution, velocity_error) FIELD(ImpactSolution, momentum_error) FIELD(ImpactSolution, iterations)

@@ -280,7 +280,7 @@ class Motion:
                 f"{found.residual:.1e} where {self._law.tolerance:.1e} was asked"
             )
         self._see()
-        works = found.gained, found.drive, found.weight, found.arms, found.impact, found.rubbing
+        works = found.gained, found.drive, found.weight, found.arms, found.impact, found.friction_loss
         names = "reaction", "friction", "residual", "iterations", "repeats"
         return StepReport(
             neighbours=Neighbours.of(found.neighbours),
