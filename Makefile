@@ -145,7 +145,7 @@ paper: install
 	@$(VENV)/bin/percussions paper --out paper
 
 explore: install
-	@$(PYTHON) -m analysis.explore.compiled --current || { $(PIP) ziglang==0.17.1 && $(PYTHON) -m analysis.explore.compiled; }
+	@$(PYTHON) -m analysis.studies.explore.compiled --current || { $(PIP) ziglang==0.17.1 && $(PYTHON) -m analysis.studies.explore.compiled; }
 	$(VENV)/bin/percussions explore --out explore
 
 $(VENV)/installed-docs: pyproject.toml constraints.txt | $(VENV)/installed

@@ -18,15 +18,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.advice.candidates import Candidate, Question, rates_of
-from analysis.advice.choice import SHARES, advise, setting
-from analysis.advice.library import FILE, Entry, Library, stored_library, write_library
 from analysis.pages.numbers import percent
 from analysis.scene.scene import Scene
+from analysis.studies.advice.candidates import Candidate, Question, rates_of
+from analysis.studies.advice.choice import SHARES, advise, setting
+from analysis.studies.advice.library import FILE, Entry, Library, stored_library, write_library
+from analysis.studies.work_precision.chart import measure
+from analysis.studies.work_precision.point import Point, PointStatus
+from analysis.studies.work_precision.soft import Grid, prepare_window, settings_of, soft_engines
 from analysis.support.parallel import workers
-from analysis.work_precision.chart import measure
-from analysis.work_precision.point import Point, PointStatus
-from analysis.work_precision.soft import Grid, prepare_window, settings_of, soft_engines
 from benchmarks.advice_cases import IMPACTS, LIBRARY, UNSEEN, Makers
 from benchmarks.machine import head, line, table
 

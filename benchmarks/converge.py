@@ -6,13 +6,13 @@ Each model is ENGINE:NUMBER, the number being the step (s) of the rigid engine o
 of another; the first is what the others are measured from. Runs that are in the folder are taken as
 they are; with --read nothing is run, and models are compared on the crowds that the folder has.
 Prints a table, writes FOLDER/converge.png and FOLDER/whole_runs.json and .csv. With --store the
-statistics named take the place of those that advice reads (analysis/advice/whole_runs.json)."""
+statistics named take the place of those that advice reads (analysis/studies/advice/whole_runs.json)."""
 
-from analysis.advice.whole_runs import STORED
 from analysis.scene.scene import read_scene
+from analysis.studies.advice.whole_runs import STORED
+from analysis.studies.work_precision import whole_runs as measured
+from analysis.studies.work_precision.point import content_of, read_points, write_points
 from analysis.support.files import write_json
-from analysis.work_precision import whole_runs as measured
-from analysis.work_precision.point import content_of, read_points, write_points
 from benchmarks.machine import describe, options, table
 
 MODELS = (

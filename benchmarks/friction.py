@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from analysis.exchange.problem import GlobalProblem, LocalProblem
+from analysis.studies.exchange.problem import GlobalProblem, LocalProblem
 from analysis.support.files import write_rows
 from benchmarks.cases import frames
 from benchmarks.contest import peers

@@ -29,8 +29,8 @@ import numpy as np
 import pandas as pd
 
 from analysis.cli.app import progress, show, write_picture
-from analysis.exchange.fclib import read_problem, write_answer
 from analysis.pages.numbers import number
+from analysis.studies.exchange.fclib import read_problem, write_answer
 from analysis.support.files import write_text
 from analysis.support.parallel import workers
 from benchmarks import friction

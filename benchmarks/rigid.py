@@ -6,7 +6,7 @@
 Every row is a whole run by the command's own path, in a process of its own, one after the other: its
 start is in the CPU time. The residual is the largest of a step from each frame, recomputed; the
 energy is the kinetic one at the end. The last line fits the price of the rigid engine, start and disk step, as
-`analysis/advice/library.py` has it."""
+`analysis/studies/advice/library.py` has it."""
 
 import argparse
 import sys

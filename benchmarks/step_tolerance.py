@@ -22,11 +22,11 @@ from scipy import stats
 
 from analysis.engines.programs.rigid import motion_of
 from analysis.engines.rigid import timing
-from analysis.exposure.loads import passed
 from analysis.scene.anthropometry import Varied
 from analysis.scene.rooms import Crowd, room
 from analysis.scene.scene import Scene, read_scene
 from analysis.scene.shipped_scenes import make, variant
+from analysis.studies.exposure.loads import passed
 from benchmarks.machine import options, show
 from nscd.stepping import WindowSums
 

@@ -25,11 +25,6 @@ if TYPE_CHECKING:
     from analysis import engines as engines
     from analysis import percussions as percussions
     from analysis import scene as scene
-    from analysis.advice.candidates import Question as Question
-    from analysis.advice.choice import advise as advise
-    from analysis.advice.library import stored_library as stored_library
-    from analysis.audit import Audit as Audit
-    from analysis.audit import audit as audit
     from analysis.compare import Comparison as Comparison
     from analysis.compare import compare_run as compare_run
     from analysis.dumps import DumpError as DumpError
@@ -38,19 +33,11 @@ if TYPE_CHECKING:
     from analysis.dumps import snapshot_of as snapshot_of
     from analysis.engines import EngineError as EngineError
     from analysis.engines.run import simulate as simulate
-    from analysis.exchange.fclib import read_problem as read_problem
-    from analysis.exchange.fclib import write_answer as write_answer
-    from analysis.exchange.fclib import write_problem as write_problem
-    from analysis.exchange.jupedsim import RigidPeople as RigidPeople
-    from analysis.exposure.limits import known_limits as known_limits
-    from analysis.exposure.loads import read_exposure as read_exposure
-    from analysis.exposure.pedestrians import trajectory as trajectory
-    from analysis.infer.inference import infer as infer
-    from analysis.infer.inference import run_prior as run_prior
-    from analysis.infer.observations import see as see
     from analysis.percussions import PercussionAnalysis as PercussionAnalysis
     from analysis.percussions import Setting as Setting
     from analysis.percussions import percussions_of as percussions_of
+    from analysis.percussions.audit import Audit as Audit
+    from analysis.percussions.audit import audit as audit
     from analysis.scene import Crowd as Crowd
     from analysis.scene import Doorway as Doorway
     from analysis.scene import Inside as Inside
@@ -65,6 +52,19 @@ if TYPE_CHECKING:
     from analysis.scene.real.import_crowd import import_crowd as import_crowd
     from analysis.scene.real.trajectory import read_heads as read_heads
     from analysis.scene.shipped_scenes import make as make
+    from analysis.studies.advice.candidates import Question as Question
+    from analysis.studies.advice.choice import advise as advise
+    from analysis.studies.advice.library import stored_library as stored_library
+    from analysis.studies.exchange.fclib import read_problem as read_problem
+    from analysis.studies.exchange.fclib import write_answer as write_answer
+    from analysis.studies.exchange.fclib import write_problem as write_problem
+    from analysis.studies.exchange.jupedsim import RigidPeople as RigidPeople
+    from analysis.studies.exposure.limits import known_limits as known_limits
+    from analysis.studies.exposure.loads import read_exposure as read_exposure
+    from analysis.studies.exposure.pedestrians import trajectory as trajectory
+    from analysis.studies.infer.inference import infer as infer
+    from analysis.studies.infer.inference import run_prior as run_prior
+    from analysis.studies.infer.observations import see as see
     from analysis.support.files import shipped as shipped
     from nscd import ContactLaw as ContactLaw
     from nscd import Contacts as Contacts

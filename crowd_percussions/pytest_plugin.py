@@ -10,7 +10,7 @@ import pytest
 @pytest.fixture
 def assert_forces_balance() -> Callable[..., None]:
     """Give what fails unless contact forces are those that the momentum of bodies needs; see `audit`."""
-    from analysis.audit import audit
+    from analysis.percussions.audit import audit
 
     def check(*snapshots_and_contacts: object, **inputs: object) -> None:
         found = audit(*snapshots_and_contacts, **inputs)  # type: ignore[arg-type]

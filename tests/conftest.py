@@ -34,9 +34,9 @@ subprocess.Popen.communicate = communicate
 
 # what the commands import when they are called, so that forks have it
 IMPORTED = (
-    "advice.choice", "compare.study", "film.page", "report.page", "paper.page",
-    "percussions.solving", "scene.real.import_crowd", "stability.page", "work_precision.page",
-    "work_precision.whole_runs", "audit.files",
+    "compare.study", "percussions.solving", "scene.real.import_crowd", "studies.advice.choice",
+    "studies.audit", "studies.film.page", "studies.paper.page", "studies.report.page",
+    "studies.stability.page", "studies.work_precision.page", "studies.work_precision.whole_runs",
 )  # fmt: skip
 
 

@@ -25,11 +25,11 @@ PRIVATE = set(
 )
 # Where such a word is the key of a file or an option of a command, which stay.
 KEYS = {
-    "analysis/advice/choice.py: likeness", "analysis/advice/library.py: likeness",
+    "analysis/studies/advice/choice.py: likeness", "analysis/studies/advice/library.py: likeness",
     "analysis/cli/compare.py: openness", "analysis/cli/runs.py: openness", "analysis/cli/scenes.py: apart",
-    "analysis/infer/inference.py: seen", "analysis/paper/continuum/fig7_border.py: apart",
+    "analysis/studies/infer/inference.py: seen", "analysis/studies/paper/continuum/fig7_border.py: apart",
     "analysis/percussions/own.py: apart", "analysis/percussions/solving.py: apart",
-    "analysis/stability/case.py: said", "analysis/stability/case.py: whole",
+    "analysis/studies/stability/case.py: said", "analysis/studies/stability/case.py: whole",
 }  # fmt: skip
 # Imports go one way, from the ground up; folders of one rank know nothing of each other, and
 # neither do two of one line.
@@ -44,21 +44,22 @@ RANKS = [
     ["nscd/continuum/rivals"],
     ["analysis/__init__.py"],
     ["analysis/support"],
-    ["analysis/lammps_process"],
+    ["analysis/support/lammps_process"],
     ["analysis/scene"],
     ["analysis/scene/real"],
     ["analysis/dumps"],
-    ["analysis/audit"],
+    ["analysis/percussions/audit"],
     ["analysis/engines"],
     ["analysis/percussions"],
-    ["analysis/compare", "analysis/exchange"],
+    ["analysis/compare"],
     ["analysis/pages"],
-    ["analysis/exposure"],
-    ["analysis/motion"],
-    ["analysis/work_precision", "analysis/stability", "analysis/standards", "analysis/paper", "analysis/push",
-     "analysis/measured", "analysis/infer"],
-    ["analysis/advice", "analysis/film", "analysis/explore"],
-    ["analysis/report", "analysis/audit/files.py"],
+    ["analysis/studies/__init__.py"],
+    ["analysis/studies/exposure", "analysis/studies/exchange"],
+    ["analysis/studies/motion"],
+    ["analysis/studies/work_precision", "analysis/studies/stability", "analysis/studies/standards",
+     "analysis/studies/paper", "analysis/studies/push", "analysis/studies/measured", "analysis/studies/infer"],
+    ["analysis/studies/advice", "analysis/studies/film", "analysis/studies/explore"],
+    ["analysis/studies/report", "analysis/studies/audit.py"],
     ["analysis/cli", "crowd_percussions"],
 ]  # fmt: skip
 

@@ -12,11 +12,11 @@ from pathlib import Path
 from numpy._core import _multiarray_umath as compiled
 
 from analysis.engines.programs import rigid
-from analysis.explore.page import content_of
 from analysis.scene import Crowd, read_scene, room
 from analysis.scene.anthropometry import Varied
 from analysis.scene.shipped_scenes import MAKERS, make, variant
 from analysis.scene.waiting import opposing
+from analysis.studies.explore.page import content_of
 from benchmarks.problems.families import FAMILIES
 from nscd import ContactLaw, solve
 from tests.forked import ROOT, python
@@ -26,7 +26,7 @@ NAMED = re.compile(
     "hypot|exp|expm1|log|log2|log10|log1p|a?(sin|cos|tan)h?|arc(sin|cos|tan)h?|a(rc)?tan2|power|float_power|pow|cbrt|dot|"
     "vdot|vecdot|einsum|matmul|tensordot|linalg|lstsq|norm|lognormal|exponential|standard_normal|gamma"
 )
-MADE_EXACTLY = """analysis/scene/**/*.py analysis/explore/*.py analysis/engines/rigid.py analysis/engines/record.py
+MADE_EXACTLY = """analysis/scene/**/*.py analysis/studies/explore/*.py analysis/engines/rigid.py analysis/engines/record.py
     analysis/engines/programs/rigid.py benchmarks/problems/families.py nscd/stepping/*.py nscd/[ab]*.py
     nscd/segments.py nscd/contacts.py nscd/laws.py nscd/frames.py nscd/solve.py"""
 # Force laws of soft bodies, fields and social forces, how people look: numbers that are shown, or compared

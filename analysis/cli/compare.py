@@ -29,9 +29,9 @@ from analysis.support.extras import load, missing_extra
 
 if TYPE_CHECKING:
     from analysis.compare.comparison import Comparison
-    from analysis.exposure.loads import RunLoads
-    from analysis.film.frame import Animation, FrameRange
-    from analysis.motion.pairwise import WindowComparison
+    from analysis.studies.exposure.loads import RunLoads
+    from analysis.studies.film.frame import Animation, FrameRange
+    from analysis.studies.motion.pairwise import WindowComparison
     from nscd import ContactLaw
 
 
@@ -150,9 +150,9 @@ def _by_files(files: list[Path], of_file: OfFile, radius: float | None, out: Pat
         raise ValueError("--contacts: of one dump. Several have theirs beside them")
     for file in files:
         _ask(file, of_file, "" if len(files) > 1 else "something to compare with: a second file")
-    from analysis.film.files import open_any, paired
-    from analysis.film.frame import ENGINE, RIGID
-    from analysis.motion.pairwise import compare_frames, write_frames
+    from analysis.studies.film.files import open_any, paired
+    from analysis.studies.film.frame import ENGINE, RIGID
+    from analysis.studies.motion.pairwise import compare_frames, write_frames
 
     sources = [open_any(file, of_file.given(radius)) for file in files]
     made = []
@@ -188,9 +188,9 @@ def _by_files(files: list[Path], of_file: OfFile, radius: float | None, out: Pat
 
 
 def _show_pair(compared: WindowComparison, title: str, of: str) -> None:
-    from analysis.exposure.loads import MEASURES
-    from analysis.motion.study import more_words
     from analysis.pages.numbers import decimals, significant
+    from analysis.studies.exposure.loads import MEASURES
+    from analysis.studies.motion.study import more_words
 
     rows = []
     for key, found in compared.paired().items():
@@ -209,8 +209,8 @@ def _by_windows(
     be. Raises DumpError for runs of different crowds."""
     from analysis.dumps import DumpError
     from analysis.engines.record import read_finished
-    from analysis.exposure.loads import SHORTEST_S
-    from analysis.motion.pairwise import check_same_crowd, compare_windows
+    from analysis.studies.exposure.loads import SHORTEST_S
+    from analysis.studies.motion.pairwise import check_same_crowd, compare_windows
 
     compared, reasons = {}, []
     first, *others = ((folder, read_finished(folder)[0]) for folder in runs)
@@ -225,9 +225,9 @@ def _by_windows(
 
 
 def _show_windows(first: Path, every: Mapping[Path, WindowComparison]) -> None:
-    from analysis.motion.pairwise import write_windows
-    from analysis.motion.study import more_words
     from analysis.pages.numbers import significant
+    from analysis.studies.motion.pairwise import write_windows
+    from analysis.studies.motion.study import more_words
 
     for other, compared in every.items():
         paths = write_windows(other, compared, (first, other))
@@ -271,8 +271,8 @@ def _by_snapshot(runs: Sequence[Path], time: float | None, rigid_law: ContactLaw
     from analysis.compare.comparison import compare_run, statistics, write_contacts
     from analysis.compare.study import remarks
     from analysis.engines.rigid import NAME as RIGID
-    from analysis.motion.study import model_title
     from analysis.pages.numbers import statistic
+    from analysis.studies.motion.study import model_title
     from analysis.support.files import write_json
 
     # all of them before anything is written
@@ -399,10 +399,10 @@ def film(
 
     Example: percussions film scenes/gate_excerpt.txt --frames 400:410:5 --room scenes/rooms/gate.toml"""
     load("matplotlib")
-    from analysis.film import export as exports
-    from analysis.film.frame import FrameRange
-    from analysis.film.page import write_film
-    from analysis.film.summary import about, headline_rows, unsolved_kinds, write_table
+    from analysis.studies.film import export as exports
+    from analysis.studies.film.frame import FrameRange
+    from analysis.studies.film.page import write_film
+    from analysis.studies.film.summary import about, headline_rows, unsolved_kinds, write_table
     from analysis.support.parallel import workers
 
     if parquet:
@@ -444,8 +444,8 @@ def _reels_of(
     file: Path, of_file: OfFile, radii: list[float] | None, chosen: FrameRange | None, **how: Any
 ) -> list[Animation]:
     """The reels of a dump, or of a trajectory with each radius."""
-    from analysis.film import export as exports
-    from analysis.film.files import open_any
+    from analysis.studies.film import export as exports
+    from analysis.studies.film.files import open_any
 
     file_options = of_file.given(radii[0] if radii else None)
     source = open_any(file, file_options)
@@ -487,9 +487,9 @@ def exposure(
     out: Folder for the results. Default: that of the run, or exposure.
 
     Example: percussions exposure out/arch/rigid_moreau_jean --limits mine.toml"""
-    from analysis.exposure import loads, positions
-    from analysis.exposure.limits import LimitError, known_limits
-    from analysis.exposure.sensors import write_sensors
+    from analysis.studies.exposure import loads, positions
+    from analysis.studies.exposure.limits import LimitError, known_limits
+    from analysis.studies.exposure.sensors import write_sensors
 
     known = known_limits(limits or [])
     if stops and stops not in (names := [limit.name for limit in known]):
@@ -531,8 +531,8 @@ def exposure(
 
 def _draw_walls(found: RunLoads, folder: Path) -> Path:
     """Draw the load along the walls into a folder. Raises ImportError without matplotlib."""
-    from analysis.exposure.picture import draw_loads
     from analysis.pages.html import saved
+    from analysis.studies.exposure.picture import draw_loads
     from analysis.support.files import whole_file
 
     with whole_file(folder / "exposure_walls.png", "wb") as file:
@@ -542,9 +542,9 @@ def _draw_walls(found: RunLoads, folder: Path) -> Path:
 
 def _loads_of(file: Path, of_file: OfFile, radius: float | None) -> RunLoads:
     _ask(file, of_file)
-    from analysis.exposure.loads import loads_of_frames
-    from analysis.film.files import open_any
-    from analysis.film.frame import ENGINE, RIGID
+    from analysis.studies.exposure.loads import loads_of_frames
+    from analysis.studies.film.files import open_any
+    from analysis.studies.film.frame import ENGINE, RIGID
 
     source, model = open_any(file, of_file.given(radius)), ENGINE if of_file.contacts else RIGID
     with progress():

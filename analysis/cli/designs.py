@@ -41,16 +41,16 @@ class Comparing:
         """Run the replicates that are missing, compare, write the page and say the verdict. Exits with
         1 where a run failed, or what --until asks for stays open."""
         from analysis.engines import engine as engine_named
-        from analysis.motion.designs import QUANTITIES, Target
-        from analysis.motion.inference import FEWEST
-        from analysis.report.designs import (
+        from analysis.scene.scene import read_scene
+        from analysis.studies.motion.designs import QUANTITIES, Target
+        from analysis.studies.motion.inference import FEWEST
+        from analysis.studies.report.designs import (
             Compared,
             Forecast,
             Replicates,
             designs_of,
             write_designs,
         )
-        from analysis.scene.scene import read_scene
 
         if len(engine) > 1:
             raise ValueError("--engine: designs are compared by one engine")

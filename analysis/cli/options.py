@@ -288,8 +288,8 @@ class OfFile(OfDump):
         refuse("only of a dump or a trajectory file", **selected, **others)
 
     def given(self, radius: float | None = None) -> Any:
-        """Give it as `analysis.film.files.FileOptions`, with the radius (m) of heads."""
-        from analysis.film.files import FileOptions
+        """Give it as `analysis.studies.film.files.FileOptions`, with the radius (m) of heads."""
+        from analysis.studies.film.files import FileOptions
 
         return FileOptions(radius=radius, **vars(self) | {"fixed_type": tuple(self.fixed_type or ())})
 

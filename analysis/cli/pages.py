@@ -41,9 +41,9 @@ from analysis.cli.options import (
 from analysis.support.machine import cores
 
 if TYPE_CHECKING:
-    from analysis.report.page import Reported
     from analysis.scene.scene import Scene
-    from analysis.work_precision.whole_runs import Planned
+    from analysis.studies.report.page import Reported
+    from analysis.studies.work_precision.whole_runs import Planned
 
 
 def explore(scene: list[str] | None = None, *, out: Out = Path("explore")) -> None:
@@ -55,8 +55,8 @@ def explore(scene: list[str] | None = None, *, out: Out = Path("explore")) -> No
         pushes.
 
     Example: percussions explore arch gate --out explore"""
-    from analysis.explore.page import offered, write_explore
     from analysis.scene.scene import read_scene
+    from analysis.studies.explore.page import offered, write_explore
 
     scenes = [read_scene(name) for name in scene] if scene else offered()
     show_page(write_explore(scenes, out, command_line()))
@@ -95,13 +95,13 @@ def report(
     from analysis.compare.study import study
     from analysis.engines import ENGINES
     from analysis.engines.run import run_ahead
-    from analysis.exposure.limits import limits_of_people
-    from analysis.motion.study import study_motion
     from analysis.percussions.setting import standing_walls
-    from analysis.report.page import Reported, write_report
-    from analysis.report.runs import films_of, motion_of, runs_of, scenes_of, snapshot_runs
-    from analysis.report.sheet import write_sheets
     from analysis.scene.scene import read_scene
+    from analysis.studies.exposure.limits import limits_of_people
+    from analysis.studies.motion.study import study_motion
+    from analysis.studies.report.page import Reported, write_report
+    from analysis.studies.report.runs import films_of, motion_of, runs_of, scenes_of, snapshot_runs
+    from analysis.studies.report.sheet import write_sheets
     from analysis.support.parallel import workers
 
     runs = runs.resolve() if scheduler else runs  # a worker is at home in another folder
@@ -190,8 +190,8 @@ def chart(
 
     Example: percussions chart arch --out chart/arch"""
     from analysis.scene.scene import read_scene
-    from analysis.work_precision import chart as instants
-    from analysis.work_precision import page, point, soft, whole_runs
+    from analysis.studies.work_precision import chart as instants
+    from analysis.studies.work_precision import page, point, soft, whole_runs
 
     chosen = read_scene(scene)
     soft.check_chart(chosen)
@@ -223,8 +223,8 @@ def _say_chart(
 ) -> None:
     from analysis.engines import PENALTY
     from analysis.engines.price import expected_seconds
-    from analysis.work_precision import soft
-    from analysis.work_precision.window import driven_window, impact_window
+    from analysis.studies.work_precision import soft
+    from analysis.studies.work_precision.window import driven_window, impact_window
 
     driven = scene.drive is not None
     window = driven_window(scene, scene.snapshot.position) if driven else impact_window(scene)
@@ -261,8 +261,8 @@ def stability(
     quick: A coarse atlas.
 
     Example: percussions stability --case time_step --case skin --out stability"""
-    from analysis.stability.atlas import build, choose
-    from analysis.stability.page import summary, write_atlas
+    from analysis.studies.stability.atlas import build, choose
+    from analysis.studies.stability.page import summary, write_atlas
 
     started, cases = time.perf_counter(), choose(case, quick)
     attempts = sum(len(one.rows.values) * len(one.columns.values) for one in cases)
@@ -293,7 +293,7 @@ def standards(
     time_gap: Of the people who wait, in s: 0.6 as in films, 0.8 as the standards' largest flow.
 
     Example: percussions standards --case corridor --case corner --out standards"""
-    from analysis.standards.page import choose, run_tests, write_page
+    from analysis.studies.standards.page import choose, run_tests, write_page
 
     chosen = choose(case)
     with progress() as bars:
@@ -333,13 +333,13 @@ def advise(
     chart: Folder of a chart of this very scene, to read instead of the stored library.
 
     Example: percussions advise arch --error 5% --quantity wall-load"""
-    from analysis.advice import choice, whole_runs
-    from analysis.advice.candidates import Question, asked_error
-    from analysis.advice.library import stored_library
     from analysis.scene.named_crowds import distance_lines
     from analysis.scene.scene import read_scene
+    from analysis.studies.advice import choice, whole_runs
+    from analysis.studies.advice.candidates import Question, asked_error
+    from analysis.studies.advice.library import stored_library
+    from analysis.studies.work_precision.point import Point, read_points
     from analysis.support.files import write_json
-    from analysis.work_precision.point import Point, read_points
 
     chosen, allowed, methods = read_scene(scene), asked_error(error), choice.methods_here(method)
     file = out / "advice.json"
@@ -392,7 +392,7 @@ def paper(
         Default: all.
 
     Example: percussions paper discrete --figure 1 --figure 3 --out paper"""
-    from analysis.paper.page import PAGES, write_pages
+    from analysis.studies.paper.page import PAGES, write_pages
 
     names: list[str] = [section] if section else [*PAGES]
     _say_paper(names, runs, figure)
@@ -405,7 +405,7 @@ def paper(
 
 
 def _say_paper(names: list[str], runs: Path, figures: list[str] | None) -> None:
-    from analysis.paper.page import PAGES, folder_of, stored_section
+    from analysis.studies.paper.page import PAGES, folder_of, stored_section
 
     parts = [part for name in names for part in PAGES[name].parts if not figures or part.number in figures]
     seconds = sum(part.seconds for part in parts if part.engine_runs or not stored_section(folder_of(runs, part)))
@@ -439,9 +439,9 @@ def push(
         least and the longest. By default 0 to 0.2.
 
     Example: percussions push scenes/push_excerpt.csv"""
-    from analysis.push.hindcast import ARMS, REACH_M, expected_seconds, hindcast
-    from analysis.push.page import HEAD, summary, verdicts, write_hindcast
-    from analysis.push.trial import read_trial
+    from analysis.studies.push.hindcast import ARMS, REACH_M, expected_seconds, hindcast
+    from analysis.studies.push.page import HEAD, summary, verdicts, write_hindcast
+    from analysis.studies.push.trial import read_trial
 
     trial = read_trial(file, wall, time_unit=time_unit, take_as_is=take_as_is)
     for note in trial.notes:
@@ -481,9 +481,9 @@ def measured(
     bands: Also try which law has 90 % bands that hold 90 % of the forces.
 
     Example: percussions measured forward --step DSC05384"""
-    from analysis.measured.models import calibrate, judge
-    from analysis.measured.packing import ALPHA, BETA_N, ErrorBar, read_packing, steps_of
-    from analysis.measured.page import HEAD, SECONDS, summary, write_measured
+    from analysis.studies.measured.models import calibrate, judge
+    from analysis.studies.measured.packing import ALPHA, BETA_N, ErrorBar, read_packing, steps_of
+    from analysis.studies.measured.page import HEAD, SECONDS, summary, write_measured
 
     found = steps_of(folder)
     for name in step or ():
@@ -544,8 +544,8 @@ def infer(
     columns: What each column is, as 'frame id x y', where names do not say.
 
     Example: percussions infer 040_c_56_h-.txt --room scenes/rooms/gate_passage.toml --unit m"""
-    from analysis.infer import inference, page
-    from analysis.infer.observations import see
+    from analysis.studies.infer import inference, page
+    from analysis.studies.infer.observations import see
 
     arguments = drop_none(unit=unit, frame_rate=frame_rate, columns=columns, time_unit=time_unit, take_as_is=take_as_is or None)
     observed = see(file, room, row, without=without or (), window_s=window, **arguments)
@@ -593,8 +593,8 @@ def audit(
     within: Share of the needed force that may stay unexplained.
 
     Example: percussions audit bodies.dump --contacts pairs.csv --acceleration 0,-9.81 --time-step 1e-4"""
-    from analysis.audit.files import open_record, write_audit
-    from analysis.audit.judge import judge
+    from analysis.percussions.audit.judge import judge
+    from analysis.studies.audit import open_record, write_audit
 
     if acceleration and not re.fullmatch(r"[-+.\de]+,[-+.\de]+", acceleration):
         raise ValueError(f"--acceleration: {acceleration}. Two numbers such as 0,-9.81 are needed")

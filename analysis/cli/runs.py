@@ -89,7 +89,7 @@ def run(
     timing = app.drop_none(**step, duration_s=duration, impulses=impulses or None)
     chosen = chosen.with_run(**timing)
     if error is not None:
-        from analysis.advice.choice import scene_within
+        from analysis.studies.advice.choice import scene_within
 
         chosen, engine, choice = scene_within(chosen, error, engine)
         print(f"advised: {choice}")
@@ -140,10 +140,10 @@ def solve(
 
     Example: percussions solve out/arch/lammps_hooke_k1e+06/bodies.dump --left-velocity desired
     --out contacts.csv"""
-    from analysis.exchange.problem import is_hdf5
     from analysis.percussions.setting import room_beside
     from analysis.percussions.solving import DumpToSolve, solve_dump, solve_in_chunks
     from analysis.percussions.table import is_parquet
+    from analysis.studies.exchange.problem import is_hdf5
 
     file = one_dump(dump)
     if out.is_file() and any(
@@ -188,7 +188,7 @@ def _listed(
     job: DumpToSolve, room: Room | None, contacts: Path, columns: str | None, factor: float | None
 ) -> DumpToSolve:
     """The job with the contacts that came with its dump."""
-    from analysis.film.files import own_contacts
+    from analysis.studies.film.files import own_contacts
 
     setting = job.setting.of_dump(trajectory := job.trajectory)
     return replace(job, setting=setting, own=own_contacts(trajectory, contacts, room, setting, columns, factor))
@@ -207,8 +207,8 @@ def _rows(found: SolvedDump, fixed: bool, listed: bool) -> list[list[str]]:
 
 
 def _solve_problem(problem: Path, out: Path, tolerance: float, indeterminacy: Openness) -> None:
-    from analysis.exchange.fclib import solve_file
     from analysis.percussions.table import is_parquet
+    from analysis.studies.exchange.fclib import solve_file
 
     if is_parquet(out):
         raise ValueError(f"--out: {out}: Parquet is for dumps. The table of a problem is CSV")
@@ -252,7 +252,7 @@ def export(
     local: Write FCLIB's local form W r + q too.
 
     Example: percussions export out/gate/lammps_hooke_k1e+06 --fclib gate.hdf5"""
-    from analysis.exchange.fclib import write_problem
+    from analysis.studies.exchange.fclib import write_problem
 
     dump = target / "bodies.dump" if target.is_dir() else target
     if dump.is_file() and dump.suffix != ".toml":

@@ -8,9 +8,9 @@ import numpy as np
 from analysis.engines.penalty import penalty_of
 from analysis.engines.process import Command, digest_of, version_of
 from analysis.engines.record import Timing
-from analysis.lammps_process import DISTANCE
 from analysis.scene.scene import Scene
 from analysis.support.files import shipped
+from analysis.support.lammps_process import DISTANCE
 
 
 def bodies_apart(scene: Scene) -> str:

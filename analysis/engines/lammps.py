@@ -21,7 +21,6 @@ from analysis.engines.guard import energy_besides, speed_most
 from analysis.engines.penalty import Penalty, contact_masses, giving_step, penalty_of
 from analysis.engines.process import Command, python_command, version_of
 from analysis.engines.record import EngineError
-from analysis.lammps_process import DISTANCE, WALLS
 from analysis.scene.distance import Some
 from analysis.scene.law import Elastic
 from analysis.scene.scene import Drive, Scene, Wall
@@ -29,6 +28,7 @@ from analysis.scene.way import Way
 from analysis.support.extras import install
 from analysis.support.files import whole_file, write_text
 from analysis.support.frames import write_frame
+from analysis.support.lammps_process import DISTANCE, WALLS
 from nscd import _core
 from nscd.arrays import Floats
 from nscd.bodies import Bodies
@@ -218,7 +218,7 @@ class Lammps(Engine):
         variables = [word for name, value in arguments.items() for word in ("-var", name, value)]
         words = ["-nonbuf", *variables]
         if any((folder / decks / name).exists() for name in (WALLS, DISTANCE)):
-            return python_command("analysis.lammps_process", decks, *words)
+            return python_command("analysis.support.lammps_process", decks, *words)
         words = [str(self.find()), "-in", f"{decks}/crowd.in", "-log", "none", *words]
         return Command(words=tuple(words), environment={"OMP_NUM_THREADS": "1"})
 

@@ -10,15 +10,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from analysis.audit.hypotheses import WRONG_FORCES
-from analysis.audit.judge import judge
-from analysis.audit.record import Record, record_of
 from analysis.dumps import DumpError, EngineContacts, contacts_at, snapshot_of
 from analysis.dumps.contacts import keys_of
 from analysis.dumps.digits import LastDigit
 from analysis.dumps.foreign import wall_fixes
 from analysis.dumps.index import DumpIndex
 from analysis.dumps.own_contacts import OwnContacts, open_contacts
+from analysis.percussions.audit.hypotheses import WRONG_FORCES
+from analysis.percussions.audit.judge import judge
+from analysis.percussions.audit.record import Record, record_of
 from analysis.percussions.setting import MOST_ROUNDING, Setting
 from analysis.scene.scene import Scene
 from analysis.support.reading import note

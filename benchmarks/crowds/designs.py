@@ -12,10 +12,16 @@ from itertools import takewhile
 
 import numpy as np
 
-from analysis.motion.designs import QUANTITIES, Difference, Table, difference, interim_levels
-from analysis.motion.inference import LEVEL
-from analysis.report.designs import Replicates, designs_of
 from analysis.scene.scene import read_scene
+from analysis.studies.motion.designs import (
+    QUANTITIES,
+    Difference,
+    Table,
+    difference,
+    interim_levels,
+)
+from analysis.studies.motion.inference import LEVEL
+from analysis.studies.report.designs import Replicates, designs_of
 from benchmarks.machine import head, line, options
 from nscd.arrays import Floats
 

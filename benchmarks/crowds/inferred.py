@@ -17,7 +17,9 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from analysis.infer.crowd import (
+from analysis.scene.rooms import Crowd, from_geometry
+from analysis.scene.scene import SceneError
+from analysis.studies.infer.crowd import (
     AFTER_S,
     OF_BODIES,
     PRIOR,
@@ -29,7 +31,7 @@ from analysis.infer.crowd import (
     simulate,
     waiting,
 )
-from analysis.infer.inference import (
+from analysis.studies.infer.inference import (
     FITS,
     RUNS,
     SOFT_N,
@@ -39,10 +41,8 @@ from analysis.infer.inference import (
     one_run,
     uniform,
 )
-from analysis.infer.posterior import Reference
-from analysis.infer.tracks import STEP_S, departures, span_of
-from analysis.scene.rooms import Crowd, from_geometry
-from analysis.scene.scene import SceneError
+from analysis.studies.infer.posterior import Reference
+from analysis.studies.infer.tracks import STEP_S, departures, span_of
 from analysis.support.machine import cores
 from analysis.support.parallel import Task, do_all, workers
 from nscd.arrays import Floats

@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from analysis.engines.run import EngineRun
-from analysis.exposure.loads import read_exposure
 from analysis.pages.drawing import COLOURS, GRID, draw_disks, panels
 from analysis.scene.rigid_bodies import shapes
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
+from analysis.studies.exposure.loads import read_exposure
 from benchmarks.machine import options, ranges, table
 from nscd import Snapshot
 

@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 
 from analysis.engines.run import EngineRun
-from analysis.exposure.loads import RunLoads, read_exposure
-from analysis.motion.inference import Sample, differences
-from analysis.motion.study import COMPARED, Model
 from analysis.scene.shipped_scenes import make
+from analysis.studies.exposure.loads import RunLoads, read_exposure
+from analysis.studies.motion.inference import Sample, differences
+from analysis.studies.motion.study import COMPARED, Model
 from benchmarks.machine import head, line, options
 from nscd.arrays import Indices
 

@@ -20,11 +20,11 @@ from analysis.dumps.windows import RunWindows
 from analysis.engines import EngineError
 from analysis.engines.run import EngineRun
 from analysis.engines.softness import VALID, WITH_CARE
-from analysis.exposure.loads import loads_of, passed, pressing, values_of
 from analysis.pages.drawing import COLOURS, GRID, SKY, VERMILION
 from analysis.pages.numbers import signed
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import crowd_before_a_door, make, room_with_a_door
+from analysis.studies.exposure.loads import loads_of, passed, pressing, values_of
 from analysis.support.files import write_text
 from benchmarks.machine import options, table
 

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from analysis.audit import Audit, audit
 from analysis.dumps import open_bodies, snapshot_of
+from analysis.percussions.audit import Audit, audit
 from nscd import Snapshot, Walls
 
 LONG = 99.0  # m, half the length of walls

@@ -10,8 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from analysis.exchange.fclib import CrowdProblem, Truth, read_answer, read_problem, read_truth
-from analysis.exchange.problem import ExchangeError, GlobalProblem, LocalProblem
+from analysis.studies.exchange.fclib import (
+    CrowdProblem,
+    Truth,
+    read_answer,
+    read_problem,
+    read_truth,
+)
+from analysis.studies.exchange.problem import ExchangeError, GlobalProblem, LocalProblem
 from nscd.arrays import Floats
 from nscd.friction.planar import natural_map
 

@@ -11,10 +11,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field, ValidationError
 
-from analysis.exchange.fclib import write_problem
-from analysis.exchange.problem import ExchangeError
 from analysis.percussions import Setting, SnapshotPercussions, percussions_of
 from analysis.percussions.table import Openness
+from analysis.studies.exchange.fclib import write_problem
+from analysis.studies.exchange.problem import ExchangeError
 from analysis.support.extras import load
 from analysis.support.files import shipped, write_json
 from analysis.support.parallel import Progress, Task, do_all

@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from analysis.dumps import snapshot_of
-from analysis.exposure.limits import known_limits
-from analysis.exposure.loads import read_exposure, write_stops
-from analysis.standards.page import choose, draw, run_tests
+from analysis.studies.exposure.limits import known_limits
+from analysis.studies.exposure.loads import read_exposure, write_stops
+from analysis.studies.standards.page import choose, draw, run_tests
 from crowd_percussions import (
     ContactLaw,
     Crowd,

@@ -16,7 +16,7 @@ sys.path[:0] = [str(HERE), str(ROOT)]
 
 from docstrings import as_rst  # noqa: E402
 
-from analysis.explore.page import offered, write_explore  # noqa: E402
+from analysis.studies.explore.page import offered, write_explore  # noqa: E402
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from playwright.sync_api import sync_playwright
 
-from analysis.explore.page import write_explore
 from analysis.scene.scene import read_scene
+from analysis.studies.explore.page import write_explore
 
 PICTURE = Path(__file__).resolve().parents[1] / "results" / "pictures" / "explore.png"
 STEPS = 400

@@ -10,17 +10,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.advice.candidates import LONGEST, Question, asked_error, rates_of, safety_of
-from analysis.advice.choice import MARGIN, _cautious, headline, left_out
-from analysis.advice.choice import advise as choose
-from analysis.advice.library import Curves, Entry, Library, likeness_of, price_of
+from analysis.studies.advice.candidates import LONGEST, Question, asked_error, rates_of, safety_of
+from analysis.studies.advice.choice import MARGIN, _cautious, headline, left_out
+from analysis.studies.advice.choice import advise as choose
+from analysis.studies.advice.library import Curves, Entry, Library, likeness_of, price_of
 
-from analysis.advice.library import read_library, stored_library, write_library  # isort: skip
+from analysis.studies.advice.library import read_library, stored_library, write_library  # isort: skip
 from analysis.engines.penalty import damping_ratio_for
 from analysis.engines.price import PRICES
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
-from analysis.work_precision.point import Point, PointStatus
+from analysis.studies.work_precision.point import Point, PointStatus
 from nscd import Snapshot
 from tests.refusals import refusals
 

@@ -8,7 +8,10 @@ import shlex
 import pytest
 from typer.testing import CliRunner
 
-from analysis.advice.whole_runs import (
+from analysis.cli.commands import app
+from analysis.engines.softness import known_bodies, softness
+from analysis.scene.shipped_scenes import make
+from analysis.studies.advice.whole_runs import (
     STORED,
     advise_bodies,
     advise_motion,
@@ -17,11 +20,8 @@ from analysis.advice.whole_runs import (
     motion_lines,
     soft_run,
 )
-from analysis.cli.commands import app
-from analysis.engines.softness import known_bodies, softness
-from analysis.scene.shipped_scenes import make
-from analysis.work_precision.point import read_points, write_points
-from analysis.work_precision.whole_runs import WholeRunPoint
+from analysis.studies.work_precision.point import read_points, write_points
+from analysis.studies.work_precision.whole_runs import WholeRunPoint
 
 METHODS = ("rigid", "lammps", "yade")
 

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from analysis.advice import choice
-from analysis.advice.library import stored_library
 from analysis.cli.commands import app
 from analysis.compare.comparison import compare_run
 from analysis.engines import LAMMPS
 from analysis.engines.penalty import penalty_of
 from analysis.engines.record import RunRecord
 from analysis.scene.shipped_scenes import make
-from analysis.work_precision.point import write_points
+from analysis.studies.advice import choice
+from analysis.studies.advice.library import stored_library
+from analysis.studies.work_precision.point import write_points
 
 no_lammps = pytest.mark.skipif(LAMMPS.version() is None, reason="no LAMMPS")
 

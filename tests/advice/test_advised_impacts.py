@@ -2,14 +2,14 @@
 
 import pytest
 
-from analysis.advice.candidates import Question
-from analysis.advice.choice import advise, headline
-from analysis.advice.library import stored_library
 from analysis.scene.shipped_scenes import make
+from analysis.studies.advice.candidates import Question
+from analysis.studies.advice.choice import advise, headline
+from analysis.studies.advice.library import stored_library
+from analysis.studies.work_precision.chart import measure
+from analysis.studies.work_precision.point import Method
+from analysis.studies.work_precision.window import impact_window
 from analysis.support.parallel import workers
-from analysis.work_precision.chart import measure
-from analysis.work_precision.point import Method
-from analysis.work_precision.window import impact_window
 from benchmarks.advice_cases import IMPACTS
 from tests.engines.at_hand import require
 

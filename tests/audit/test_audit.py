@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.audit import audit
 from analysis.engines import engine
+from analysis.percussions.audit import audit
 from nscd import Snapshot
 from tests.audit.crowd import CORNER, FRICTION, STEP_S, pressed, weight
 from tests.engines.at_hand import require

@@ -12,8 +12,8 @@ import pytest
 from analysis.compare.study import study
 from analysis.engines.record import RunRecord
 from analysis.engines.run import simulate
-from analysis.report.contacts import moved_between
 from analysis.scene.shipped_scenes import make
+from analysis.studies.report.contacts import moved_between
 from tests.engines.at_hand import require
 
 

@@ -10,20 +10,20 @@ from fractions import Fraction
 import pytest
 from pydantic import BaseModel
 
-from analysis.exposure.limits import QUANTITIES
-from analysis.exposure.loads import LOADS
-from analysis.film import summary as film
-from analysis.film.frame import HEADLINES, MOVED_FAR, SHOCK
-from analysis.motion.pairwise import WINDOWS
-from analysis.paper.page import Erratum
-from analysis.push.hindcast import SCORES
-from analysis.push.page import CASES
 from analysis.scene.drive import Goal, Push, Stop
 from analysis.scene.scene import SceneFile
 from analysis.scene.schema import Material
-from analysis.work_precision.point import POINTS, Point, columns_of
-from analysis.work_precision.whole_runs import COLUMNS as RUNS
-from analysis.work_precision.whole_runs import WholeRunPoint
+from analysis.studies.exposure.limits import QUANTITIES
+from analysis.studies.exposure.loads import LOADS
+from analysis.studies.film import summary as film
+from analysis.studies.film.frame import HEADLINES, MOVED_FAR, SHOCK
+from analysis.studies.motion.pairwise import WINDOWS
+from analysis.studies.paper.page import Erratum
+from analysis.studies.push.hindcast import SCORES
+from analysis.studies.push.page import CASES
+from analysis.studies.work_precision.point import POINTS, Point, columns_of
+from analysis.studies.work_precision.whole_runs import COLUMNS as RUNS
+from analysis.studies.work_precision.whole_runs import WholeRunPoint
 from tests.docs.documented import ROOT
 
 
@@ -52,7 +52,7 @@ def test_columns_of_films():
 
 def test_columns_of_windows():
     """Those of a comparison of two runs but for their measures."""
-    tree = ast.parse((ROOT / "analysis/motion/pairwise.py").read_text(encoding="utf-8"))
+    tree = ast.parse((ROOT / "analysis/studies/motion/pairwise.py").read_text(encoding="utf-8"))
     keys = {key.value for node in ast.walk(tree) if isinstance(node, ast.Dict) for key in node.keys
             if isinstance(key, ast.Constant)}  # fmt: skip
     assert {name for name in WINDOWS if "…" not in name} <= keys

@@ -15,11 +15,11 @@ from analysis import engines
 from analysis.compare.comparison import compare_run, write_contacts
 from analysis.dumps import open_bodies, read_contacts, snapshot_of
 from analysis.engines.run import simulate
-from analysis.paper import page
 from analysis.scene import law
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
-from analysis.work_precision.soft import leapfrog
+from analysis.studies.paper import page
+from analysis.studies.work_precision.soft import leapfrog
 from tests.docs.documented import ROOT, blocks, columns, write_files
 from tests.engines.at_hand import require
 from tests.engines.laws.test_law import few

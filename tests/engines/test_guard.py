@@ -16,7 +16,7 @@ from analysis.engines.lammps import scene_deck
 from analysis.engines.run import run_engine
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
-from analysis.work_precision.soft import ReferenceError, leapfrog
+from analysis.studies.work_precision.soft import ReferenceError, leapfrog
 from tests.engines.at_hand import ROOT, lammps, require, yade
 
 ENGINES = ["lammps", "yade"]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from analysis.paper.page import errata
+from analysis.studies.paper.page import errata
 
 HERE = Path(__file__).resolve().parent
 

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from scipy.sparse import coo_array, csc_array, csr_array
 
-from analysis.exchange.fclib import read_problem, write_problem
-from analysis.exchange.problem import is_hdf5
 from analysis.percussions import Setting, percussions_of
 from analysis.scene import Crowd, read_scene, room
+from analysis.studies.exchange.fclib import read_problem, write_problem
+from analysis.studies.exchange.problem import is_hdf5
 from analysis.support.extras import MissingExtraError
 from analysis.support.frames import write_frame
 from nscd import ContactLaw, Snapshot

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.dumps import read_contacts
-from analysis.exchange.jupedsim import RigidPeople
+from analysis.studies.exchange.jupedsim import RigidPeople
 from nscd import Snapshot, Walls
 from nscd.stepping import Motion, Push, WindowSums
 

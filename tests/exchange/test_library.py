@@ -12,8 +12,8 @@ import pandas as pd
 import pytest
 from scipy.optimize import linprog
 
-from analysis.exchange.fclib import read_answer, read_problem, write_answer
-from analysis.exchange.problem import ExchangeError
+from analysis.studies.exchange.fclib import read_answer, read_problem, write_answer
+from analysis.studies.exchange.problem import ExchangeError
 from benchmarks.library import main
 from benchmarks.problems.judge import judge
 from benchmarks.problems.score import SHIFT, means, profiles, times, with_friction

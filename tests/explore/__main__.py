@@ -8,8 +8,8 @@ from pathlib import Path
 
 from playwright.sync_api import sync_playwright
 
-from analysis.explore.page import write_explore
 from analysis.scene.scene import read_scene
+from analysis.studies.explore.page import write_explore
 from tests.explore.mutants import cases
 from tests.pages.browser import BROWSER, QUIET
 

@@ -14,10 +14,10 @@ import tomli_w
 from analysis.engines.programs.rigid import motion_of
 from analysis.engines.record import EngineError
 from analysis.engines.rigid import Rigid
-from analysis.explore.page import content_of
-from analysis.explore.page_input import Link
 from analysis.scene.drive import Drive
 from analysis.scene.scene import Scene, SceneError, first_problem, read_scene
+from analysis.studies.explore.page import content_of
+from analysis.studies.explore.page_input import Link
 from nscd import Snapshot
 from nscd.stepping import StepError
 from tests.fuzz.mutations import damage

@@ -13,10 +13,10 @@ from scipy.optimize import linprog
 from analysis.dumps import index_dump
 from analysis.engines.programs import rigid
 from analysis.engines.rigid import timing
-from analysis.explore.page import content_of, offered, write_explore
-from analysis.explore.page_input import rules
 from analysis.scene.distance import Distance
 from analysis.scene.scene import SceneError, read_scene
+from analysis.studies.explore.page import content_of, offered, write_explore
+from analysis.studies.explore.page_input import rules
 from tests.explore.mutants import PLAYED, cases, first_word, keeping
 from tests.pages.browser import BROWSER, QUIET, works_by_keyboard
 from tests.scene.test_bad_keys import PLACES, bad_values, full_scene

@@ -9,8 +9,9 @@ import pytest
 from analysis.dumps import DumpError
 from analysis.dumps.windows import Window
 from analysis.engines.run import simulate
-from analysis.exposure.limits import QUANTITIES, Limit, LimitError, known_limits
-from analysis.exposure.loads import (
+from analysis.scene.scene import Wall
+from analysis.studies.exposure.limits import QUANTITIES, Limit, LimitError, known_limits
+from analysis.studies.exposure.loads import (
     RunLoads,
     exposure_rows,
     loads_of,
@@ -19,8 +20,7 @@ from analysis.exposure.loads import (
     values_of,
     write_exposure,
 )
-from analysis.film.page import force_notes
-from analysis.scene.scene import Wall
+from analysis.studies.film.page import force_notes
 from tests.crowds import OWN_LIMIT, disks_at, drive_to, scene_at
 
 PUSH, RADIUS, PEOPLE = 150.0, 0.2, 5

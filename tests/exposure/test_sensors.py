@@ -9,9 +9,9 @@ import pytest
 from analysis.cli.compare import exposure
 from analysis.cli.options import OfFile
 from analysis.engines.run import simulate
-from analysis.exposure.limits import LimitError
-from analysis.exposure.loads import read_exposure
-from analysis.exposure.sensors import Sensor, readings, write_sensors
+from analysis.studies.exposure.limits import LimitError
+from analysis.studies.exposure.loads import read_exposure
+from analysis.studies.exposure.sensors import Sensor, readings, write_sensors
 from tests.exposure.test_exposure import PEOPLE, PUSH, RADIUS, row
 
 MAT = '[[sensors]]\nname = "mat"\nwall = "wall0"\nrate_Hz = 20.0\n'

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from analysis.exposure.limits import LimitError, known_limits
-from analysis.exposure.loads import RunLoads, stops_of, write_stops
 from analysis.scene.scene import read_scene
+from analysis.studies.exposure.limits import LimitError, known_limits
+from analysis.studies.exposure.loads import RunLoads, stops_of, write_stops
 
 HIGH, LOW = 7000.0, 10.0
 

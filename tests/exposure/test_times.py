@@ -5,11 +5,11 @@ import pytest
 
 from analysis.engines import EngineError
 from analysis.engines.run import simulate
-from analysis.exposure import pedestrians
-from analysis.exposure.loads import read_exposure, times_out
-from analysis.exposure.times import flow_after_arrival, leaving
-from analysis.report import sections
 from analysis.scene.shipped_scenes import make
+from analysis.studies.exposure import pedestrians
+from analysis.studies.exposure.loads import read_exposure, times_out
+from analysis.studies.exposure.times import flow_after_arrival, leaving
+from analysis.studies.report import sections
 from analysis.support.extras import MissingExtraError
 from tests.crowds import disks_at, drive_to, scene_at
 
@@ -64,7 +64,7 @@ def test_without_pedpy_a_report_says_so_and_has_the_rest(emptied, monkeypatch):
         raise MissingExtraError(f"{library} is not installed")
 
     from analysis.engines.run import EngineRun
-    from analysis.motion.study import Model, MotionStudy
+    from analysis.studies.motion.study import Model, MotionStudy
 
     scene, folder = emptied
     runs = [EngineRun(scene=scene, engine="rigid", folder=folder)]

@@ -7,12 +7,12 @@ import itertools
 import numpy as np
 import pytest
 
-from analysis.film.export import film_heads
-from analysis.film.files import FileOptions, open_any
-from analysis.film.frame import FrameRange
-from analysis.film.page import _what, words_of
-from analysis.film.summary import headline_rows
 from analysis.scene.real.trajectory import Recording
+from analysis.studies.film.export import film_heads
+from analysis.studies.film.files import FileOptions, open_any
+from analysis.studies.film.frame import FrameRange
+from analysis.studies.film.page import _what, words_of
+from analysis.studies.film.summary import headline_rows
 from tests.crowds import frame
 from tests.walkers import KINDS, archive, base_of
 

@@ -12,9 +12,14 @@ import pytest
 
 from analysis.engines import engine
 from analysis.engines.run import simulate
-from analysis.film.export import export, film_heads, film_runs
-from analysis.film.frame import ENGINE, RIGID, FrameRange
-from analysis.film.page import (
+from analysis.pages.numbers import significant
+from analysis.percussions import percussions_of
+from analysis.scene.real.import_crowd import import_crowd
+from analysis.scene.real.trajectory import Recording, read_heads
+from analysis.scene.shipped_scenes import make
+from analysis.studies.film.export import export, film_heads, film_runs
+from analysis.studies.film.frame import ENGINE, RIGID, FrameRange
+from analysis.studies.film.page import (
     _headlines,
     _what,
     draw_series,
@@ -23,12 +28,7 @@ from analysis.film.page import (
     words_of,
     write_film,
 )
-from analysis.film.summary import headline, headline_rows, left_open, table, write_table
-from analysis.pages.numbers import significant
-from analysis.percussions import percussions_of
-from analysis.scene.real.import_crowd import import_crowd
-from analysis.scene.real.trajectory import Recording, read_heads
-from analysis.scene.shipped_scenes import make
+from analysis.studies.film.summary import headline, headline_rows, left_open, table, write_table
 from nscd import find_contacts
 from tests.crowds import OWN_LIMIT
 

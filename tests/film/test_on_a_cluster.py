@@ -8,12 +8,12 @@ import shapely
 
 from analysis.engines import engine
 from analysis.engines.run import EngineRun, run_ahead
-from analysis.film.export import film_heads, film_runs
-from analysis.film.frame import RIGID
-from analysis.film.summary import table
 from analysis.scene.real.import_crowd import _voronoi, import_crowd
 from analysis.scene.real.trajectory import Recording
 from analysis.scene.shipped_scenes import make
+from analysis.studies.film.export import film_heads, film_runs
+from analysis.studies.film.frame import RIGID
+from analysis.studies.film.summary import table
 from analysis.support.parallel import workers
 from tests.crowds import room_text
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 import shapely
 
-from analysis.infer import crowd, page, tracks
-from analysis.infer.inference import NAMES, infer, run_prior, uniform
-from analysis.infer.observations import see
-from analysis.infer.posterior import Reference
 from analysis.scene.rooms import Crowd, room
 from analysis.scene.scene import SceneError
+from analysis.studies.infer import crowd, page, tracks
+from analysis.studies.infer.inference import NAMES, infer, run_prior, uniform
+from analysis.studies.infer.observations import see
+from analysis.studies.infer.posterior import Reference
 
 GATE = tracks.Gate(
     start=np.array([-0.5, 0.0]), end=np.array([0.5, 0.0]), outward=np.array([0.0, -1.0]),

@@ -5,12 +5,12 @@ import csv
 import numpy as np
 import pytest
 
-from analysis.measured import models
-from analysis.measured.models import EDGE, INNER, distance, equilibrium, open_by
-from analysis.measured.packing import BETA_N, ErrorBar, Packing, disks_at, read_packing
+from analysis.studies.measured import models
+from analysis.studies.measured.models import EDGE, INNER, distance, equilibrium, open_by
+from analysis.studies.measured.packing import BETA_N, ErrorBar, Packing, disks_at, read_packing
 
-from analysis.measured.packing import steps_of, contacts_listed  # isort: skip
-from analysis.measured.scores import bands, score
+from analysis.studies.measured.packing import steps_of, contacts_listed  # isort: skip
+from analysis.studies.measured.scores import bands, score
 from nscd.indeterminacy.ensemble import ensemble
 from tests.measured import twin as twins
 from tests.measured.twin import ALPHA, MU, PREFIX, SCALE_N, bare, disks, write_twin

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from analysis.measured.models import INNER, equilibrium, open_by
-from analysis.measured.packing import ErrorBar, Packing, contacts_listed, disks_at
 from analysis.scene.packing import heap
+from analysis.studies.measured.models import INNER, equilibrium, open_by
+from analysis.studies.measured.packing import ErrorBar, Packing, contacts_listed, disks_at
 from nscd.indeterminacy.ensemble import ensemble
 
 RADIUS = 25.0

@@ -7,11 +7,18 @@ import pytest
 from analysis.dumps import DumpError
 from analysis.dumps.windows import RunWindows, Window
 from analysis.engines.run import simulate
-from analysis.exposure.loads import MEASURES, RunLoads, arch_in, arches_of, read_exposure, share_of
-from analysis.exposure.times import time_until
-from analysis.motion.study import Model, difference_words, differences_of, interval_cell
+from analysis.studies.exposure.loads import (
+    MEASURES,
+    RunLoads,
+    arch_in,
+    arches_of,
+    read_exposure,
+    share_of,
+)
+from analysis.studies.exposure.times import time_until
+from analysis.studies.motion.study import Model, difference_words, differences_of, interval_cell
 
-from analysis.motion.study import least_words  # isort: skip
+from analysis.studies.motion.study import least_words  # isort: skip
 from analysis.pages.numbers import integer
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make, variant

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 from scipy.stats import ttest_ind, ttest_rel
 
-from analysis.exposure.loads import RunLoads, walls_beside
-from analysis.motion.designs import (
+from analysis.scene.rooms import Crowd, room
+from analysis.scene.scene import read_scene
+from analysis.studies.exposure.loads import RunLoads, walls_beside
+from analysis.studies.motion.designs import (
     QUANTITIES,
     Outcome,
     Table,
@@ -20,9 +22,7 @@ from analysis.motion.designs import (
     outcome_of,
     table_of,
 )
-from analysis.report.designs import designs_of
-from analysis.scene.rooms import Crowd, room
-from analysis.scene.scene import read_scene
+from analysis.studies.report.designs import designs_of
 
 ALPHA = 0.05
 

@@ -13,11 +13,11 @@ from analysis.dumps import DumpError
 from analysis.dumps.windows import RunWindows
 from analysis.engines.record import RunRecord
 from analysis.engines.run import simulate
-from analysis.motion.inference import Sample, differences, next_to_zero, range_of_counts
+from analysis.studies.motion.inference import Sample, differences, next_to_zero, range_of_counts
 
-from analysis.motion.inference import range_of_windows  # isort: skip
-from analysis.motion.pairwise import _paired, check_same_crowd, compare_windows
+from analysis.studies.motion.inference import range_of_windows  # isort: skip
 from analysis.scene.shipped_scenes import make
+from analysis.studies.motion.pairwise import _paired, check_same_crowd, compare_windows
 
 TENTH = 0.1 + 1e-12
 

@@ -8,7 +8,7 @@ import pytest
 from scipy.optimize import linprog, nnls
 from scipy.sparse import csr_array
 
-from analysis.exchange.problem import GlobalProblem
+from analysis.studies.exchange.problem import GlobalProblem
 from nscd import ContactLaw, Walls, find_contacts, solve
 from nscd.friction.planar import natural_map
 from nscd.indeterminacy import determinacy, equilibrium, intervals, nearest

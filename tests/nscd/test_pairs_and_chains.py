@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.work_precision.window import rigid_reference
+from analysis.studies.work_precision.window import rigid_reference
 from benchmarks.problems.families import masses
 from nscd import ContactLaw, Walls, _core, find_contacts, solve
 from tests.crowds import disks_at, line, part_of_a_lattice, solved, wall_after

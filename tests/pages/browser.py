@@ -12,7 +12,7 @@ from urllib.request import url2pathname
 from playwright.sync_api import sync_playwright
 
 from analysis.pages.html import cell_html, templates
-from analysis.paper.page import Built, with_long_tables_apart
+from analysis.studies.paper.page import Built, with_long_tables_apart
 
 NAMES = "chromium", "chromium-browser", "google-chrome"
 BROWSER = next(filter(None, map(shutil.which, NAMES)), None)

@@ -6,8 +6,8 @@ import re
 import pytest
 
 from analysis.compare.study import study
-from analysis.report.page import Reported, write_report
 from analysis.scene.scene import read_scene
+from analysis.studies.report.page import Reported, write_report
 
 
 @pytest.fixture(autouse=True)

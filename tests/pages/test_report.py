@@ -8,11 +8,15 @@ import numpy as np
 import pytest
 
 from analysis.engines.softness import softness
-from analysis.exposure.loads import RunLoads
-from analysis.motion.study import MEASURES, Model, study_motion
 from analysis.pages.numbers import between, two
 from analysis.pages.ranges import Chart
-from analysis.report.page import (
+from analysis.scene.named_crowds import CROWDS
+from analysis.scene.rooms import Crowd, room
+from analysis.scene.scene import read_scene
+from analysis.scene.shipped_scenes import make, with_push
+from analysis.studies.exposure.loads import RunLoads
+from analysis.studies.motion.study import MEASURES, Model, study_motion
+from analysis.studies.report.page import (
     _flow,
     crowds_table,
     four,
@@ -23,11 +27,7 @@ from analysis.report.page import (
     range_of,
     verdicts,
 )  # fmt: skip
-from analysis.report.runs import motion_of
-from analysis.scene.named_crowds import CROWDS
-from analysis.scene.rooms import Crowd, room
-from analysis.scene.scene import read_scene
-from analysis.scene.shipped_scenes import make, with_push
+from analysis.studies.report.runs import motion_of
 from tests.crowds import OWN_LIMIT
 from tests.forked import as_program, in_fork
 from tests.pages.browser import BROWSER, opened, rows_of, words, works_by_keyboard

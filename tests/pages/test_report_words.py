@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from analysis.pages.words import Words
-from analysis.report.contacts import _trends, fit_power
 from analysis.scene import Crowd, room
 from analysis.scene.waiting import opposing
+from analysis.studies.report.contacts import _trends, fit_power
 
 
 def run(engine, stiffness, difference):
@@ -19,7 +19,7 @@ def run(engine, stiffness, difference):
 
 def trends(*runs, moved=0.0, anew=()):
     far = {run["engine"]: moved for run in runs}
-    return _trends(Words("analysis.report.contacts", kind="force"), runs, far, frozenset(anew))
+    return _trends(Words("analysis.studies.report.contacts", kind="force"), runs, far, frozenset(anew))
 
 
 def test_engines_that_agree_share_a_sentence():
@@ -80,5 +80,5 @@ def test_no_trend_of_one_stiffness_or_of_no_number():
 )
 def test_who_pushes_where(doors, message):
     drive = room("hall", 6, 3, doors, Crowd(people=6)).drive
-    of_film = Words("analysis.film").text("push", push=(100.0, 100.0), drive=drive)
+    of_film = Words("analysis.studies.film").text("push", push=(100.0, 100.0), drive=drive)
     assert f"Everybody pushes {message} with" in of_film

@@ -11,14 +11,14 @@ from analysis.engines import PENALTY, EngineError
 from analysis.engines import run as engine_runs
 from analysis.pages.section import Verdict
 from analysis.pages.words import Words
-from analysis.paper.discrete import fig4_arch, fig5_masses, pressed_crowd
-from analysis.paper.discrete.pressed_crowd import Arch, grown
 from analysis.scene.scene import Wall
 from analysis.scene.shipped_scenes import make
+from analysis.studies.paper.discrete import fig4_arch, fig5_masses, pressed_crowd
+from analysis.studies.paper.discrete.pressed_crowd import Arch, grown
 from tests.crowds import disks_at
 from tests.pages.browser import says_little
 
-WORDS = Words("analysis.paper.discrete.fig4_arch")
+WORDS = Words("analysis.studies.paper.discrete.fig4_arch")
 FORCE = 75.0 * 2.0 / 0.5  # N, the drive of one person
 
 

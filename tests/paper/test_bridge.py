@@ -5,10 +5,16 @@ import numpy as np
 import pytest
 import scipy.sparse as sparse
 
-from analysis.paper.continuum import bridge
-from analysis.paper.continuum.bridge import HALF_DOOR, FittedCrowd, Packing, area, crowd_size
+from analysis.studies.paper.continuum import bridge
+from analysis.studies.paper.continuum.bridge import (
+    HALF_DOOR,
+    FittedCrowd,
+    Packing,
+    area,
+    crowd_size,
+)
 
-from analysis.paper.continuum.bridge import to_exit, toward_exit  # isort: skip
+from analysis.studies.paper.continuum.bridge import to_exit, toward_exit  # isort: skip
 from analysis.scene.packing import heap, press
 from nscd import Walls, find_contacts, solve
 from nscd.continuum.rivals.cells import Cells

@@ -10,13 +10,17 @@ import pytest
 
 from analysis.pages.section import Verdict
 from analysis.pages.words import Words
-from analysis.paper.discrete import fig2_corridor, fig3_chains, fig6_rivals
-from analysis.paper.discrete import rival_forces as forces
-from analysis.paper.discrete.fig1_four_disks import influence, line_restitution, opening_threshold
-from analysis.paper.discrete.fig2_corridor import gaps_of, local_contacts, long_wave_speed
-from analysis.paper.discrete.fig3_chains import Chain, Trial, chain_of
-from analysis.paper.discrete.line_of_disks import newton_impact
 from analysis.scene.scene import read_scene
+from analysis.studies.paper.discrete import fig2_corridor, fig3_chains, fig6_rivals
+from analysis.studies.paper.discrete import rival_forces as forces
+from analysis.studies.paper.discrete.fig1_four_disks import (
+    influence,
+    line_restitution,
+    opening_threshold,
+)
+from analysis.studies.paper.discrete.fig2_corridor import gaps_of, local_contacts, long_wave_speed
+from analysis.studies.paper.discrete.fig3_chains import Chain, Trial, chain_of
+from analysis.studies.paper.discrete.line_of_disks import newton_impact
 from nscd import Walls, find_contacts, solve
 from nscd.rivals import SocialForceLaw, social_force
 from tests.crowds import disks_at
@@ -139,7 +143,7 @@ def test_long_waves_have_the_slope_of_the_lattices_dispersion():
     assert long_wave_speed(scene, contacts) == pytest.approx(frequency * spacing / phase, rel=1e-4)
 
 
-WORDS = Words("analysis.paper.discrete.fig6_rivals")
+WORDS = Words("analysis.studies.paper.discrete.fig6_rivals")
 
 
 def test_a_step_is_that_of_the_models_forces():

@@ -13,12 +13,17 @@ from analysis.pages.drawing import panels
 from analysis.pages.fields import rounded
 from analysis.pages.html import drawn
 from analysis.pages.section import Claim, Picture, Section, Table, Verdict
-from analysis.paper import page as building
-from analysis.paper.continuum import fig7_border, fig10_density, fig11_left_velocities, solid_chain
-from analysis.paper.continuum import fig8_turbulence as turbulence
-from analysis.paper.continuum import fig9_exit_pressure as exit_pressure
-from analysis.paper.continuum.exit_room import map_of
-from analysis.paper.continuum.fig8_turbulence import (
+from analysis.studies.paper import page as building
+from analysis.studies.paper.continuum import (
+    fig7_border,
+    fig10_density,
+    fig11_left_velocities,
+    solid_chain,
+)
+from analysis.studies.paper.continuum import fig8_turbulence as turbulence
+from analysis.studies.paper.continuum import fig9_exit_pressure as exit_pressure
+from analysis.studies.paper.continuum.exit_room import map_of
+from analysis.studies.paper.continuum.fig8_turbulence import (
     CHECKED,
     Case,
     Pair,
@@ -26,7 +31,7 @@ from analysis.paper.continuum.fig8_turbulence import (
     Tried,
     readings,
 )
-from analysis.paper.page import (
+from analysis.studies.paper.page import (
     CONTINUUM,
     Built,
     build,

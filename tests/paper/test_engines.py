@@ -12,12 +12,12 @@ from analysis.compare.comparison import exponent, statistics
 from analysis.engines import LAMMPS, YADE
 from analysis.engines.run import EngineRun
 from analysis.pages.section import Verdict
-from analysis.paper.discrete import fig1_four_disks
-from analysis.paper.discrete import fig2_corridor as corridor
-from analysis.paper.discrete.engine_runs import end_of
-from analysis.paper.discrete.fig2_corridor import Push, long_wave_speed, push_scene
-from analysis.paper.discrete.line_of_disks import cradle_scene
 from analysis.scene.scene import read_scene
+from analysis.studies.paper.discrete import fig1_four_disks
+from analysis.studies.paper.discrete import fig2_corridor as corridor
+from analysis.studies.paper.discrete.engine_runs import end_of
+from analysis.studies.paper.discrete.fig2_corridor import Push, long_wave_speed, push_scene
+from analysis.studies.paper.discrete.line_of_disks import cradle_scene
 from nscd import find_contacts
 from tests.engines.at_hand import require
 from tests.pages.browser import says_little

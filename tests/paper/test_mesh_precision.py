@@ -6,11 +6,18 @@ import pytest
 from scipy.integrate import solve_bvp
 
 from analysis.pages.section import Verdict
-from analysis.paper.continuum import solid_chain
-from analysis.paper.continuum.mesh_precision import ROOM, TABLE, MeshStudy, Plan, build, evaluated
+from analysis.studies.paper.continuum import solid_chain
+from analysis.studies.paper.continuum.mesh_precision import (
+    ROOM,
+    TABLE,
+    MeshStudy,
+    Plan,
+    build,
+    evaluated,
+)
 
-from analysis.paper.continuum.mesh_precision import seconds_to  # isort: skip
-from analysis.paper.continuum.solid_chain import FROM_WALL_M, LENGTH, SPEED, Varied
+from analysis.studies.paper.continuum.mesh_precision import seconds_to  # isort: skip
+from analysis.studies.paper.continuum.solid_chain import FROM_WALL_M, LENGTH, SPEED, Varied
 from nscd.continuum.collision import collide
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.space import Space

@@ -10,8 +10,8 @@ from analysis.engines import PENALTY, RunRecord
 from analysis.engines.run import Cost, EngineRun, run_ahead
 from analysis.pages.html import write_pictures
 from analysis.pages.section import Picture, Section
-from analysis.paper.page import errata
 from analysis.scene.shipped_scenes import make
+from analysis.studies.paper.page import errata
 from tests.pages.browser import BROWSER, has_its_numbers, has_its_verdicts, opened
 
 from tests.pages.browser import says_little_beside, works_by_keyboard  # isort: skip

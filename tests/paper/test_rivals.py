@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from analysis.pages.words import Words
-from analysis.paper.discrete import fig6_rivals as rivals
-from analysis.paper.discrete import pressed_crowd, rival_forces
-from analysis.paper.discrete.rival_forces import PRINTED, TEXT, Congestion, chain_forces
+from analysis.studies.paper.discrete import fig6_rivals as rivals
+from analysis.studies.paper.discrete import pressed_crowd, rival_forces
+from analysis.studies.paper.discrete.rival_forces import PRINTED, TEXT, Congestion, chain_forces
 
-from analysis.paper.discrete.rival_forces import gap_that_carries  # isort: skip
+from analysis.studies.paper.discrete.rival_forces import gap_that_carries  # isort: skip
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from nscd.rivals import SocialForceLaw
@@ -20,7 +20,7 @@ from tests.pages.browser import says_little
 from tests.paper.test_arch import queue
 
 TAU = 0.5
-WORDS = Words("analysis.paper.discrete.fig6_rivals")
+WORDS = Words("analysis.studies.paper.discrete.fig6_rivals")
 
 
 @pytest.fixture(scope="module")

@@ -8,9 +8,9 @@ import pandas as pd
 
 from analysis import engines
 from analysis.dumps import index_dump
-from analysis.push.hindcast import ARM_N, REACH_M, RIGID, Inputs, rigid, soft
-from analysis.push.trial import Trial
 from analysis.scene.lammps_data import write_data
+from analysis.studies.push.hindcast import ARM_N, REACH_M, RIGID, Inputs, rigid, soft
+from analysis.studies.push.trial import Trial
 from nscd import Walls
 from nscd.stepping import Motion, Push
 from tests.crowds import disks_at

@@ -9,11 +9,11 @@ import pandas as pd
 import pytest
 from scipy.integrate import solve_ivp
 
-from analysis.push.hindcast import NEVER_S, ONSET, Cases, baselines, hindcast, inputs_of
+from analysis.studies.push.hindcast import NEVER_S, ONSET, Cases, baselines, hindcast, inputs_of
 
-from analysis.push.hindcast import most_force, most_impulse, odds, onsets, rigid, soft  # isort: skip
-from analysis.push.page import summary, verdicts, write_hindcast
-from analysis.push.trial import TrialError, read_trial
+from analysis.studies.push.hindcast import most_force, most_impulse, odds, onsets, rigid, soft  # isort: skip
+from analysis.studies.push.page import summary, verdicts, write_hindcast
+from analysis.studies.push.trial import TrialError, read_trial
 from analysis.support.files import or_shipped, shipped
 from analysis.support.reading import UnreadableError
 from tests.engines.at_hand import require

@@ -9,8 +9,8 @@ import tomllib
 import pytest
 import tomli_w
 
-from analysis.exposure.limits import LimitError, known_limits
 from analysis.scene.scene import SceneError, read_scene
+from analysis.studies.exposure.limits import LimitError, known_limits
 from analysis.support.files import shipped
 
 GOAL = {

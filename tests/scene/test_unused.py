@@ -17,7 +17,6 @@ from analysis.dumps import open_bodies, snapshot_of
 from analysis.engines import engine
 from analysis.engines.programs import rigid
 from analysis.engines.record import EngineError
-from analysis.film.files import FileOptions, open_any
 from analysis.percussions import percussions_of
 from analysis.percussions.setting import setting_beside
 from analysis.scene.distance import Pusher
@@ -25,6 +24,7 @@ from analysis.scene.drive import Drive, Goal, Push, Stop
 from analysis.scene.scene import Scene, read_room, read_scene
 from analysis.scene.schema import Analysis, BodyForce, ContactModel, Material, Room, Run, Wall
 from analysis.scene.unused import UNUSED, note_unused_keys
+from analysis.studies.film.files import FileOptions, open_any
 from tests.crowds import disks_at
 
 # Two on a floor, one on both, one a hair and one an arm's length beside them.

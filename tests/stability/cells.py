@@ -1,6 +1,6 @@
 """Rows of cases by their labels, and single attempts."""
 
-from analysis.stability.atlas import choose
+from analysis.studies.stability.atlas import choose
 
 
 def row_of(name, label):

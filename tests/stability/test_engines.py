@@ -4,9 +4,9 @@ status."""
 import pytest
 
 from analysis.scene.scene import Run
-from analysis.stability.case import Outcome
-from analysis.stability.crowds import FRAMES, disks, line, scene_of
-from analysis.stability.trial import guard_says, try_engine
+from analysis.studies.stability.case import Outcome
+from analysis.studies.stability.crowds import FRAMES, disks, line, scene_of
+from analysis.studies.stability.trial import guard_says, try_engine
 from tests.engines.at_hand import require
 from tests.stability.cells import cell_of, theory
 

@@ -8,18 +8,23 @@ import numpy as np
 import pytest
 
 from analysis.percussions.dense_reference import dense_percussions
-from analysis.stability.atlas import attempt, boundary, choose
-from analysis.stability.case import Axis, Boundary, Case, Cell, Map, Outcome
-from analysis.stability.cases.penalty import PERCUSSIONS, PRODUCT
-from analysis.stability.cases.percussions import (
+from analysis.studies.stability.atlas import attempt, boundary, choose
+from analysis.studies.stability.case import Axis, Boundary, Case, Cell, Map, Outcome
+from analysis.studies.stability.cases.penalty import PERCUSSIONS, PRODUCT
+from analysis.studies.stability.cases.percussions import (
     chain,
     contraction,
     exact_energy,
     exact_line,
     pressed_corner,
 )
-from analysis.stability.crowds import PERIOD_S, critical_time_step, pressed_line, pressed_rhombus
-from analysis.stability.page import LOOKS, draw_map, words_of
+from analysis.studies.stability.crowds import (
+    PERIOD_S,
+    critical_time_step,
+    pressed_line,
+    pressed_rhombus,
+)
+from analysis.studies.stability.page import LOOKS, draw_map, words_of
 from tests.stability.cells import cell_of, theory
 
 

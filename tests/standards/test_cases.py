@@ -5,7 +5,15 @@ import numpy as np
 import pytest
 
 from analysis.pages.words import Words
-from analysis.standards.cases import AGAINST, CASES, DENSITIES, How, Judged, Track, judged_together
+from analysis.studies.standards.cases import (
+    AGAINST,
+    CASES,
+    DENSITIES,
+    How,
+    Judged,
+    Track,
+    judged_together,
+)
 
 SCENES = {}
 
@@ -138,7 +146,7 @@ def test_several_seeds_have_the_least_and_the_largest_number_and_pass_together()
 
 
 def test_each_has_its_words():
-    words = Words("analysis.standards.cases")
+    words = Words("analysis.studies.standards.cases")
     assert set(words.blocks) == set(CASES)
     for block in words.blocks.values():
         assert [line[2:].split(":")[0] for line in block.splitlines() if line.startswith("- ")] == [

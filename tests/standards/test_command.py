@@ -8,8 +8,8 @@ import pytest
 
 from analysis.engines import EngineError
 from analysis.engines.run import EngineRun
-from analysis.standards import page
-from analysis.standards.cases import CASES, Judged
+from analysis.studies.standards import page
+from analysis.studies.standards.cases import CASES, Judged
 
 
 def rows_of(folder):

@@ -13,14 +13,14 @@ from analysis.cli.commands import app
 from analysis.engines import LAMMPS
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
+from analysis.studies.work_precision import soft
+from analysis.studies.work_precision.chart import measure
+from analysis.studies.work_precision.page import write_chart
+from analysis.studies.work_precision.point import Method, PointStatus, read_points
+from analysis.studies.work_precision.soft import run_soft, settings_of
+from analysis.studies.work_precision.whole_runs import WholeRunPoint, whole_runs_of
+from analysis.studies.work_precision.window import DISK_IMPULSE, driven_window, impact_window
 from analysis.support.parallel import workers
-from analysis.work_precision import soft
-from analysis.work_precision.chart import measure
-from analysis.work_precision.page import write_chart
-from analysis.work_precision.point import Method, PointStatus, read_points
-from analysis.work_precision.soft import run_soft, settings_of
-from analysis.work_precision.whole_runs import WholeRunPoint, whole_runs_of
-from analysis.work_precision.window import DISK_IMPULSE, driven_window, impact_window
 from nscd import ContactLaw, find_contacts, solve
 from tests.pages.browser import answers_first
 
@@ -119,9 +119,9 @@ def test_seeds_put_whole_runs_on_the_page(measured, tmp_path, monkeypatch):
     """One crowd by LAMMPS at the scene's stiffness; the chart of one instant is at hand."""
     scene = make("four_disks").with_run(duration_s=0.02, frames=20, time_step_s=None)
     at_hand = dataclasses.replace(measured, scene=scene)
-    monkeypatch.setattr("analysis.work_precision.chart.build_chart", lambda *_, **__: at_hand)
+    monkeypatch.setattr("analysis.studies.work_precision.chart.build_chart", lambda *_, **__: at_hand)
     for name, value in (("ENGINES", (LAMMPS,)), ("STIFFER", (1.0,)), ("LONGER_AT", 0)):
-        monkeypatch.setattr(f"analysis.work_precision.whole_runs.{name}", value)
+        monkeypatch.setattr(f"analysis.studies.work_precision.whole_runs.{name}", value)
     scene.write(tmp_path)
     monkeypatch.chdir(tmp_path)
     for planned in whole_runs_of(read_scene("four_disks.toml"), 1, Path("out")):

@@ -9,12 +9,12 @@ import pytest
 
 from analysis.scene.scene import Wall
 from analysis.scene.shipped_scenes import make
-from analysis.work_precision import continuum as ladders
-from analysis.work_precision.continuum import ContinuumModel, continuum_ladder, converged
+from analysis.studies.work_precision import continuum as ladders
+from analysis.studies.work_precision.continuum import ContinuumModel, continuum_ladder, converged
 
-from analysis.work_precision.continuum import crowd_room, solve_continuum  # isort: skip
-from analysis.work_precision.point import PointStatus
-from analysis.work_precision.window import (
+from analysis.studies.work_precision.continuum import crowd_room, solve_continuum  # isort: skip
+from analysis.studies.work_precision.point import PointStatus
+from analysis.studies.work_precision.window import (
     CONTACT_FORCE,
     DISK_FORCE,
     WALL_FORCE,

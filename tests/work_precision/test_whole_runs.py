@@ -3,9 +3,9 @@
 import pytest
 
 from analysis.scene.shipped_scenes import make
-from analysis.work_precision import whole_runs
-from analysis.work_precision.point import read_points, write_points
-from analysis.work_precision.whole_runs import (
+from analysis.studies.work_precision import whole_runs
+from analysis.studies.work_precision.point import read_points, write_points
+from analysis.studies.work_precision.whole_runs import (
     RunResult,
     RunSetting,
     WholeRunPoint,
@@ -13,7 +13,7 @@ from analysis.work_precision.whole_runs import (
     bias_of,
 )
 
-from analysis.work_precision.whole_runs import crowds_of, points_of, runs_of  # isort: skip
+from analysis.studies.work_precision.whole_runs import crowds_of, points_of, runs_of  # isort: skip
 
 SOFT = RunSetting(engine="lammps", stiffness_N_per_m=1e6)
 RIGID = RunSetting(engine="rigid", step_s=0.005)

@@ -10,15 +10,15 @@ import pytest
 
 from analysis.engines.penalty import damping_ratio_for, restitution_of
 from analysis.scene.shipped_scenes import make
-from analysis.stability.cases.percussions import exact_line
-from analysis.work_precision.chart import cheapest
-from analysis.work_precision.charts import APART, scaling_picture, work_precision_picture
-from analysis.work_precision.point import Point, PointStatus, pareto_front, read_points
+from analysis.studies.stability.cases.percussions import exact_line
+from analysis.studies.work_precision.chart import cheapest
+from analysis.studies.work_precision.charts import APART, scaling_picture, work_precision_picture
+from analysis.studies.work_precision.point import Point, PointStatus, pareto_front, read_points
 
-from analysis.work_precision.point import write_points  # isort: skip
-from analysis.work_precision.rigid_solves import solve_rigid, solve_rivals
-from analysis.work_precision.soft import kept_reference, prepare_window, soft_reference
-from analysis.work_precision.window import (
+from analysis.studies.work_precision.point import write_points  # isort: skip
+from analysis.studies.work_precision.rigid_solves import solve_rigid, solve_rivals
+from analysis.studies.work_precision.soft import kept_reference, prepare_window, soft_reference
+from analysis.studies.work_precision.window import (
     CONTACT_FORCE,
     CONTACT_IMPULSE,
     DISK_IMPULSE,

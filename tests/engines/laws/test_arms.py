@@ -9,7 +9,7 @@ from analysis.engines.run import simulate as simulate_into
 from analysis.percussions.snapshot import percussions_of
 from analysis.scene.scene import SceneError
 from analysis.scene.shipped_scenes import make
-from analysis.work_precision.soft import leapfrog, soft_reference
+from analysis.studies.work_precision.soft import leapfrog, soft_reference
 from nscd.contacts import sum_at_disks
 from tests.crowds import disks_at, drive_to, scene_at
 from tests.engines.laws.test_law import FALL, few

@@ -7,7 +7,7 @@ import shapely
 from shapely.ops import nearest_points
 
 from analysis.scene.schema import BodyForce
-from analysis.work_precision.soft import leapfrog
+from analysis.studies.work_precision.soft import leapfrog
 from nscd import Snapshot, Walls, find_contacts
 from nscd.stepping.arms import neighbours
 from nscd.stepping.motion import segments_of

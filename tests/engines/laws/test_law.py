@@ -10,7 +10,7 @@ from analysis.scene.law import AS_HERTZ, BODY, hertz_stiffness
 from analysis.scene.scene import Wall, read_scene
 from analysis.scene.schema import BodyForce
 from analysis.scene.shipped_scenes import make
-from analysis.work_precision.soft import leapfrog, soft_reference
+from analysis.studies.work_precision.soft import leapfrog, soft_reference
 from tests.crowds import disks_at, scene_at
 from tests.engines.at_hand import require
 

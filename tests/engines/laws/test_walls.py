@@ -9,7 +9,7 @@ from analysis.dumps import index_contacts, index_dump
 from analysis.engines.lammps import scene_deck
 from analysis.scene.drive import Goal
 from analysis.scene.shipped_scenes import make
-from analysis.work_precision.soft import SoftModel
+from analysis.studies.work_precision.soft import SoftModel
 from tests.crowds import disks_at, scene_at
 from tests.engines.at_hand import ROOT, lammps, require, yade
 
