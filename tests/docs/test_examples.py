@@ -59,7 +59,7 @@ def test_my_trajectory(example, form):
     found = example("my_trajectory", form)
     here = found["crowd"].scene.snapshot.position
     np.testing.assert_array_equal(here, read_scene("gate").snapshot.position)
-    assert found["load"][found["most"]] == found["load"].max() > 0
+    assert found["load"][found["maximum"]] == found["load"].max() > 0
     assert Path("my_trajectory.png").exists() == (form == "py")
 
 
@@ -74,8 +74,8 @@ def test_my_dump(example, form):
 def test_first(example):
     """The wall takes the momentum that the people lose."""
     found = example("first", "ipynb")
-    lost = (75.0 * (found["people"].velocity - found["answer"].right_velocity)).sum(axis=0)
-    np.testing.assert_allclose(found["answer"].impulse[found["contacts"].is_wall].sum(axis=0), lost, atol=1e-9)
+    lost = (75.0 * (found["people"].velocity - found["solution"].right_velocity)).sum(axis=0)
+    np.testing.assert_allclose(found["solution"].impulse[found["contacts"].is_wall].sum(axis=0), lost, atol=1e-9)
 
 
 def test_how_stiff(example):
@@ -129,7 +129,7 @@ def test_my_solver(example):
 def test_exchange(example):
     found = example("exchange")
     assert found["found"].solution.status == "solved"
-    assert found["apart"] < 1e-12
+    assert found["difference"] < 1e-12
 
 
 @pytest.mark.long
