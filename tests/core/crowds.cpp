@@ -84,7 +84,7 @@ int main() {
                 for (int way = THREADS_ONLY ? 6 : 0; way < 8; ++way) {
                     Options options;
                     options.canonical = way != 1;
-                    if (way >= 2 && way <= 3) options.method = way == 2 ? Method::INTERIOR_POINT : Method::ACTIVE_SET;
+                    if (way >= 2 && way <= 3) options.solver = way == 2 ? Solver::INTERIOR_POINT : Solver::ACTIVE_SET;
                     if (way >= 4) options.sizes.multifrontal = 0;
                     if (way >= 5) options.sizes.shared = 1, options.threads = way == 5 ? 1 : 3;
                     System law = s;
@@ -101,7 +101,7 @@ int main() {
                     const Solution solution = solve_one_sided(law, options);
                     const Certificate of = certified(law, solution.reaction, solution.velocity);
                     const bool solved = of.finite && of.residual <= 1e-8 && of.momentum_error <= 1e-8;
-                    passed = report("answer", size, solved || options.method == Method::ACTIVE_SET) && passed;
+                    passed = report("answer", size, solved || options.solver == Solver::ACTIVE_SET) && passed;
                 }
                 if (THREADS_ONLY) continue;
                 for (double dissipation : {0.0, 10.0}) {
@@ -124,9 +124,9 @@ int main() {
                         crowd.law = {1e-2, 0.5, 0.0, -1.0, 0.3, friction, tolerance, 0.1, 50.0};
                         crowd.walls = walls, crowd.radius = c.radius, crowd.mass = c.mass;
                         crowd.now.position = c.position, crowd.now.velocity = c.velocity, crowd.now.spin.assign(size, 0.0);
-                        Report report;
+                        Report done;
                         for (int step = 0; step < 3; ++step)
-                            passed = report("step", size, crowd.advance([](In x) { return Vector(x.size(), 0.5); }, report)) && passed;
+                            passed = report("step", size, crowd.advance([](In x) { return Vector(x.size(), 0.5); }, done)) && passed;
                     }
             }
     return passed ? 0 : 1;
