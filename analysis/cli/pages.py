@@ -94,11 +94,10 @@ def report(
     Example: percussions report narrow.toml wide.toml --compare --until decided"""
     from analysis.compare.study import study
     from analysis.engines import ENGINES
-    from analysis.engines.run import run_ahead
     from analysis.percussions.setting import standing_walls
     from analysis.scene.scene import read_scene
     from analysis.studies.exposure.limits import limits_of_people
-    from analysis.studies.motion.study import study_motion
+    from analysis.studies.motion.study import read_runs, study_motion
     from analysis.studies.report.page import Reported, write_report
     from analysis.studies.report.runs import films_of, motion_of, runs_of, scenes_of, snapshot_runs
     from analysis.studies.report.sheet import write_sheets
@@ -121,14 +120,15 @@ def report(
     say_runs(needed := runs_of(chosen, soft, motions, runs))
     reported = []
     with progress() as bars, workers(scheduler=scheduler) as pool:
-        run_ahead(needed, bars, executor=pool)  # all at once, so that no core waits
+        moving = [run for models in motions for model in models for run in model.runs]
+        series = read_runs(moving, own, bars, pool, needed)  # all at once, so that no core waits
         for (one, ks), models in zip(chosen, motions, strict=True):
             where = snapshot_runs(runs, models)
             made = study(one, scenes_of(one, soft, models), ks, where, bars, rigid_law)
-            whole_runs = study_motion(one, models, last or 1.0, bars, own, pool) if models else None
+            whole_runs = study_motion(one, models, last or 1.0, own, series) if models else None
             animations = films_of(made, models, where, (last or 1.0) if models else math.inf, bars, pool)
             reported.append(Reported(study=made, motion=whole_runs, animations=animations))
-        page = write_report(reported, out, command_line(), own, bars)
+        page = write_report(reported, out, command_line(), own, bars, pool)
         for path in write_sheets(reported, out, command_line()) if sheet else ():
             print(path)
     show_page(page)

@@ -218,7 +218,7 @@ class Lammps(Engine):
         variables = [word for name, value in arguments.items() for word in ("-var", name, value)]
         words = ["-nonbuf", *variables]
         if any((folder / decks / name).exists() for name in (WALLS, DISTANCE)):
-            return python_command("analysis.support.lammps_process", decks, *words)
+            return python_command("analysis.support.lammps_process.__main__", decks, *words)
         words = [str(self.find()), "-in", f"{decks}/crowd.in", "-log", "none", *words]
         return Command(words=tuple(words), environment={"OMP_NUM_THREADS": "1"})
 

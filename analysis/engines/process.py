@@ -1,7 +1,10 @@
 """The process of an engine: run a command in a folder, end it with whoever started it, and say what
 it cost."""
 
+import ctypes
+import gc
 import hashlib
+import importlib
 import os
 import re
 import resource
@@ -10,12 +13,16 @@ import subprocess
 import sys
 import threading
 import time
+import traceback
 import uuid
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+
+from analysis.support import parallel
 
 LAST_LINES = 12
 # characters of a line, and of what is shown of it
@@ -24,6 +31,7 @@ SCREEN = "screen.log"
 # Every process of a run has a variable of this name, and a value of its run's own: ranks of MPI are
 # in sessions of their own, which no group holds together.
 RUN_VARIABLE = "CROWD_PERCUSSIONS_RUN"
+PR_SET_PDEATHSIG = 1  # of Linux
 GUARDIAN = Path(__file__).with_name("guardian.sh")
 
 # Signals that say why a process was killed.
@@ -51,12 +59,12 @@ class Command:
 
 def python_command(module: str, *words: str) -> Command:
     """Return the command that runs a module of the product in this Python, on one thread, with the
-    libraries of this environment (MPI's is one of them)."""
+    libraries of this environment (MPI's is one of them). The module has a `main(words)` that returns
+    the exit status."""
     root, libraries = Path(__file__).resolve().parents[2], Path(sys.prefix) / "lib"
     paths = {"PYTHONPATH": root, "LD_LIBRARY_PATH": libraries}
     environment = {
-        name: os.pathsep.join(filter(None, [str(path), os.environ.get(name, "")]))
-        for name, path in paths.items()
+        name: os.pathsep.join(filter(None, [str(path), os.environ.get(name, "")])) for name, path in paths.items()
     }
     one = {"OMP_NUM_THREADS": "1"}
     return Command(words=(sys.executable, "-m", module, *words), environment=environment | one)
@@ -98,6 +106,7 @@ def run_command(
         def expire() -> None:
             expired.set()
             kill()
+            process.kill()  # a fork has the environment of its worker
 
         timers = {what: threading.Timer(seconds, expire)
                   for what, seconds in (("all", longest_s), ("first", silent_s)) if seconds}  # fmt: skip
@@ -120,6 +129,7 @@ def run_command(
                 timer.cancel()
             if process.poll() != 0:
                 kill()
+                process.kill()
                 process.wait()
             process.stdout.close()
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -133,7 +143,11 @@ def run_command(
 
 def _started(command: Command, folder: Path, run: str) -> subprocess.Popen[str]:
     """A command that has begun, in a group of its own, since `lmp` of a Python environment starts the
-    real one. The group ends with it: what an engine leaves behind would hold its output open."""
+    real one. The group ends with it: what an engine leaves behind would hold its output open. A worker
+    runs a module of the product in a fork, since a new Python imports longer than most runs last."""
+    become = None
+    if parallel.is_worker and command.words[:2] == (sys.executable, "-m"):
+        become = partial(_become, importlib.import_module(command.words[2]).main, command)
     process = subprocess.Popen(
         command.words,
         cwd=folder,
@@ -144,6 +158,7 @@ def _started(command: Command, folder: Path, run: str) -> subprocess.Popen[str]:
         text=True,
         errors="replace",
         start_new_session=True,
+        preexec_fn=become,
     )
 
     def end_rest() -> None:
@@ -153,6 +168,25 @@ def _started(command: Command, folder: Path, run: str) -> subprocess.Popen[str]:
 
     threading.Thread(target=end_rest, daemon=True).start()
     return process
+
+
+def _become(program: Callable[[Sequence[str]], int], command: Command) -> None:
+    """Run the program of a command in this fork of a worker and end as it does; end with the worker, too."""
+    status = 1
+    try:
+        gc.freeze()  # no file of the worker is closed by its old number
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+        os.environ.update(command.environment)
+        os.closerange(3, os.sysconf("SC_OPEN_MAX"))  # that too on which the worker waits for its start
+        sys.stdout = sys.stderr = os.fdopen(1, "w", encoding="utf-8", errors="replace")
+        status = program(command.words[3:])
+    except SystemExit as end:
+        status = end.code if isinstance(end.code, int) else 1
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        sys.stdout.flush()
+        os._exit(status)
 
 
 @contextmanager
@@ -193,9 +227,7 @@ def version_of(command: str | Path | None, option: str, pattern: str) -> str | N
 def output_of(command: str | Path, option: str) -> str:
     """Start the command with the option and return what it says, or why it does not start."""
     try:
-        ended = subprocess.run(
-            [command, option], capture_output=True, text=True, timeout=60, check=False
-        )
+        ended = subprocess.run([command, option], capture_output=True, text=True, timeout=60, check=False)
     except subprocess.TimeoutExpired:
         return "no answer within 60 s"
     except OSError as error:

@@ -11,7 +11,6 @@ import os
 import re
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -506,10 +505,9 @@ def run_ahead(
     progress: Progress | None = None,
     processes: int | None = None,
     scheduler: str | None = None,
-    executor: Executor | None = None,
 ) -> dict[Path, Cost]:
     """Run what is not finished, in as many processes as there are cores, or on the Dask cluster of a
-    scheduler, or by the workers of an executor; return what each folder cost.
+    scheduler; return what each folder cost.
 
     A run that fails is left to who needs it, who says so. In processes of their own, since the CPU
     time of an engine is measured as that of the children of its process."""
@@ -519,8 +517,7 @@ def run_ahead(
     if not wanted:
         return costs
     tasks = [Task(call=_cost_of, arguments=(run,), work=run.particle_steps) for run in wanted]
-    own = workers(min(processes or cores(), len(wanted)), scheduler)
-    with contextlib.nullcontext(executor) if executor else own as them:
+    with workers(min(processes or cores(), len(wanted)), scheduler) as them:
         made = do_all(tasks, them, "engine runs", progress)
     return costs | {run.folder: cost for run, cost in zip(wanted, made, strict=True)}
 

@@ -6,6 +6,7 @@ import io
 import re
 import urllib.parse
 from collections.abc import Iterable, Sequence
+from concurrent.futures import Executor
 from datetime import UTC, datetime
 from importlib import metadata, resources
 from pathlib import Path
@@ -14,6 +15,7 @@ from typing import Any, Literal
 import jinja2
 import markupsafe
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from analysis.engines.doctor import made_with
 from analysis.pages.drawing import NARROW_IN, for_telephone
@@ -22,7 +24,7 @@ from analysis.pages.section import Cell, Drawn, Picture, Section, Table
 from analysis.pages.words import html_of
 from analysis.support.files import whole_file, write_text
 
-DIGITS = 4
+DIGITS, DPI = 4, 150
 # a cell of more letters than these wraps
 LONG = 28
 SOLVED = "solved"
@@ -78,14 +80,16 @@ def render(template: str, *, contents: Sequence[tuple[str, str]] = (), **content
 
 
 def write_html(
-    path: Path, template: str, pictured: Sequence[Section], figures: str = "figures", **content: Any
-) -> Path:
-    """Write a page, with the pictures of sections as files beside it; return its path. See `render`.
+    path: Path, template: str, pictured: Sequence[Section], figures: str = "figures", executor: Executor | None = None,
+    **content: Any
+) -> Path:  # fmt: skip
+    """Write a page, with the pictures of sections as files beside it, drawn by the workers of an
+    executor where there is one; return its path. See `render`.
 
     pictured: what the list in the header leads to, too, without `contents`
     figures: folder of the pictures, beside the page"""
     content = {"contents": [(one.number, one.title) for one in pictured]} | content
-    images = write_pictures(pictured, path.parent / figures)
+    images = write_pictures(pictured, path.parent / figures, executor)
     write_text(path, render(template, images=images, **content))
     return path
 
@@ -127,11 +131,7 @@ def cell_html(cell: Cell) -> markupsafe.Markup:
     """Write a cell: words as Markdown, a number with DIGITS digits, or fewer that say it all."""
     if isinstance(cell, str):
         return html_of(cell)
-    enough = (
-        digits
-        for digits in range(1, DIGITS)
-        if abs(cell - float(f"{cell:.{digits}g}")) <= 1e-12 * abs(cell)
-    )
+    enough = (digits for digits in range(1, DIGITS) if abs(cell - float(f"{cell:.{digits}g}")) <= 1e-12 * abs(cell))
     return markupsafe.escape(number(cell, next(enough, DIGITS)))
 
 
@@ -172,18 +172,24 @@ def drawn(picture: Picture | Drawn) -> Drawn:
 
 def saved(figure: Figure, form: Literal["png", "pdf"]) -> bytes:
     """Save a figure, without the date."""
-    file = io.BytesIO()
+    file, layout, dpi = io.BytesIO(), figure.get_layout_engine(), figure.dpi
+    if isinstance(layout, ConstrainedLayoutEngine):  # savefig would draw everything once more for it
+        figure.set_dpi(DPI)
+        layout.execute(figure)
+        figure.set_dpi(dpi)
+        figure.set_layout_engine("none")
     undated = {"CreationDate": None} if form == "pdf" else {}
-    figure.savefig(file, format=form, dpi=150, metadata=undated)
+    figure.savefig(file, format=form, dpi=DPI, metadata=undated)
+    figure.set_layout_engine(layout)
     return file.getvalue()
 
 
-def write_pictures(sections: Iterable[Section], folder: Path) -> dict[str, list[str]]:
+def write_pictures(sections: Iterable[Section], folder: Path, executor: Executor | None = None) -> dict[str, list[str]]:
     """Write the pictures of sections as PNG and PDF, each whole or not at all; return the PNG as
     base64 text, by name, and after it the one for a narrow screen where there is one."""
     images = {}
-    for one in (one for section in sections for one in section.pictures):
-        picture = drawn(one)
+    every = [one for section in sections for one in section.pictures]
+    for picture in executor.map(drawn, every) if executor else map(drawn, every):
         for suffix, content in (("png", picture.png), ("pdf", picture.pdf)):
             with whole_file(folder / f"{picture.name}.{suffix}", "wb") as file:
                 file.write(content)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 
 import numpy as np
@@ -13,7 +14,7 @@ from analysis.percussions.setting import FORCE, IMPULSE, Setting
 from analysis.percussions.table import OWN, Column, Openness, known, table_columns
 from analysis.scene.scene import Scene
 from nscd import ContactLaw, Contacts, Percussions, Snapshot, solve
-from nscd.arrays import Floats, Indices
+from nscd.arrays import Floats, Indices, Mask
 from nscd.indeterminacy.determinacy import determinacy_of
 from nscd.indeterminacy.ensemble import NO_SPREAD, Ensemble, ensemble
 from nscd.indeterminacy.equilibrium import Equilibrium
@@ -87,9 +88,7 @@ class SnapshotPercussions:
         """Name the columns of k rows, those of contacts.csv that have something to say: arrays, or
         lists of words or of what may be None. own: (k,2) N, forces that came with the dump."""
         contacts, solution = self.contacts, self.solution
-        cells: dict[str, Column] = {
-            **arrays(self.snapshot.ids, contacts, solution.reaction, solution.impulse, self.window)
-        }
+        cells: dict[str, Column] = {**arrays(self.snapshot.ids, contacts, solution.reaction, solution.impulse, self.window)}
         if solution.friction is not None:
             cells |= solution.friction.columns()
         if own is not None:
@@ -105,9 +104,7 @@ class SnapshotPercussions:
         certificate = str(solution.status), solution.residual, solution.velocity_error
         return table_columns(cells, self.setting, contacts, (time, step), certificate)
 
-    def to_dataframe(
-        self, time: float | None = None, indeterminacy: Openness = "determined"
-    ) -> pd.DataFrame:
+    def to_dataframe(self, time: float | None = None, indeterminacy: Openness = "determined") -> pd.DataFrame:
         """Return one row per contact, with the columns of contacts.csv."""
         frame = as_frame(self.columns(indeterminacy, time=time))
         return frame if indeterminacy == "none" else frame.astype({"determined": "Int64"})
@@ -172,12 +169,7 @@ def percussions_of(
         **search,
     )
     return SnapshotPercussions(
-        setting=setting,
-        snapshot=snapshot,
-        contacts=contacts,
-        left_velocity=left,
-        window=window,
-        solution=solution,
+        setting=setting, snapshot=snapshot, contacts=contacts, left_velocity=left, window=window, solution=solution
     )
 
 
@@ -232,6 +224,14 @@ ROUGH_COLUMNS = (
 OPEN_COLUMNS = ("lower_Ns", "upper_Ns", "friction_lower_Ns", "friction_upper_Ns")
 
 
+@lru_cache(maxsize=1)  # a frame of a film is asked for both, and for sums
+def intervals_of(found: SnapshotPercussions) -> tuple[Mask, Intervals]:
+    """Tell (k,) what is determined, and make the intervals of any sums. Raises as those do."""
+    of = Equilibrium.of if found.solution.friction is None else Equilibrium.with_friction
+    constrained = of(found.contacts, found.solution)
+    return determinacy_of(constrained).determined, Intervals(constrained)
+
+
 def openness_of(found: SnapshotPercussions, ranges: bool) -> Open:
     """Find what the balance and reactions that only push leave open; `ranges`: and how far.
 
@@ -242,18 +242,14 @@ def openness_of(found: SnapshotPercussions, ranges: bool) -> Open:
         return nothing
     ends, frictional = np.full((4, k), np.nan), solution.friction is not None
     try:
-        equilibrium = (Equilibrium.with_friction if frictional else Equilibrium.of)(contacts, solution)
-        determined = determinacy_of(equilibrium).determined
+        determined, intervals = intervals_of(found)
         ends[:2] = solution.reaction
         if ranges and (frictional or not determined.all()):
-            intervals = Intervals(equilibrium)
             for row in range(k) if frictional else np.flatnonzero(~determined).tolist():
                 weights = weights_of_contacts(contacts, row)
-                span = intervals.of(weights)
-                ends[:2, row] = span.lower, span.upper
+                ends[:2, row] = intervals.ends(weights)
                 if frictional:
-                    span = intervals.of(weights, tangential=True)
-                    ends[2:, row] = span.lower, span.upper
+                    ends[2:, row] = intervals.ends(weights, tangential=True)
     except (ProgramError, ValueError):
         return nothing
     return Open(determined.astype(int), *np.where(np.isfinite(ends), ends, np.nan))

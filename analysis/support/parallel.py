@@ -18,6 +18,8 @@ from analysis.support.machine import cores
 
 # How often expected progress is reported, and the share that it stays below.
 BEAT_S, SURE = 2.0, 0.95
+# Whether this is a process of `workers`: its only thread at work runs one task.
+is_worker = False
 # Called with a label and the share that is done, 0 to 1.
 Progress = Callable[[str, float], None]
 
@@ -86,8 +88,11 @@ def _check_address(scheduler: str, dask: Any) -> None:
 
 
 def end_with_parent() -> None:
-    """Have this worker end as soon as the process that started it is gone, whatever ended that, and
-    keep the notes of MDAnalysis for itself."""
+    """Have this worker end as soon as the process that started it is gone, whatever ended that, compute
+    on one thread, and keep the notes of MDAnalysis for itself."""
+    global is_worker
+    is_worker = True
+    os.environ["OMP_NUM_THREADS"] = "1"  # numpy is loaded after this
     logging.getLogger("MDAnalysis").setLevel(logging.ERROR)
 
     def watch(sentinel: int) -> None:

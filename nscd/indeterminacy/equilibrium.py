@@ -121,9 +121,7 @@ class Equilibrium:
             along=along,
             matrix=csr_array(matrix),
             load=(loads / np.column_stack([np.ones((n, 2)), size])).ravel(),
-            virial=float("nan")
-            if wall.any() or not k
-            else -float((shifted * points).sum()) / length,
+            virial=float("nan") if wall.any() or not k else -float((shifted * points).sum()) / length,
         )
 
     @classmethod
@@ -153,9 +151,7 @@ class Equilibrium:
             mu, tangential = part.coefficient, part.tangential
             dissipative = (solution.impulse * contacts.normal).sum(1) - reaction
             if np.abs(dissipative).max(initial=0.0) > minimum:
-                raise ValueError(
-                    "answer: intervals with friction are for laws without dissipation k"
-                )
+                raise ValueError("answer: intervals with friction are for laws without dissipation k")
         small, slides = opening_speed(solution), _sliding(contacts, solution)
         closed = contacts.approach_velocity(solution.right_velocity) >= -small
         both = closed & (np.abs(slides) <= small) & (mu > 0)
@@ -210,6 +206,11 @@ class Equilibrium:
     def core(self) -> Indices:
         """Find (c,) the unknowns that balance alone leaves open, all others being known."""
         return np.flatnonzero(undetermined_rows(self.factor))
+
+    @cached_property
+    def core_factor(self) -> OrthogonalFactor:
+        """Factor of the rows of Eᵀ on the core."""
+        return self.factor_of(self.core)
 
     @cached_property
     def balance(self) -> csc_array:

@@ -102,19 +102,21 @@ def test_ranks_that_do_not_start_are_ended(tmp_path, monkeypatch):
     assert not working_in(tmp_path)
 
 
-def test_workers_and_their_engines_end_with_a_killed_parent(tmp_path):
-    require("lammps")
+@pytest.mark.parametrize("name", ["lammps", "rigid"])
+def test_workers_and_their_engines_end_with_a_killed_parent(tmp_path, name):
+    """A rigid run is a fork of its worker."""
+    require(name)
     program = (
         "from pathlib import Path\n"
         "from analysis.engines.run import EngineRun, run_ahead\n"
         "from analysis.scene.shipped_scenes import make\n"
         "if __name__ == '__main__':\n"
         f"    scene = make('arch', 100).with_run(**{LONG!r})\n"
-        "    scenes = [scene, scene.with_contact(stiffness_N_per_m=2e6)]\n"
-        "    run_ahead([EngineRun.of(one, 'lammps', Path('out')) for one in scenes], processes=2)\n"
+        "    scenes = [scene, scene.model_copy(update={'name': 'other'})]\n"
+        f"    run_ahead([EngineRun.of(one, {name!r}, Path('out')) for one in scenes], processes=2)\n"
     )
     process = started(program, tmp_path)
-    assert wait(lambda: len(list(tmp_path.glob("out/arch/.*/bodies.dump"))) == 2)
+    assert wait(lambda: len(list(tmp_path.glob("out/*/.*/bodies.dump"))) == 2)
     assert len(working_in(tmp_path)) >= 5
     process.kill()
     with process.stderr as constrained:  # until the last of them has ended

@@ -5,6 +5,7 @@ import csv
 import json
 
 import pytest
+from matplotlib.figure import Figure
 
 from analysis.engines import PENALTY, RunRecord
 from analysis.engines.run import Cost, EngineRun, run_ahead
@@ -148,7 +149,7 @@ def test_errata_in_the_markdown_of_pages(tmp_path, words, shown):
 
 
 def test_an_interrupted_picture_leaves_the_earlier_one(tmp_path):
-    class Broken:
+    class Broken(Figure):
         def savefig(self, file, **kwargs):
             file.write(b"half")
             raise KeyboardInterrupt

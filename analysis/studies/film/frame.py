@@ -13,7 +13,7 @@ from analysis.compare.comparison import Match, keys_of, match_contacts
 from analysis.dumps import EngineContacts
 from analysis.dumps.windows import Window
 from analysis.percussions.setting import FORCE
-from analysis.percussions.snapshot import SnapshotPercussions, openness_of, states_of
+from analysis.percussions.snapshot import SnapshotPercussions, intervals_of, openness_of, states_of
 from analysis.scene.rigid_bodies import people_of
 from analysis.scene.scene import Scene
 from analysis.scene.schema import Reconciliation
@@ -21,8 +21,7 @@ from analysis.studies.exposure.limits import Quantity
 from analysis.studies.exposure.loads import MEASURES, loads_of, near_door, people_above, values_of
 from nscd import Snapshot
 from nscd.arrays import Floats, Indices, Mask
-from nscd.indeterminacy.equilibrium import Equilibrium
-from nscd.indeterminacy.intervals import Intervals, weights_of_disk
+from nscd.indeterminacy.intervals import weights_of_disk
 from nscd.indeterminacy.linear import ProgramError
 from nscd.percussions import Status
 
@@ -128,11 +127,11 @@ def _headline_bounds(
     """The bounds of the headline numbers of a frame, of whose contacts some are open."""
     contacts, now, window = found.contacts, found.snapshot, found.window or 1.0
     people, of = people_of(now)
-    intervals = Intervals(Equilibrium.of(contacts, found.solution))
+    intervals = intervals_of(found)[1]
 
     def linear(weights: Floats) -> Bounds:
-        span = intervals.of(weights)
-        return span.lower / window, span.upper / window
+        low, high = intervals.ends(weights)
+        return low / window, high / window
 
     def at_door() -> Bounds:
         """Of the mean pressure on people near the door, in which contacts weigh in 1/m."""
@@ -149,10 +148,7 @@ def _headline_bounds(
             np.bincount(of, contacts.sum_at_disks(each.astype(np.float64), len(now)), len(people))
             for each in (*bounds, is_open)
         )
-        ends = (
-            float(low[touched == 0].max(initial=0.0)),
-            float(high[touched == 0].max(initial=0.0)),
-        )
+        ends = (float(low[touched == 0].max(initial=0.0)), float(high[touched == 0].max(initial=0.0)))
         for one in np.argsort(-high):
             if touched[one] and high[one] > min(ends):
                 disks = np.flatnonzero(of == one).tolist()
@@ -305,27 +301,20 @@ class Animation:
         percussions are not solved and where a frame does not have it."""
         nothing, unsolved = np.full(3, np.nan), self.unsolved if model == RIGID else []
         return np.array(
-            [
-                nothing if one in unsolved else one.values.get(model, {}).get(key, nothing)
-                for one in self.frames
-            ]
+            [nothing if one in unsolved else one.values.get(model, {}).get(key, nothing) for one in self.frames]
         )
 
 
 def window_of(match: Match, now: Snapshot, model: str) -> Window:
     """Take what a model says of an instant as a window of one second, whose impulses (N·s) are the
     forces (N); of the percussions of an impact it has these."""
-    has, vector = (
-        (match.in_penalty, match.penalty) if model == ENGINE else (match.in_rigid, match.rigid)
-    )
+    has, vector = (match.in_penalty, match.penalty) if model == ENGINE else (match.in_rigid, match.rigid)
     keys = np.column_stack([match.ids, match.is_wall])[has]
     one = Window(start=now.time - 1.0, end=now.time, now=now, keys=keys, impulse=vector[has])
     return one.of_people()
 
 
-def _measured(
-    scene: Scene, match: Match, found: SnapshotPercussions, model: str
-) -> dict[str, float]:
+def _measured(scene: Scene, match: Match, found: SnapshotPercussions, model: str) -> dict[str, float]:
     """Measure a model at an instant: HEADLINES, and of forces who is above each limit."""
     window = window_of(match, found.snapshot, model)
     loads = loads_of(scene, window)
@@ -334,17 +323,11 @@ def _measured(
     return named if model == RIGID and found.unit != FORCE else named | people_above(loads)
 
 
-def sampled_at(
-    scene: Scene, found: SnapshotPercussions, match: Match
-) -> tuple[Match, Floats, dict[str, Floats]]:
+def sampled_at(scene: Scene, found: SnapshotPercussions, match: Match) -> tuple[Match, Floats, dict[str, Floats]]:
     """Give the contacts of a frame with the mean of all admissible percussions, the 5 % and 95 %
     quantiles (2,k) of each contact's magnitude, and the mean and these quantiles of all that is
     measured; NaN in place of quantiles where the sampling has not converged, or there is none."""
-    k, measured, drawn = (
-        len(found.contacts),
-        _measured(scene, match, found, RIGID),
-        states_of(found),
-    )
+    k, measured, drawn = (len(found.contacts), _measured(scene, match, found, RIGID), states_of(found))
     if drawn is None or not drawn[0].converged.all():
         unknown = {key: np.array([value, *NONE]) for key, value in measured.items()}
         return match, np.full((2, k), np.nan), unknown

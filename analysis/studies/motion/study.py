@@ -15,7 +15,7 @@ import numpy as np
 from analysis.dumps import DumpError
 from analysis.engines import PENALTY, EngineError, engine
 from analysis.engines.guard import RunStoppedError
-from analysis.engines.run import EngineRun, run_ahead
+from analysis.engines.run import EngineRun, finished_run
 from analysis.engines.softness import VALID, softness
 from analysis.pages import numbers
 from analysis.pages.names import engine_name
@@ -114,8 +114,8 @@ class Model:
     @property
     def overlap(self) -> float:
         """The largest overlap of its bodies in any frame, as a share of the smaller radius."""
-        records = [run.record() for run in self.runs if run.is_finished()]
-        return max((one.overlap_largest for one in records), default=float("nan"))
+        records = [finished_run(run.scene, run.engine, run.folder) for run in self.runs]
+        return max((one.overlap_largest for one in records if one), default=float("nan"))
 
 
 def interval_of(windows: Sequence[Floats]) -> Interval:
@@ -169,34 +169,39 @@ def model_title(scene: Scene, name: str) -> str:
         setting = f"k = {numbers.number(scene.contact.stiffness_N_per_m)} N/m"
     else:
         setting = f"h = {numbers.number(1e3 * engine(name).timing(scene).time_step)} ms"
-    friction = (
-        f", μ = {numbers.significant(scene.contact.friction)}" if scene.contact.friction else ""
-    )
+    friction = f", μ = {numbers.significant(scene.contact.friction)}" if scene.contact.friction else ""
     return f"{engine_name(name)}, {setting}{friction}"
 
 
+# Of the run in a folder its series, or why there is none, and whether it was stopped.
+Series = Mapping[Path, tuple[RunLoads | None, str, bool]]
+
+
+def read_runs(
+    runs: Sequence[EngineRun], limits: tuple[Path, ...] = (), progress: Progress | None = None,
+    executor: Executor | None = None, unread: Sequence[EngineRun] = (),
+) -> Series:  # fmt: skip
+    """Run what is not finished, and read the series of each run while its dumps are at hand, by the
+    workers of an executor where there is one; unread: runs besides, which are only run."""
+    calls = {run.folder: (run, None) for run in unread} | {run.folder: (run, limits) for run in runs}
+    tasks = [Task(call=_series_of, arguments=of, work=of[0].particle_steps) for of in calls.values()]
+    return dict(zip(calls, do_all(tasks, executor, "engine runs", progress), strict=True))
+
+
 def study_motion(
-    scene: Scene,
-    models: Sequence[Model],
-    last_s: float,
-    progress: Progress | None = None,
-    limits: tuple[Path, ...] = (),
-    executor: Executor | None = None,
+    scene: Scene, models: Sequence[Model], last_s: float, limits: tuple[Path, ...] = (), known: Series | None = None
 ) -> MotionStudy:
-    """Run what is not finished, on all cores, and read the series of all, by the workers of an executor
-    where there is one. A run that fails or is stopped is left out and named."""
-    runs = [run for model in models for run in model.runs]
-    run_ahead(runs, progress, executor=executor)
-    tasks = [Task(call=_series_of, arguments=(run, limits), work=run.particle_steps) for run in runs]
-    found = iter(do_all(tasks, executor, f"forces of {scene.name}", progress))
+    """Take the series of all runs, which are run and read where they are not yet. A run that fails or
+    is stopped is left out and named."""
+    known = known or read_runs([run for model in models for run in model.runs], limits)
     read: list[Model] = []
     failures: list[str] = []
     warnings: list[str] = []
     stopped: dict[str, int] = {}
     for model in models:
         series = []
-        for index in range(len(model.runs)):
-            loads, why, is_stopped = next(found)
+        for index, run in enumerate(model.runs):
+            loads, why, is_stopped = known[run.folder]
             if loads:
                 series.append(loads)
             elif is_stopped and not model.valid:
@@ -212,11 +217,11 @@ def study_motion(
     return MotionStudy(scene, read, crowds, last_s, failures, once, limits, stopped)
 
 
-def _series_of(run: EngineRun, limits: tuple[Path, ...]) -> tuple[RunLoads | None, str, bool]:
-    """The series of a run, or why there is none and whether it was stopped."""
+def _series_of(run: EngineRun, limits: tuple[Path, ...] | None) -> tuple[RunLoads | None, str, bool]:
+    """The series of a run, without limits only run; or why there is none and whether it was stopped."""
     try:
         run.record()
-        return read_exposure(run.folder, limits=limits), "", False
+        return None if limits is None else read_exposure(run.folder, limits=limits), "", False
     except (EngineError, DumpError, StepError) as error:
         return None, str(error), isinstance(error, RunStoppedError)
 
@@ -239,11 +244,7 @@ def in_each(value: str, count: int, of: str) -> str:
 def more_words(value: float, relative: bool, unit: str) -> str:
     """Write a difference, two significant digits with their sign: in per cent of the other, or in
     the unit of the quantity where the other is next to zero."""
-    return (
-        numbers.signed(value)
-        if relative
-        else numbers.with_unit(numbers.with_sign(value, numbers.two(value)), unit)
-    )
+    return numbers.signed(value) if relative else numbers.with_unit(numbers.with_sign(value, numbers.two(value)), unit)
 
 
 def difference_words(found: inference.Difference, unit: str) -> tuple[str, str, str]:
@@ -260,8 +261,4 @@ def least_words(found: inference.Difference, unit: str) -> str:
         return "none"
     if not found.least:
         return "all equal"
-    return (
-        numbers.percent(found.least, 2)
-        if found.relative
-        else numbers.with_unit(numbers.two(found.least), unit)
-    )
+    return numbers.percent(found.least, 2) if found.relative else numbers.with_unit(numbers.two(found.least), unit)

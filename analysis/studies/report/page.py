@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from math import isfinite, nan
 from pathlib import Path
@@ -276,8 +277,10 @@ def write_report(
     command: str,
     limits: tuple[Path, ...] = (),
     progress: Progress | None = None,
+    executor: Executor | None = None,
 ) -> Path:
-    """Write the page and what lies beside it into the folder; return the page's path.
+    """Write the page and what lies beside it into the folder, pictures by the workers of an executor
+    where there is one; return the page's path.
 
     Beside `index.html` are `explore.html`, which goes on from it live, `numbers.json`, one CSV of
     contacts per run, and in `figures/` every picture as PNG and PDF, its name beginning with that of
@@ -296,7 +299,7 @@ def write_report(
         contacts = contacts_section(one.study, runs)
         if one.moved:  # of these contacts, not of the first screen
             contacts = replace(contacts, warnings=one.study.warnings)
-        more, lacking = more_sections(one.moved) if one.moved else ([], [])
+        more, lacking = more_sections(one.moved, executor) if one.moved else ([], [])
         screens.append(_screen(one, [*more, contacts], limits, energy, lacking))
         numbers[one.scene.name] = {
             "failures": one.study.failures,
@@ -319,6 +322,7 @@ def write_report(
         folder / "index.html",
         "report.html",
         [*folds, *stills],
+        executor=executor,
         screens=screens,
         contents=[(one["number"], one["title"]) for one in screens],
         limits=limits_table(moving, limits) if moving else None,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from dataclasses import replace
 from math import isfinite
 
@@ -28,6 +29,7 @@ from analysis.studies.exposure.positions import moments_of, place_words, worst_m
 from analysis.studies.exposure.times import leaving, time_until
 from analysis.studies.motion.study import Model, MotionStudy, interval_cell, interval_of
 from analysis.support.extras import MissingExtraError
+from analysis.support.parallel import Task, do_all
 from nscd.continuum.rivals.density_laws import kladek_speed
 
 # Of corners and of named walls, those with the largest load.
@@ -36,14 +38,14 @@ CORNERS, WALLS = 4, 12
 JAM_PER_M2, FREE_M_PER_S = 5.4, 1.34
 
 
-def more_sections(motion: MotionStudy) -> tuple[list[Section], list[str]]:
+def more_sections(motion: MotionStudy, executor: Executor | None = None) -> tuple[list[Section], list[str]]:
     """Make the sections of a scene in motion, and say what is left out for want of a library."""
     words, models, warnings = Words(__name__), bodies_of(motion), list[str]()
     made = [walls_section(words, motion, models)] if motion.scene.walls else []
     made.append(times_section(words, motion, models))
     if motion.scene.drive and motion.scene.drive.has_door:
         try:
-            made.append(density_section(words, motion, models[0]))
+            made.append(density_section(words, motion, models[0], executor))
         except MissingExtraError as error:
             warnings.append(str(error))
         except Exception as error:  # of PedPy, whose errors have no common kind: no page is lost by it
@@ -176,9 +178,11 @@ def _draw_times(models: Sequence[Model], driven: bool) -> Figure:
     return figure
 
 
-def density_section(words: Words, motion: MotionStudy, model: Model) -> Section:
+def density_section(words: Words, motion: MotionStudy, model: Model, executor: Executor | None = None) -> Section:
     """Measure density and speed before the door by PedPy's methods. Raises as `before_door`."""
-    every = [before_door(run.folder, run.scene) for run in model.runs if run.is_finished()]
+    there = [run for run in model.runs if run.is_finished()]
+    tasks = [Task(call=before_door, arguments=(run.folder, run.scene), work=1.0) for run in there]
+    every = do_all(tasks, executor, "density and speed")
     figure, (axes,) = drawing.panels(drawing.NARROW_IN, 3.0)
     for number, one in enumerate(every):
         observed = one[one["density_per_m2"] > 0]

