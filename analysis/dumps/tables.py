@@ -47,7 +47,8 @@ def index_table(path: Path, bodies: Any, rename: Callable[[Sequence[str]], Seque
         raise DumpError(f"{path}: no table, and no folder with interactions of exaDEM")
     if "sub_i" in parts[0][0]:
         note(path, "taken as interactions of exaDEM, its ids from 0 as those from 1")
-    names, data, steps = rename(parts[0][0]), np.concatenate([rows for _, rows in parts]), np.array(bodies.steps)
+    names, data = _with_walls(path, [*rename(parts[0][0])], np.concatenate([rows for _, rows in parts]))
+    steps = np.array(bodies.steps)
     if "step" in names:
         of = data[:, names.index("step")]
     elif "time_s" in names:
@@ -60,7 +61,10 @@ def index_table(path: Path, bodies: Any, rename: Callable[[Sequence[str]], Seque
     else:
         message = f"no column step or time_s, and the bodies have {len(steps)} frames. It has: {' '.join(names)}"
         raise DumpError(f"{path}: {message}")
-    if lost := int((~np.isin(of, steps)).sum()):
+    lost = int((~np.isin(of, steps)).sum())
+    if 0 < lost == len(data):
+        raise DumpError(f"{path}: no row is at a frame of the bodies. Their steps are {steps[0]} to {steps[-1]}")
+    if lost:
         note(path, f"{lost} rows not used: they are at no frame of the bodies")
     order = np.argsort(of, kind="stable")
     ends = np.searchsorted(of[order], [steps, steps + 0.5])
@@ -68,6 +72,18 @@ def index_table(path: Path, bodies: Any, rename: Callable[[Sequence[str]], Seque
     frames = tuple(Frame(step, None, (0, 0), (0, 0), len(one), 0) for step, one in zip(bodies.steps, collected, strict=True))
     sample = tuple(tuple(f"{one:.17g}" for one in row) for row in data[:100].tolist())
     return TableIndex(path, frames, tuple(names), sample=sample, tables=collected)
+
+
+def _with_walls(path: Path, names: list[str], data: Floats) -> tuple[list[str], Floats]:
+    """Take an id below 0 as a wall, where nothing else says which are, and put it second."""
+    one, two = names.index("first"), names.index("second")
+    if "is_wall" in names or not (data[:, [one, two]] < 0).any():
+        return names, data
+    back, force = data[:, one] < 0, [names.index(name) for name in ("fx", "fy", "tx", "ty") if name in names]
+    data[:, [one, two]] = np.where(back[:, None], data[:, [two, one]], data[:, [one, two]])
+    data[:, force] *= np.where(back, -1.0, 1.0)[:, None]
+    note(path, "ids below 0 are taken as walls, each as the one that its disk touches")
+    return [*names, "is_wall"], np.column_stack([data, data[:, two] < 0])
 
 
 def _read(file: Path) -> tuple[list[str], Floats]:

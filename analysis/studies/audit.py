@@ -62,7 +62,9 @@ def open_record(
         if push < 0:
             checked.sign, others = 1.0, checked.wall_fixes or checked.standing is not None
             record = read_record(checked, trajectory, setting, numbers, **how) if others else replace(record, force=-record.force)
-        note(path, f"fx fy read as the force on the {'second' if checked.sign > 0 else 'first'}, as contacts push")
+        if push:
+            note(path, f"fx fy read as the force on the {'second' if checked.sign > 0 else 'first'}, as contacts push")
+        record = replace(record, signed=bool(checked.wall_fixes))
     return record, setting
 
 
@@ -71,9 +73,9 @@ def write_audit(found: Audit, name: str, folder: Path, command: str) -> list[Pat
     page, smallest_fault = WORDS["page"], significant(found.smallest_fault, 2)
     rows = [[one.name, ", also ".join(one.faults.values()) or "right", *map(significant, one[1:])] for one in found.fits[:12]]
     first = Section(
-        number="result", title="Result", introduction=[page["lead"].format(seen=smallest_fault)],
+        number="result", title="Result", introduction=[page["lead"].format(seen=smallest_fault)][: len(rows)],
         words=[f"**{found.words[0].upper()}{found.words[1:]}.**"], warnings=[f"{one}." for one in found.remarks],
-        pictures=[Picture(name="forces", caption=page["forces"], figure=_picture(found))],
+        pictures=[Picture(name="forces", caption=page["forces"], figure=_picture(found))] if rows else [],
     )  # fmt: skip
     last = Section(number="assumptions", title="Hypotheses and assumptions", introduction=page["assumptions"],
                    tables=[Table(caption=page["fits"], head=page["head"], rows=rows)])  # fmt: skip

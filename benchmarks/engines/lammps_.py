@@ -27,14 +27,7 @@ record = Record("", scene.fine_step_s * scene.substeps)
 atoms = [f"create_atoms 1 single {x} {y} 0\nset atom {k} diameter {2 * r} mass {m} vx {vx} vy {vy}"
          for k, (x, y, r, m, vx, vy) in enumerate(scene.bodies, 1)]  # fmt: skip
 n, h, first = "\n", scene.substeps, record.first * scene.substeps
-(folder / "in.deck").write_text(f"""units si
-dimension 2
-newton off
-boundary f f p
-comm_modify vel yes
-atom_style sphere
-atom_modify map array
-region box block -9 9 -9 9 -0.5 0.5
+(folder / "in.deck").write_text(Path(__file__).with_name("head.in").read_text() + f"""region box block -9 9 -9 9 -0.5 0.5
 create_box 1 box
 {n.join(atoms)}
 pair_style {style if style == "granular" else f"{style} {law}"}

@@ -23,17 +23,18 @@ def contacts_of(x, v, w, r):
             if (overlap := r[i] + r[j] - np.hypot(*way)) > 0:
                 u = v[j] - v[i]
                 slip = u @ [-n[1], n[0]] - r[i] * w[i] - r[j] * w[j]
-                rows.append((i, j, *force(2e4, overlap, n, slip, -u @ n), n))
+                rows.append((i, j, *force(2e4, overlap, n, slip, -u @ n), n, overlap))
         for axis in (0, 1):
             n = -np.eye(2)[axis]
             if (overlap := r[i] - x[i, axis]) > 0:
                 slip = -v[i] @ [-n[1], n[0]] - r[i] * w[i]
-                rows.append((i, -1 - axis, *force(4e4, overlap, n, slip, v[i] @ n), n))
+                rows.append((i, -1 - axis, *force(4e4, overlap, n, slip, v[i] @ n), n, overlap))
     return rows
 
 
-def pressed(steps=120, seed=0, side=4):
-    """Snapshots and tables of contacts of the steps: semi-implicit Euler."""
+def pressed(steps=120, seed=0, side=4, arms=(0.0, 0.0)):
+    """Snapshots and tables of contacts of the steps: semi-implicit Euler. arms: shares of the overlap, of bodies and
+    with walls, by which torques act nearer than at the radius."""
     random, n = np.random.default_rng(seed), side * side
     r, m = random.uniform(0.2, 0.25, n), random.uniform(60, 90, n)
     x = 0.3 + 0.5 * np.array([divmod(k, side) for k in range(n)]) + random.uniform(-0.02, 0.02, (n, 2))
@@ -41,10 +42,10 @@ def pressed(steps=120, seed=0, side=4):
     for step in range(steps):
         snapshots.append(Snapshot(position=x, velocity=v, radius=r, mass=m, spin=w, time=step * STEP_S))
         rows, f, torque = contacts_of(x, v, w, r), m[:, None] * G, np.zeros(n)
-        for i, j, on_second, across, _ in rows:
+        for i, j, on_second, across, _, overlap in rows:
             for k, sign in ((i, -1), *([(j, 1)] if j >= 0 else [])):
                 f[k] += sign * on_second
-                torque[k] -= r[k] * across
+                torque[k] -= (r[k] - arms[j < 0] * overlap) * across
         i, j = (np.array([row[k] for row in rows], dtype=int) for k in (0, 1))
         on_second, normal = (np.array([row[k] for row in rows]).reshape(-1, 2) for k in (2, 4))
         tables.append({"first": i + 1, "second": np.abs(j + (j >= 0)), "is_wall": j < 0, "force": on_second,

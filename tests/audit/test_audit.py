@@ -166,7 +166,7 @@ def test_a_crowd_at_rest_that_nothing_presses_fixes_no_factor():
     assert "nothing moves and nothing presses" in audit(two, [table] * 3, external=0).words
 
 
-def test_a_data_frame_and_spins():
+def test_a_data_frame():
     parts = []
     for now, table in zip(SNAPSHOTS, TABLES, strict=True):
         columns = {name: table[name] for name in ("first", "second", "is_wall")}
@@ -175,8 +175,15 @@ def test_a_data_frame_and_spins():
     assert judged(every).status == "agrees"
     with pytest.raises(ValueError, match="time_s: rows at instants"):
         judged(every.assign(time_s=every.time_s + 1e-4))
-    (sentences,) = [one for one in judged(TABLES).remarks if "spins" in one]
-    assert sentences == "spins agree with the torques to 0 %, with an inertia of 0.5 m r² (disc 0.5, sphere 0.4)"
+
+
+@pytest.mark.parametrize("arms", [(0, 0), (0.5, 0), (0.5, 0.5), (0, 1)])
+def test_spins_and_where_torques_act(arms):
+    """At the radius, as LAMMPS' gran/hooke has it, or at the middle of overlaps: `granular`, but not with walls."""
+    snapshots, tables = pressed(arms=arms)
+    (message,) = [one for one in judged(tables, snapshots).remarks if "spins" in one]
+    assert message == ("spins agree with the torques to 0 %, with an inertia of 0.5 m r² (disc 0.5, sphere 0.4) and arms of "
+                    f"the radius less {arms[0]} of the overlap of bodies, {arms[1]} of that with walls")  # fmt: skip
 
 
 @pytest.mark.parametrize("bad", [{"second": [99]}, {"second": [1]}, {"force": [[np.nan, 0.0]]}])

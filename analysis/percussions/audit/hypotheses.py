@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,13 +19,15 @@ WORDS = tomllib.loads(Path(__file__).with_name("words.toml").read_text(encoding=
 # Frames after the start of an interval at which its forces may be listed, and at which they should be.
 SHIFTS, NOW = (0.5, 0.0, 1.0, -0.5, -1.0, 1.5, 2.0), (0.0, 0.5, 1.0)
 # A factor is that of a hypothesis within this, of units and times within the second (forces change between
-# frames), or three residuals. Hypotheses explain alike whose residuals
-# are within a factor, or rounding. What rows show goes before a general fault that explains the same.
-SAME_FACTOR, NEARLY, ALIKE, ROUNDING, MOST_SUBSTEPS = 1e-4, 3e-3, 3.0, 1e-4, 64
+# frames), of a number of substeps where few other factors are as near, or five residuals. Hypotheses explain alike
+# whose residuals are within a factor, or rounding. What rows show goes before a general fault that explains the same.
+SAME_FACTOR, NEARLY, SUBSTEPS, ALIKE, ROUNDING, MOST_SUBSTEPS = 1e-4, 3e-3, 0.01, 3.0, 1e-4, 64
 SHOWN = (("order", "signs of contacts"), ("both directions", "one side"), ("both directions", "substeps"),
          ("contact points", "substeps"))  # fmt: skip
 # Faults of which forces are none, whatever the factor.
 WRONG_FORCES = {"sign", "one side", "signs of contacts", "axes", "contact points", "both directions", "order"}
+# Faults beside which contacts that pull are looked for, and their share of the squares of all forces at most.
+TURNED, MOST_PULLING = {"sign", "units", "impulse", "substeps", "factor", "signs of contacts"}, 0.02
 # Where rows are missing, bodies with all of theirs need this share of all, in so many numbers at least, and
 # the others have this share of the residual.
 LEFT, FEWEST, ELSEWHERE = 0.01, 8, 0.9
@@ -100,15 +103,20 @@ def factors(record: Record, time_step: float | None) -> list[tuple[float, dict[s
     return found
 
 
-def meanings(factor: float, residual: float, named: list[Any]) -> list[tuple[dict[str, str], float]]:
+def meanings(
+    factor: float, residual: float, named: list[Any], signed: bool = True
+) -> list[tuple[dict[str, str], float]]:
     """Give what a factor may mean: faults, and the exact factor of each; substeps, and a unit and a time at
-    once, where nothing else is."""
-    way, near = float(np.sign(factor) or 1.0), max(SAME_FACTOR, 3 * residual)
-    turned = fault("sign") if factor < 0 else {}
-    if abs(abs(factor) - 1) <= near:
+    once, where nothing else is. signed: see `Record`."""
+    way, near = float(np.sign(factor) or 1.0), max(SAME_FACTOR, 5 * residual)
+    turned = fault("sign") if factor < 0 and signed else {}
+    if abs(abs(factor) - 1) <= max(near, NEARLY):
         return [(turned, way)]
-    found = [(turned | one, way * c) for c, one in named
-             if abs(abs(factor) / c - 1) <= (near if _weight(one) > 1 else max(near, NEARLY))]  # fmt: skip
+    found = []
+    for c, one in named:
+        width = min(SUBSTEPS / max(c, 1 / c), NEARLY) if "substeps" in one else NEARLY
+        if abs(abs(factor) / c - 1) <= max(near, width):
+            found.append((turned | one, way * c))
     found = [each for each in found if _weight(each[0]) - len(turned) < 2] or found
     return found or [(turned | fault("factor", factor=1 / abs(factor)), factor)]
 
@@ -125,21 +133,23 @@ def at_shift(record: Record, sums: Floats, shift: float) -> tuple[Floats, Mask]:
     return 0.5 * (sums[early] + sums[late]), (at >= 0) & (at <= last)
 
 
-def fit_all(record: Record, named: list[Any], keep: Mask | None = None) -> list[Fit]:
-    """Fit every variant at every shift by least squares of impulses, the best first; of the bodies and
-    intervals (i,n) to keep. named: see `factors`."""
+def fit_all(record: Record, named: list[Any], keep: Mask | None = None, of: Any = None) -> list[Fit]:
+    """Fit every variant, or those `of` a list, at every shift by least squares of impulses, the best first;
+    of the bodies and intervals (i,n) to keep. named: see `factors`."""
     needed, weight, found = record.needed(), record.durations[:, None, None], []
-    here = ~np.isnan(needed).any(axis=2) & (True if keep is None else keep)
-    for faults, sums in variants(record):
-        for shift in SHIFTS:
-            values, good = at_shift(record, sums, shift)
-            some = here & good[:, None]
-            a, b = (weight * needed)[some].ravel(), (weight * values)[some].ravel()
-            if len(a) < (FEWEST if keep is not None else 1) or not (a.any() and b.any()):
+    here, options = ~np.isnan(needed).any(axis=2) & (True if keep is None else keep), [*(of or variants(record))]
+    for shift in SHIFTS:
+        some = here & at_shift(record, options[0][1], shift)[1][:, None]
+        a = (weight * needed)[some].ravel()
+        if len(a) < (FEWEST if keep is not None else 1) or not a.any():
+            continue
+        for faults, sums in options:
+            b = (weight * at_shift(record, sums, shift)[0])[some].ravel()
+            if not b.any():
                 continue
             size, factor = float(np.linalg.norm(a)), float(a @ b / (b @ b))
             late = {} if shift in NOW else fault("step before" if shift > 1 else "step after")
-            for more, exact in meanings(factor, float(np.linalg.norm(a - factor * b)) / size, named):
+            for more, exact in meanings(factor, float(np.linalg.norm(a - factor * b)) / size, named, record.signed):
                 if exact > 0 or "signs of contacts" not in faults:
                     left = float(np.linalg.norm(a - exact * b)) / size
                     found.append(Fit(faults | more | late, exact, shift, left))
@@ -148,10 +158,11 @@ def fit_all(record: Record, named: list[Any], keep: Mask | None = None) -> list[
 
 def chosen(fits: list[Fit], within: float) -> list[Fit]:
     """Take of the fits that explain what is needed those with the fewest faults, each words once. A factor
-    that nothing has is taken alone, of forces that are else as they are listed."""
+    that nothing has is taken alone, of forces that are else as they are listed, if it explains far more."""
     good = [fit for fit in fits if fit.residual <= within and "factor" not in fit.faults]
-    if not good:
-        return [fit for fit in fits if fit.residual <= within and {*fit.faults} <= {"factor", "sign"}][:1]
+    plain = [fit for fit in fits if fit.residual <= within and {*fit.faults} <= {"factor", "sign"}][:1]
+    if not good or (plain and good[0].residual > max(ALIKE * plain[0].residual, ROUNDING)):
+        return plain
     alike = [fit for fit in good if fit.residual <= max(ALIKE * good[0].residual, ROUNDING)]
     fewest = min(_weight(fit.faults) for fit in alike)
     named = {(*fit.faults.values(),): fit for fit in reversed(alike) if _weight(fit.faults) == fewest}
@@ -161,17 +172,20 @@ def chosen(fits: list[Fit], within: float) -> list[Fit]:
     return sorted(named.values(), key=lambda fit: fit.residual)
 
 
-def with_rows_missing(record: Record, named: list[Any], within: float) -> Iterator[tuple[list[Fit], list[Fit]]]:
+def with_rows_missing(
+    record: Record, named: list[Any], within: float, of: Any = None
+) -> Iterator[tuple[list[Fit], list[Fit]]]:
     """Fit the bodies that touch no wall, and no other body, without a row at both ends of an interval, or
-    around it: the fits, and those that explain all but the others. Then tangential forces that are not
-    listed."""
+    around it, see `fit_all`: the fits, and those that explain all but the others. Then tangential forces
+    that are not listed."""
     needed, sums, (lone, on_wall) = record.needed(), record.sums(record.force), record.unlisted
+    of = of or [*variants(record)]
     cases = [("walls missing", on_wall), ("contacts missing", lone | on_wall)]
     for width, name, missing in ((wide_case, *case) for wide_case in (0, 1) for case in cases):
         around, good = np.pad(missing, ((width, 3 * width), (0, 0))), []
         near = np.lib.stride_tricks.sliding_window_view(around, 2 + 2 * width + record.moved, axis=0).any(axis=-1)
         keep: Mask = ~np.asarray(near)[: len(needed)]
-        fits = fit_all(record, named, keep) if not keep.all() else []
+        fits = fit_all(record, named, keep, of) if not keep.all() else []
         fits = [one for one in fits if width or one.shift in NOW]
         for one in chosen(fits, within):
             values, here = at_shift(record, sums, one.shift)
@@ -182,8 +196,38 @@ def with_rows_missing(record: Record, named: list[Any], within: float) -> Iterat
         yield [one.plus(fault(name)) for one in fits[:5]], good
     extra = [fit for shift in NOW if (fit := _with_tangential(record, shift))]
     for best in sorted(extra, key=lambda fit: fit.residual)[:1]:
-        fits = [best.plus(more, factor=exact) for more, exact in meanings(best.factor, best.residual, named)]
+        fits = [best.plus(more, factor=exact) for more, exact in meanings(best.factor, best.residual, named, record.signed)]
         yield fits, fits if best.residual <= within and "factor" not in fits[0].faults else []
+
+
+def with_signs(record: Record, fits: list[Fit]) -> list[tuple[dict[str, str], Floats]]:
+    """Turn contacts, from the best fit in which all push, one after the other on each body, while that explains
+    more: those of dashpots that pull. The sums of these, nothing if this turns many or explains little."""
+    best = next((fit for fit in fits if "signs of contacts" in fit.faults and {*fit.faults} <= TURNED), None)
+    if best is None or record.moved:
+        return []
+    (f, n, _), needed = record.momentum.shape, np.nan_to_num(record.needed()) / best.factor
+    size, pair = (record.force**2).sum(axis=1), record.second >= 0
+    body = record.frame[:, None] * n + np.column_stack([record.first, np.where(pair, record.second, record.first)])
+    pulls = np.nan_to_num((record.force * record.normal).sum(axis=1)) < 0
+    spans, way, left, idle = sorted({math.floor(best.shift), math.ceil(best.shift)}), pulls, [], 0
+    while idle < len(spans):
+        force = np.where(way[:, None], -record.force, record.force)
+        inputs, good = at_shift(record, record.sums(force), best.shift)
+        rest, gain, maximum = np.where(good[:, None, None], needed - inputs, 0.0), np.zeros(len(force)), np.zeros(f * n)
+        left.append(float(np.linalg.norm(rest)))
+        for at in (record.frame - span for span in spans):  # the intervals that have these forces
+            here = (at >= 0) & (at < len(rest))
+            off = rest[at * here, record.second] * pair[:, None] - rest[at * here, record.first]
+            gain -= here * ((off * force).sum(axis=1) + (1 + pair) * size / len(spans))
+        gain[np.isnan(record.normal[:, 0]) | ((record.frame + len(left)) % len(spans) > 0)] = 0.0
+        np.maximum.at(maximum, body, gain[:, None])
+        turn = (gain > 0) & (gain >= maximum[body].max(axis=1))  # of frames and bodies that share no equation
+        way, idle = way ^ turn, 0 if turn.any() else idle + 1
+    if left[-1] > left[0] / ALIKE or size[way ^ pulls].sum() > MOST_PULLING * size.sum():
+        return []
+    fraction = float(way.mean())
+    return [(fault("signs of contacts", share=percent(min(fraction, 1 - fraction))), record.sums(force))]
 
 
 def _with_tangential(record: Record, shift: float) -> Fit | None:

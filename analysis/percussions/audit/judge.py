@@ -25,6 +25,8 @@ ASTRAY, SURE = 0.1, 0.02
 SAME_STEP = 1e-3
 # Torques below this share of forces times radii are not looked at.
 TURNS = 1e-3
+# Torques act at the radius less these shares of the overlap, of two bodies and of one with a wall.
+ARMS = tuple((body, wall) for body in (0.0, 0.5) for wall in (0.0, 0.5, 1.0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -115,12 +117,16 @@ def judge(
     named = tested.factors(record, time_step)
     fits = tested.fit_all(record, named)
     found = tested.chosen(fits, within)
+    if (not found or "signs of contacts" in found[0].faults) and (turned := tested.with_signs(record, fits)):
+        fits = sorted([*fits, *tested.fit_all(record, named, of=turned)], key=lambda fit: fit.residual)
+        found = tested.chosen(fits, within)
     for more, good in tested.with_rows_missing(record, named, within) if not found else ():
         fits, found = sorted([*fits, *more], key=lambda fit: fit.residual), good
         if found:
             break
     if found and not found[0].faults and found[0].residual > tested.ROUNDING and record.unlisted.any():
-        rows = tested.with_rows_missing(record, named, found[0].residual / tested.ALIKE)
+        listed: list[Any] = [({}, record.sums(record.force))]
+        rows = tested.with_rows_missing(record, named, found[0].residual / tested.ALIKE, listed)
         found = next((good for _, good in islice(rows, 4) if good), found)
     shift = next((fit.shift for fit in (*found, *fits) if fit.shift in tested.NOW), 0.5)
     values, here = tested.at_shift(record, record.sums(record.force), shift)
@@ -177,13 +183,16 @@ def _remarks(record: Record, best: Fit, friction: float | None) -> list[str]:
     turned = np.diff(record.turning, axis=0)
     if record.moved or np.isnan(along).any() or {*best.faults} - {"sign", "impulse", "units", "substeps"}:
         return sentences
-    torque = record.normal[:, 1] * record.force[:, 0] - record.normal[:, 0] * record.force[:, 1]
-    sums = record.sums(best.factor * torque[:, None], best.factor * torque[:, None])
-    values, good = tested.at_shift(record, sums, best.shift)
-    a, b = (values[..., 0] * record.durations[:, None])[good].ravel(), turned[good].ravel()
-    size = np.linalg.norm(record.sums(record.force)) * abs(best.factor) * float(np.median(record.durations))
-    if np.linalg.norm(a) > TURNS * size and b.any():
-        inertia = float(a @ b / (b @ b))
-        off = float(np.linalg.norm(a - inertia * b) / np.linalg.norm(a))
+    torque = best.factor * (record.normal[:, 1] * record.force[:, 0] - record.normal[:, 0] * record.force[:, 1])[:, None]
+    size, fits = np.linalg.norm(record.sums(record.force)) * abs(best.factor) * float(np.median(record.durations)), []
+    for body, wall in ARMS:
+        arms = torque * (1 - np.where(record.second < 0, wall, body)[:, None] * record.overlap)
+        values, good = tested.at_shift(record, record.sums(arms[:, 1:], arms[:, :1]), best.shift)
+        a, b = (values[..., 0] * record.durations[:, None])[good].ravel(), turned[good].ravel()
+        if np.linalg.norm(a) > TURNS * size and b.any():
+            inertia = float(a @ b / (b @ b))
+            fits.append((float(np.linalg.norm(a - inertia * b) / np.linalg.norm(a)), body, wall, inertia))
+    for off, body, wall, inertia in sorted(fits)[:1]:
         sentences.append(WORDS["spins"].format(share=percent(off), inertia=inertia))
+        sentences[-1] += WORDS["arms"].format(body=body, wall=wall) if max(fits)[0] > tested.ALIKE * off else ""
     return sentences

@@ -15,7 +15,7 @@ from nscd.contacts import NO_WALLS, sum_at_disks
 
 # Bodies this near, as a share of the smallest radius, may touch.
 NEAR = 1e-3
-# A wall is that of its number, and gives a normal, if it is no further than this share of a radius.
+# A wall is that of its number, and gives a normal, if the gap to it is at most this share of a radius.
 BESIDE = 0.3
 External = Callable[[Snapshot], ArrayLike] | ArrayLike | None
 
@@ -30,7 +30,9 @@ class Record:
     unlisted: (2,f,n) whether a body touches another, or a wall, with no row for it
     frame, first, second: (k,) frame, and numbers of the bodies; second −1 of a wall or what is held
     force: (k,2) N, on the second; normal: (k,2) first→second, NaN where it is not known
+    overlap: (k,2) as shares of both radii
     noise: N, what the digits of the text leave open in the force on a body
+    signed: whether forces must be those on the second; else they may all be those on the first
     every_step: whether frames are all the steps of a simulation; step_s: s, of these, where it is known
     pace: by how much places change for what velocities say, and the share of it that this leaves"""
 
@@ -45,9 +47,11 @@ class Record:
     second: Indices
     force: Floats
     normal: Floats
+    overlap: Floats
     moved: bool
     stated: bool
     noise: float = 0.0
+    signed: bool = True
     every_step: bool = False
     step_s: float | None = None
     pace: tuple[float, float] = (1.0, 0.0)
@@ -107,7 +111,7 @@ def record_of(
     momentum[mass == 0] = np.nan
     if has_velocity:
         rest["pace"] = _pace(times, momentum / mass[..., None], position / mass[..., None], walls or NO_WALLS)
-    names = ("frame", "first", "second", "force", "normal")
+    names = ("frame", "first", "second", "force", "normal", "overlap")
     columns: dict[str, Any] = {name: np.concatenate(each) for name, each in zip(names, zip(*parts, strict=True), strict=True)}
     return Record(times=times, momentum=momentum, mass=mass.max(axis=0), external=active, turning=turning,
                   unlisted=unlisted, moved=not has_velocity, stated=external is not None, **columns, **rest)  # fmt: skip
@@ -125,10 +129,11 @@ def _pace(times: Floats, velocity: Floats, position: Floats, walls: Walls) -> tu
 
 
 def _listed(table: Any, frame: int, now: Snapshot, walls: Walls) -> tuple[Any, ...]:
-    """Frame, disks, forces and normals of the rows of a frame; those of walls as listed, or of the wall of that number."""
+    """Frame, disks, forces, normals and overlaps of the rows of a frame; those of walls as listed, or of the
+    wall of that number."""
     named = isinstance(table, Mapping) or hasattr(table, "columns")
     get = {name: table[name] if named else getattr(table, name)
-           for name in ("first", "second", "is_wall", "fx", "fy", "force", "normal")
+           for name in ("first", "second", "is_wall", "fx", "fy", "force", "normal", "overlap")
            if (name in table if named else hasattr(table, name))}  # fmt: skip
     first, second = (np.asarray(get[name], dtype=np.int64) for name in ("first", "second"))
     force = np.asarray(get["force"] if "force" in get else np.column_stack([get["fx"], get["fy"]]), dtype=float)
@@ -141,14 +146,18 @@ def _listed(table: Any, frame: int, now: Snapshot, walls: Walls) -> tuple[Any, .
         raise ValueError(f"contacts: frame {frame}, row {k}: {first[k]} and {second[k]} with {force[k]} N. "
                          "Two bodies that are there and a finite force are needed")  # fmt: skip
     way = walls.shortest(now.position[two] - now.position[one])
-    normal = way / np.maximum(np.hypot(*way.T), 1e-300)[:, None]
+    length, radius = np.hypot(*way.T), now.radius[np.stack([one, two])]
+    normal, overlap = way / np.maximum(length, 1e-300)[:, None], radius.sum(axis=0) - length
+    overlap[wall] = np.asarray(get["overlap"], dtype=float)[wall] if "overlap" in get else 0.0
     normal[wall] = np.asarray(get["normal"], dtype=float)[wall] if "normal" in get else np.nan
-    open_ = np.flatnonzero(wall & np.isnan(normal[:, 0]) & (second >= 1) & (second <= len(walls)))
+    lacks = np.isnan(normal[:, 0]) | ("overlap" not in get)
+    open_ = np.flatnonzero(wall & lacks & (second >= 1) & (second <= len(walls)))
     to = walls.nearest_point(now.position[one[open_]], second[open_] - 1) - now.position[one[open_]]
-    far, radius = np.hypot(*to.T), now.radius[one[open_]]
-    on = np.abs(far - radius) <= BESIDE * radius
-    normal[open_[on]] = to[on] / far[on, None]
-    return np.full(len(first), frame), one, np.where(wall, -1, two), force.reshape(-1, 2), normal
+    far, inside = np.hypot(*to.T), radius[0, open_]
+    on = (far <= (1 + BESIDE) * inside) & (far > 0)
+    overlap[open_[on]], own = (inside - far)[on], normal[open_[on]]
+    normal[open_[on]] = np.where(np.isnan(own), to[on] / far[on, None], own)
+    return np.full(len(first), frame), one, np.where(wall, -1, two), force.reshape(-1, 2), normal, overlap[:, None] / radius.T
 
 
 def _unlisted(
