@@ -1,6 +1,6 @@
 """Does what `percussions infer` says hold? Crowds of its own law, and of three others, in 20 rooms.
 
-    python -m benchmarks.crowds.inferred [--rooms 20] [--runs 600] [--others 4]
+    python -m benchmarks.crowds.inferred [--rooms 20] [--first 0] [--runs 600] [--others 4]
 
 Rooms have five shapes: a door in the middle or at the end of a side, a corridor, an L, a funnel. In each
 crowds are drawn from the prior. Each is inferred from all others (leave-one-out): the share of 90 %
@@ -131,9 +131,9 @@ def _try(site: Site, number: int, kind: str) -> Ran | None:
         return None
 
 
-def judged(one: Ran, ran: Sequence[Ran | None], seed: int) -> str:
+def judged(site: Site, one: Ran, ran: Sequence[Ran | None], seed: int) -> str:
     """What is said of a crowd of another law."""
-    names, statistics, coordinates = gathered(one.statistics, ran, seed)
+    names, statistics, coordinates = gathered(site, one.statistics, ran, seed)
     every = Reference(coordinates, comparable(names, statistics))
     crowd = comparable(names, np.array([one.statistics[name] for name in names]))
     if every.misfit(crowd) >= FITS:
@@ -146,12 +146,13 @@ def main() -> None:
     """Print a line for each room, and one for each law."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rooms", type=int, default=20)
+    parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--runs", type=int, default=RUNS)
     parser.add_argument("--others", type=int, default=4)
     args = parser.parse_args()
     every, ends = [], {kind: Counter[str]() for kind in LAWS}
     with workers(cores()) as pool:
-        for number in range(args.rooms):
+        for number in range(args.first, args.first + args.rooms):
             site, seed, name = site_of(number), 1 + number, SHAPES[number % len(SHAPES)]
             tasks = [Task(call=one_run, arguments=(site, seed, k), work=1.0) for k in range(args.runs)]
             ran = do_all(tasks, pool, "simulations", None)
@@ -162,7 +163,7 @@ def main() -> None:
             numbers = range(args.others * number, args.others * (number + 1))
             tasks = [Task(call=_try, arguments=(site, k, kind), work=1.0) for kind in LAWS for k in numbers]
             for task, one in zip(tasks, do_all(tasks, pool, "others", None), strict=True):
-                ends[task.arguments[2]][judged(one, ran, seed) if one else "no crowd"] += 1
+                ends[task.arguments[2]][judged(site, one, ran, seed) if one else "no crowd"] += 1
             print("  " + "; ".join(f"{kind}: {dict(ends[kind])}" for kind in LAWS), flush=True)
             found = [f(np.array(every), axis=0).round(2) for f in (np.mean, np.min, np.max)]
             print("  rooms so far: " + ", ".join(

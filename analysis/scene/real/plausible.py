@@ -21,6 +21,8 @@ MOST_ONCE = 0.75
 # Few people are faster than the first (m/s) in more than a tenth of their steps, and nobody than the
 # second; all are seen more often than every so many s.
 FAST_M_PER_S, FASTEST_M_PER_S, LONGEST_STEP_S = 4.0, 8.0, 5.0
+# m that a row may be wrong: farther than this and what the fastest run nobody gets from one row to the next.
+WRONG_M = 0.2
 # Who goes straight on, so far (m) at least, is not slower than this (m/s).
 SLOWEST_M_PER_S, WAY_M = 0.02, 0.02
 # Speeds are over this time (s) at least, so that noise of single frames is none.
@@ -153,7 +155,7 @@ def doubt(data: pd.DataFrame, *, timed: bool) -> str:
     do. timed: whether the file has times of its own"""
     why, requested = plausibility_of(data).doubt
     if not why:
-        return ""
+        return _leap(data)
     ways = {
         "times in ms (--time-unit ms)": data.assign(time=1e-3 * data.time),
         "lengths in cm": data.assign(x=0.01 * data.x, y=0.01 * data.y),
@@ -166,6 +168,21 @@ def doubt(data: pd.DataFrame, *, timed: bool) -> str:
     valid = [way for way, rows in ways.items() if not plausibility_of(rows).doubt[0]]
     requested = f"It is sound with {' or '.join(valid)}." if valid else requested
     return f"{why}. {requested} Give {TAKE_AS_IS}"
+
+
+def _leap(data: pd.DataFrame) -> str:
+    """Say who is farther from one row to the next than anybody gets, in which frame; nothing for nobody."""
+    rows = data.sort_values(["id", "time"], kind="stable")
+    step = rows.groupby("id")[["time", "x", "y"]].diff()
+    way = np.hypot(step.x, step.y).to_numpy()
+    over = way - FASTEST_M_PER_S * step.time.to_numpy() - WRONG_M
+    if not (over > 0).any():
+        return ""
+    row = rows.iloc[k := int(np.argmax(over > 0))]
+    return (
+        f"frame {row.frame:.0f}: person {row.id:.0f} is {way[k]:.3g} m from where it was {step.time.iloc[k]:.3g} s before. "
+        f"Nobody is so fast. Give {TAKE_AS_IS}"
+    )
 
 
 def heights(data: pd.DataFrame) -> str:

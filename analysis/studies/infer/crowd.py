@@ -30,8 +30,8 @@ PRIOR = {
 }  # fmt: skip
 OF_BODIES = ("radius_m", "friction", "sway_m")
 OF_DOOR = ("door_start_m", "door_end_m", "outward", "aim", "clearance_m")
-# s, of a run; by which share radii differ; kg.
-RIGID_STEP_S, SPREAD, MASS_KG = 0.02, 0.1, 75.0
+# s, of a run (of 0.02 s no number is another); by which share radii differ; kg.
+RIGID_STEP_S, SPREAD, MASS_KG = 0.05, 0.1, 75.0
 SWAYS, SWAY_HZ = 4, (0.3, 1.0)  # heads sway at so many frequencies (1/s) between these
 # s that a run goes on after the last departure that counts; it may last so many times as long as seen.
 AFTER_S, PATIENCE = 1.5, 1.8
@@ -48,7 +48,7 @@ class Site:
     room: walls and a door; gate: the door, and where it is measured; people: how many
     span: numbers of the departures between which is measured; parts: of further such spans
     duration_s: of what was seen, from the start to the last of these
-    start: (n,2) m, heads at the beginning; without, each run begins elsewhere (`waiting`)
+    start, velocity: (n,2) m, m/s, of heads at the beginning; without, each run begins elsewhere (`waiting`), at rest
     largest_m: m, of mean radii: heads were seen nearer to each other than wider people stand"""
 
     room: Room
@@ -57,6 +57,7 @@ class Site:
     span: tuple[int, int]
     duration_s: float
     start: Floats | None = None
+    velocity: Floats | None = None
     largest_m: float = 0.2
     parts: tuple[tuple[int, int], ...] = ()
 
@@ -106,7 +107,8 @@ def scene_of(site: Site, crowd: Mapping[str, float], seed: int) -> Scene:
     drive, n = site.room.drive, site.people
     fraction = 1 + SPREAD * (2 * np.random.default_rng([seed, 1]).random(n) - 1)
     start = waiting(site.gate, n, seed) if site.start is None else site.start
-    snapshot = Snapshot(position=start, radius=crowd["radius_m"] * fraction, mass=np.full(n, MASS_KG))
+    snapshot = Snapshot(position=start, velocity=np.zeros((n, 2)) if site.velocity is None else site.velocity,
+                        radius=crowd["radius_m"] * fraction, mass=np.full(n, MASS_KG))  # fmt: skip
     law = {key: value for key, value in crowd.items() if key not in OF_BODIES}
     law |= {key: getattr(drive, key) for key in OF_DOOR} | ({"seed": seed} if "time_gap_s" in crowd else {})
     frames = round((PATIENCE * site.duration_s + AFTER_S) / STEP_S)

@@ -7,7 +7,6 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import expit, logit
 
 from analysis.studies.infer.crowd import PRIOR, Ran, Site, crowd_of, simulate
 from analysis.studies.infer.posterior import INTERVAL, Posterior, Reference
@@ -20,15 +19,15 @@ from nscd.arrays import Floats
 FORCES, SOFT_N = ("contact_N", "wall_N"), 20.0
 NAMES = (*PRIOR, *FORCES)
 # A crowd that is odder than such a share of the runs fits nothing.
-FITS = 0.9
+FITS = 0.95
 # How many runs are usual; a number is compared that such a share of them has; and of how many of the first
 # numbers is shown what they say alone.
 RUNS, SHOWN_BY, ALONE = 600, 0.95, (1, 2, 3, 7)
 # Least quotient of the bounds of a wall load: a wrong rule for walls is not seen.
 WALL_FACTOR = 1.5
 DIGITS = 3  # after the point, of quantiles: a push share below is none
-SMALLEST, EDGE, FEWEST_RUNS = 1e-3, 1e-6, 60
-COST_S = 3e-4  # CPU seconds of a person's second
+SMALLEST, FEWEST_RUNS = 1e-3, 60
+COST_S = 1.2e-4  # CPU seconds of a person's second
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -77,10 +76,11 @@ def comparable(names: Sequence[str], statistics: Floats) -> Floats:
     return np.where(signed, statistics, np.log(np.maximum(statistics, SMALLEST)))
 
 
-def _values(coordinates: Floats, largest_m: float) -> Floats:
-    """Parameters and forces of coordinates (n,k+2)."""
-    crowds = [[*crowd_of(row, largest_m).values()] for row in expit(coordinates[:, : len(PRIOR)])]
-    return np.concatenate([crowds, np.maximum(np.exp(coordinates[:, len(PRIOR) :]) - SOFT_N, 0.0)], axis=1)
+def _values(coordinates: Floats) -> Floats:
+    """Parameters and forces of coordinates (n,k+2): none beyond the prior, no force below 0."""
+    low, high, _ = np.array([*PRIOR.values()]).T
+    forces = np.maximum(np.exp(coordinates[:, len(PRIOR) :]) - SOFT_N, 0.0)
+    return np.concatenate([np.clip(coordinates[:, : len(PRIOR)], low, high), forces], axis=1)
 
 
 def _by_name(values: Floats) -> dict[str, Floats]:
@@ -92,8 +92,8 @@ def _by_name(values: Floats) -> dict[str, Floats]:
     return {name: found.round(DIGITS) for name, found in named.items()}
 
 
-def _quantiles(found: Posterior, largest_m: float) -> dict[str, Floats]:
-    return _by_name(found._replace(sample=_values(found.sample, largest_m)).quantiles())
+def _quantiles(found: Posterior) -> dict[str, Floats]:
+    return _by_name(found._replace(sample=_values(found.sample)).quantiles())
 
 
 def _widths(quantiles: Mapping[str, Floats]) -> Floats:
@@ -118,14 +118,18 @@ def run_prior(
 
 
 def gathered(
-    observed: Mapping[str, float], ran: Sequence[Ran | None], seed: int = 1
+    site: Site, observed: Mapping[str, float], ran: Sequence[Ran | None], seed: int = 1
 ) -> tuple[list[str], Floats, Floats]:
     """Give what can be compared of a crowd with these statistics and runs of `run_prior`: names of statistics,
-    those of runs (n,s), and their coordinates (n,k+2): parameters and forces without bounds.
+    those of runs (n,s), and their coordinates (n,k+2): parameters, and logarithms of forces.
 
     Raises ValueError where fewer than 60 runs can be compared."""
     names = [name for name, value in observed.items() if np.isfinite(value)]
-    solved = [(uniform(seed, k), one.statistics, one[1:3]) for k, one in enumerate(ran) if one is not None]
+    solved = [
+        ([*crowd_of(uniform(seed, k), site.largest_m).values()], one.statistics, one[1:3])
+        for k, one in enumerate(ran)
+        if one is not None
+    ]
     have = {name: sum(np.isfinite(one[name]) for _, one, _ in solved) for name in names}
     names = [name for name in names if have[name] >= SHOWN_BY * len(solved)]
     good = [one for one in solved if all(np.isfinite(one[1][name]) for name in names)]
@@ -133,7 +137,7 @@ def gathered(
         raise ValueError(f"runs: {len(good) * bool(names)} of {len(ran)} can be compared. At least {FEWEST_RUNS} are needed")
     statistics = np.array([[one[name] for name in names] for _, one, _ in good], dtype=float)
     drawn, forces = np.array([one[0] for one in good]), np.array([one[2] for one in good], dtype=float)
-    return names, statistics, np.concatenate([logit(np.clip(drawn, EDGE, 1 - EDGE)), np.log(forces + SOFT_N)], axis=1)
+    return names, statistics, np.concatenate([drawn, np.log(forces + SOFT_N)], axis=1)
 
 
 def infer(
@@ -144,23 +148,22 @@ def infer(
     site, observed: of `observed.see`; ran: of `run_prior` with the same seed
 
     Raises ValueError as `gathered` does."""
-    names, statistics, coordinates = gathered(observed, ran, seed)
+    names, statistics, coordinates = gathered(site, observed, ran, seed)
     every, report = Reference(coordinates, comparable(names, statistics)), progress or (lambda label, fraction: None)
     crowd = comparable(names, np.array([observed[name] for name in names]))
     report("each run from the others", 0.0)
     left_out, posterior = every.left_out(), every.posterior(crowd)
     report("each run from the others", 1.0)
     inside = ((left_out[:, 0] <= coordinates) & (coordinates <= left_out[:, 2])).mean(0)
-    largest = site.largest_m
     alone = {
-        tuple(names[:n]): _quantiles(Reference(coordinates, every.statistics[:, :n]).posterior(crowd[:n]), largest)
+        tuple(names[:n]): _quantiles(Reference(coordinates, every.statistics[:, :n]).posterior(crowd[:n]))
         for n in ALONE
         if n < len(names)
     }
-    values = _values(coordinates, largest)
-    prior, found = np.quantile(values, INTERVAL, axis=0), _quantiles(posterior, largest)
+    values = _values(coordinates)
+    prior, found = np.quantile(values, INTERVAL, axis=0), _quantiles(posterior)
     before = dict(zip(NAMES, prior.round(DIGITS).T, strict=True))
-    usual = np.mean([_widths(_by_name(_values(each, largest))) for each in left_out], axis=0)
+    usual = np.mean([_widths(_by_name(_values(each))) for each in left_out], axis=0)
     by_name = _widths(found) / _widths(before), usual / _widths(before), inside, posterior.owed(len(PRIOR))
     width, usual, coverage, owed = (dict(zip(NAMES, each.tolist(), strict=True)) for each in by_name)
     return Inferred(

@@ -14,7 +14,7 @@ import shapely
 from analysis.scene.real.trajectory import Recording, TrajectoryError
 from analysis.scene.scene import Room, read_room
 from analysis.studies.infer.crowd import OF_NEAREST, PRIOR, Site, gate_of
-from analysis.studies.infer.tracks import FEWEST, STEP_S, departures, measure, span_of
+from analysis.studies.infer.tracks import FEWEST, STEP_S, Gate, departures, measure, smooth, span_of
 from analysis.support import reading
 from analysis.support.reading import UnreadableError
 from nscd.arrays import Floats
@@ -25,8 +25,8 @@ from nscd.segments import lengths
 FLOW = "flow_per_s"
 COLUMNS = {FLOW: ("flow", 8.0), "density_per_m2": ("density", 15.0), "speed_m_per_s": ("speed", 3.0)}
 PEOPLE, ZONE, MOST_PEOPLE = ("people", "n"), ("zone_start_m", "zone_end_m"), 2000
-# s: frames may be so far apart; and the share of people who may come late.
-LONGEST_S, LATE = 0.5, 0.2
+# s: frames may be so far apart; the share of people who may come late; and m that a crowd may walk back.
+LONGEST_S, LATE, AWAY_M = 0.5, 0.2, 0.5
 
 
 # s: of frames that are farther apart these say nothing.
@@ -59,9 +59,10 @@ def seen_in_tracks(recording: Recording, room: Room, path: str, window_s: float 
     gate = gate_of(room, path, position[there])
     before = there & (gate.ahead(position) > 0)
     before &= shapely.contains_xy(gate.floor, np.where(there, position[..., 0], 1e9), position[..., 1])
+    _check_way(file, path, gate, position)
     position, before = position[:, before.any(0)], before[:, before.any(0)]
     if not before.any():
-        raise TrajectoryError(f"{file}: nobody is before the door of {path}. Is the unit right (m, cm)?")
+        raise TrajectoryError(f"{file}: nobody is before the door of {path}. Is the unit right (m, cm)? Is an axis turned?")
     count = before.sum(1)
     first = len(count) - 1 - int(count[::-1].argmax())
     late = int((~before[: first + 1].any(0)).sum())
@@ -71,6 +72,7 @@ def seen_in_tracks(recording: Recording, room: Room, path: str, window_s: float 
     if earlier := int((~before[first:].any(0)).sum()):
         notes.append(f"people who are gone before most are there, not compared: {earlier}")
     start, still = position[first, before[first]], before[first:].any(0)
+    velocity = np.nan_to_num(np.gradient(smooth(position), STEP_S, axis=0)[first, before[first]])
     position = position[first:, still]
     left = departures(gate, position)
     if (gone := int(np.isfinite(left).sum())) < FEWEST:
@@ -92,11 +94,21 @@ def seen_in_tracks(recording: Recording, room: Room, path: str, window_s: float 
         notes.append(f"frames are {step:.2g} s apart: {', '.join(SHAKEN)} are not compared")
     near = np.nan_to_num(statistics["nearest_5"], nan=1.0)
     site = Site(
-        room=room, gate=gate, people=len(start), span=span, start=start,
+        room=room, gate=gate, people=len(start), span=span, start=start, velocity=velocity,
         duration_s=STEP_S * float(each[span[1]]), parts=tuple(parts),
         largest_m=float(np.clip(OF_NEAREST * near, 1.2 * PRIOR["radius_m"][0], PRIOR["radius_m"][1])),
     )  # fmt: skip
     return Observations(site, statistics, notes, windows)
+
+
+def _check_way(file: Path, path: str, gate: Gate, position: Floats) -> None:
+    """Raise TrajectoryError where half of the people or more end farther from the door than they begin."""
+    away, observed = gate.away(position), np.isfinite(position[..., 0])
+    ends = (np.take_along_axis(away, at[None], 0)[0] for at in (observed.argmax(0), len(observed) - 1 - observed[::-1].argmax(0)))
+    if (way := float(np.median(np.subtract(*ends)[observed.any(0)]))) < -AWAY_M:
+        raise TrajectoryError(
+            f"{file}: people walk away from the door of {path}, {-way:.2g} m in the median. Is an axis mirrored or turned?"
+        )
 
 
 def _sampled(recording: Recording) -> Floats:

@@ -107,7 +107,7 @@ def write_course(
     windows: Sequence[tuple[float, float, Mapping[str, float]]], parts: Sequence[Inferred | None], file: Path
 ) -> dict[str, Floats]:
     """Write and return the columns of windows.csv: the push share and the contact force in each window; odd is the share
-    of runs that are less odd, and what is inferred holds where it is below 0.9."""
+    of runs that are less odd, and what is inferred holds where it is below 0.95."""
     table: dict[str, list[Any]] = {"start_s": [], "end_s": [], "odd": []}
     for (start, end, _), found in zip(windows, parts, strict=True):
         row = {"start_s": start, "end_s": end, "odd": found.beyond if found else np.nan}

@@ -70,7 +70,7 @@ class Quadratic:
 
 
 class Reference:
-    """Runs of known coordinates (n,k), without bounds, and the statistics (n,s) seen of each."""
+    """Runs of known coordinates (n,k), and the statistics (n,s) seen of each."""
 
     def __init__(self, coordinates: Floats, statistics: Floats) -> None:
         self.coordinates, self.statistics = coordinates, statistics

@@ -16,10 +16,12 @@ STEP_S, OVER_S, SMOOTH_S, SEEN = 0.1, 0.4, 2.0, 0.7
 # m before the door: where people are counted, where motion is measured, the door itself, where a queue
 # is loose and how far distances are measured; and behind it, where people walk on.
 ZONE_M, QUEUE_M, DOOR_M, FAR_M, CLOSE_M, OUT_M = (0.5, 1.5), (0.5, 2.5), 0.7, (1.5, 2.5), 1.5, (0.5, 1.5)
-# s: over which people pass the door, and after which velocities are compared.
-PASS_S, LATER_S = 0.8, 1.0
+# s: over which people pass the door, after which velocities are compared, and in which a crowd sets off.
+PASS_S, LATER_S, EARLY_S = 0.8, 1.0, 1.0
 # m: neighbours are nearer; and who is lost so near to the door has left.
 NEAR_M, LOST_M = 0.6, 0.5
+# Of distances to others at the door, and of those to walls, this quantile tells how wide people are.
+AT_DOOR, AT_WALL = 0.02, 0.05
 # Distances are measured in about so many instants; and fewer departures give no flow.
 INSTANTS, FEWEST = 150, 5
 STATISTICS = {
@@ -27,8 +29,9 @@ STATISTICS = {
     "correlation": "–", "acceleration": "m/s²", "density_door": "1/m²", "density_far": "1/m²", "speed_far": "m/s",
     "speed_99": "m/s", "third_50": "m", "persistence": "–", "sway": "m", "shaking": "m/s²",
     "door_speed": "m/s", "door_spread": "m/s", "door_gain": "m/s²", "out_speed": "m/s",
+    "nearest_door": "m", "wall_5": "m", "early": "m/s",
 }
-SIGNED = ("correlation", "persistence", "door_gain")  # fmt: skip
+SIGNED = ("correlation", "persistence", "door_gain", "early")  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -110,7 +113,8 @@ def measure(gate: Gate, position: Floats, span: tuple[int, int]) -> dict[str, fl
     correlation, persistence: of velocities less their mean: of neighbours, and of a person after 1 s
     sway, shaking: root mean squares of what smoothing takes away, and of accelerations as they are
     door_speed, _spread, _gain: mean and scatter of speeds through the door, and how fast they grow
-    out_speed: mean, 0.5–1.5 m behind the door
+    out_speed: mean, 0.5–1.5 m behind the door; early: mean speed towards the door in the first second of tracks
+    nearest_door: 2 % of the distances to the nearest head within 0.5 m of the door; wall_5: 5 % of those to a wall
 
     Speeds are those of smoothed tracks from 0.5 to 2.5 m before the door, but at the door and behind it;
     of a strip those of tracks as they are, in the zone. NaN is what nobody shows."""
@@ -136,7 +140,9 @@ def measure(gate: Gate, position: Floats, span: tuple[int, int]) -> dict[str, fl
     ):  # fmt: skip
         values = lengths(what[rows][mask[where][rows] & np.isfinite(what[rows][..., 0])])
         found[name] = float(how(values)) if len(values) else np.nan
-    found |= _door(gate, position, left, (begin, end))
+    found |= _door(gate, position, left, (begin, end)) | _widths(gate, position[rows], away[rows])
+    way = away[0] - away[min(round(EARLY_S / STEP_S), len(away) - 1)]
+    found["early"] = float(way[np.isfinite(way)].mean()) / EARLY_S if np.isfinite(way).any() else np.nan
     good = queue & np.isfinite(velocity[..., 0])
     if good[rows].any():
         lag = velocity - velocity[rows][good[rows]].mean(0)
@@ -172,6 +178,21 @@ def _door(gate: Gate, position: Floats, left: Floats, between: tuple[int, int]) 
     speed, gain = speed[np.isfinite(speed)], gain[np.isfinite(gain)]
     found = {"door_speed": speed.mean(), "door_spread": speed.std()} if len(speed) > 1 else {}
     return {name: float(each) for name, each in (found | ({"door_gain": gain.mean()} if len(gain) else {})).items()}
+
+
+def _widths(gate: Gate, position: Floats, away: Floats) -> dict[str, float]:
+    """How near heads come to each other at the door, and to walls: of tracks as they are."""
+    walls = gate.floor.boundary.difference(shapely.LineString([gate.start, gate.end]).buffer(1e-6))
+    shapely.prepare(walls)
+    location, far = (each[:: max(1, len(position) // INSTANTS)] for each in (position, away))
+    near = [np.zeros(0)]
+    for positions, ahead in zip(location, far, strict=True):
+        who = np.flatnonzero(ahead > -LOST_M)
+        if len(who) > 1:
+            near.append(cKDTree(positions[who]).query(positions[who], k=2)[0][ahead[who] <= LOST_M, 1])
+    to_walls = shapely.distance(walls, shapely.points(location[np.abs(far) <= QUEUE_M[1]]))
+    each = {"nearest_door": (np.concatenate(near), AT_DOOR), "wall_5": (to_walls, AT_WALL)}
+    return {name: float(np.quantile(values, at)) for name, (values, at) in each.items() if len(values)}
 
 
 def _neighbours(tracks: Floats, lag: Floats, queue: Mask, away: Floats) -> Sequence[float]:
