@@ -79,7 +79,7 @@ def test_page_in_a_browser_and_the_files_beside_it(built, tmp_path, monkeypatch)
     (made_by,) = {json.loads(path.read_text())["key"] for path in runs.rglob("section.json")}
     monkeypatch.setattr(building, "edition", lambda: made_by)
     (again,) = build(CONTINUUM, runs, ["11"])
-    assert again.retained
+    assert again.reused
     rows = [list(map(list, table.rows)) for table in again.section.tables]
     assert rows == [table["rows"] for table in numbers["11"]["tables"]]
 
@@ -228,7 +228,7 @@ def test_a_section_is_kept_whole_or_not_taken(tmp_path, monkeypatch):
     keep(built, tmp_path, edition())
     found = stored_section(tmp_path)
     section = found.section
-    assert (found.cpu_seconds, found.retained) == (1.5, True)
+    assert (found.cpu_seconds, found.reused) == (1.5, True)
     assert section.claims == built.section.claims
     assert section.tables == [replace(built.section.tables[0], rows=[["x", 0.1], ["y", 3]])]
     assert (section.number, section.words, section.warnings) == ("3.2.1", ["w"], ["careful"])
