@@ -36,7 +36,10 @@ def test_numbers_of_people_who_walk_in_a_line_are_their_speed_and_distance():
     assert GATE.area(GATE.zone) == pytest.approx(half_ring, rel=1e-3)
     assert found["flow"] == pytest.approx(2.0)  # 1 m/s over 0.5 m
     assert found["density"] == pytest.approx(2.0 / half_ring, rel=0.06)  # two in each metre
-    assert [found[name] for name in ("speed", "nearest_5", "nearest_50")] == pytest.approx([1.0, 0.5, 0.5])
+    assert [found[name] for name in ("speed", "early", "nearest_5", "nearest_50", "nearest_door")] == (
+        pytest.approx([1.0, 1.0, 0.5, 0.5, 0.5]))  # fmt: skip
+    # from the posts, of who is within 2.5 m of the line through the door's middle
+    assert found["wall_5"] == pytest.approx(np.hypot(0.5, 0.05 * 2.5), rel=0.01)
     assert found["acceleration"] == pytest.approx(0.0, abs=1e-9)
 
 
@@ -150,6 +153,7 @@ def film(tmp_path, site, *more):
 def test_windows_of_a_film_have_the_flow_of_those_who_leave_in_them(tmp_path, site, more, people, notes):
     observed = film(tmp_path, site, *more)
     assert len(observed.site.start) == observed.site.people == people
+    assert observed.site.velocity[:8] == pytest.approx(np.tile([0.5, 0.0], (8, 1)))
     assert len(observed.notes) == len(notes)
     assert all(part in note for part, note in zip(notes, observed.notes, strict=True))
     # 0.6 s, 1.6 s, …: five leave in the first 5 s, too few in the next

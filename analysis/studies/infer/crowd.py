@@ -30,7 +30,7 @@ PRIOR = {
 }  # fmt: skip
 OF_BODIES = ("radius_m", "friction", "sway_m")
 OF_DOOR = ("door_start_m", "door_end_m", "outward", "aim", "clearance_m")
-# s, of a run (of 0.02 s no number is another); by which share radii differ; kg.
+# s, of a run (at 0.02 s means of numbers differ by less than 2 %); by which share radii differ; kg.
 RIGID_STEP_S, SPREAD, MASS_KG = 0.05, 0.1, 75.0
 SWAYS, SWAY_HZ = 4, (0.3, 1.0)  # heads sway at so many frequencies (1/s) between these
 # s that a run goes on after the last departure that counts; it may last so many times as long as seen.

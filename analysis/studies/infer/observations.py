@@ -14,7 +14,7 @@ import shapely
 from analysis.scene.real.trajectory import Recording, TrajectoryError
 from analysis.scene.scene import Room, read_room
 from analysis.studies.infer.crowd import OF_NEAREST, PRIOR, Site, gate_of
-from analysis.studies.infer.tracks import FEWEST, STEP_S, Gate, departures, measure, smooth, span_of
+from analysis.studies.infer.tracks import FEWEST, STEP_S, Gate, departures, measure, span_of
 from analysis.support import reading
 from analysis.support.reading import UnreadableError
 from nscd.arrays import Floats
@@ -27,6 +27,8 @@ COLUMNS = {FLOW: ("flow", 8.0), "density_per_m2": ("density", 15.0), "speed_m_pe
 PEOPLE, ZONE, MOST_PEOPLE = ("people", "n"), ("zone_start_m", "zone_end_m"), 2000
 # s: frames may be so far apart; the share of people who may come late; and m that a crowd may walk back.
 LONGEST_S, LATE, AWAY_M = 0.5, 0.2, 0.5
+# Velocities at the start are means over so many steps before and after it.
+SETS_OFF = 10
 
 
 # s: of frames that are farther apart these say nothing.
@@ -72,7 +74,8 @@ def seen_in_tracks(recording: Recording, room: Room, path: str, window_s: float 
     if earlier := int((~before[first:].any(0)).sum()):
         notes.append(f"people who are gone before most are there, not compared: {earlier}")
     start, still = position[first, before[first]], before[first:].any(0)
-    velocity = np.nan_to_num(np.gradient(smooth(position), STEP_S, axis=0)[first, before[first]])
+    steps = np.diff(position[max(first - SETS_OFF, 0) : first + SETS_OFF + 1, before[first]], axis=0)
+    velocity = np.nansum(steps, axis=0) / (STEP_S * np.maximum(np.isfinite(steps).sum(0), 1))
     position = position[first:, still]
     left = departures(gate, position)
     if (gone := int(np.isfinite(left).sum())) < FEWEST:
