@@ -90,8 +90,7 @@ class Plausibility(NamedTuple):
 
 def plausibility_of(data: pd.DataFrame) -> Plausibility:
     """Look at rows of id, frame, time (s), x and y (m)."""
-    good = (data[["x", "y"]].abs() < 1e9).all(axis=1)  # what is no place is refused by its frame
-    data = data[good].drop_duplicates(["id", "frame"]).sort_values(["id", "time"])
+    data = _placed(data).drop_duplicates(["id", "frame"]).sort_values(["id", "time"])
     people = data.groupby("id").time.agg(["min", "max", "count"])
     times = np.unique(data.time)
     intervals = np.diff(times) if len(times) > 1 else np.array([np.nan])
@@ -113,6 +112,11 @@ def plausibility_of(data: pd.DataFrame) -> Plausibility:
         nearest=nearest,
         density=ROUND / (np.pi * round_**2) if round_ > 0 else 0.0,
     )
+
+
+def _placed(data: pd.DataFrame) -> pd.DataFrame:
+    """Rows that have a place; what is none is refused by its frame."""
+    return data[(data[["x", "y"]].abs() < 1e9).all(axis=1)]
 
 
 def _speeds(data: pd.DataFrame, step: float) -> tuple[Floats, float]:
@@ -172,7 +176,7 @@ def doubt(data: pd.DataFrame, *, timed: bool) -> str:
 
 def _leap(data: pd.DataFrame) -> str:
     """Say who is farther from one row to the next than anybody gets, in which frame; nothing for nobody."""
-    rows = data.sort_values(["id", "time"], kind="stable")
+    rows = _placed(data).sort_values(["id", "time"], kind="stable")
     step = rows.groupby("id")[["time", "x", "y"]].diff()
     way = np.hypot(step.x, step.y).to_numpy()
     over = way - FASTEST_M_PER_S * step.time.to_numpy() - WRONG_M
