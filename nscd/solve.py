@@ -176,9 +176,9 @@ def _refuse(snapshot: Snapshot, contacts: Contacts, left: ArrayLike | None) -> N
 def _friction_part(of: _core.FrictionSolution, coefficient: Floats, starts: int) -> FrictionPart:
     begun = f"random states {of.seed}" if of.seed else "convex programme"
     names = "tangential", "state", "signorini", "cone", "dissipation", "natural_map", "spread"
-    inputs = {name: getattr(of, name) for name in names}
+    parts = {name: getattr(of, name) for name in names}
     start = "rest" if of.seed < 0 else begun
-    return FrictionPart(coefficient=coefficient, start=start, starts=starts, **inputs)
+    return FrictionPart(coefficient=coefficient, start=start, starts=starts, **parts)
 
 
 def _core_arguments(

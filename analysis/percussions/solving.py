@@ -168,7 +168,7 @@ class DumpToSolve:
         some = found._replace(**{name: getattr(found, name)[those] for name in names})
         each, size = np.repeat(frames, np.diff(start)), np.hypot(*(some.impulse / (window or 1.0)).T)
         number = int(each[size.argmax()]) if len(size) else frames[0]
-        message = SolvedDump(
+        summary = SolvedDump(
             frames=len(frames),
             contacts=len(size),
             largest=float(size.max(initial=0.0)),
@@ -184,7 +184,7 @@ class DumpToSolve:
             (times, np.array(bodies.steps)[each]),
             (str(Status.SOLVED), found.residual[each], found.velocity_error[each]),
         )
-        return cells, message
+        return cells, summary
 
     def _one_by_one(self, bodies: Bodies, frames: Iterable[int], numbers: range) -> Iterator[Cells]:
         """Some of the frames, one after the other; numbers: of all in the dump, for own contacts."""

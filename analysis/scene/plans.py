@@ -295,11 +295,11 @@ def of_geojson(content: dict[str, Any]) -> Plan:
     return plan
 
 
-def _role(where: str, message: dict[str, Any]) -> tuple[str | None, set[str]]:
+def _role(where: str, properties: dict[str, Any]) -> tuple[str | None, set[str]]:
     """The role of a feature and the properties that say it."""
     found: set[str] = set()
     used: set[str] = set()
-    for key, value in message.items():
+    for key, value in properties.items():
         flag = ROLES.get(_word(key)) if value not in (False, None, 0, "", "no", "false") else None
         role = ROLES.get(_word(value)) if key.lower() in KINDS else None
         role = role or (flag if flag != "floor" else None)
@@ -308,7 +308,7 @@ def _role(where: str, message: dict[str, Any]) -> tuple[str | None, set[str]]:
             found.add(role)
     if len(found) > 1:
         raise SceneError(f"{where}: its properties say {' and '.join(sorted(found))}. {HOW}")
-    if not found and (role := ROLES.get(_word(message.get(NAME)))):
+    if not found and (role := ROLES.get(_word(properties.get(NAME)))):
         return role, {*used, NAME}
     return next(iter(found), None), used
 

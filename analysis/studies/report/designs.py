@@ -243,11 +243,11 @@ class Row(NamedTuple):
     """Hold a quantity with a bar for each design, and one for each difference from the first."""
 
     levels: Chart
-    solutions: Sequence[DesignDifference]
+    differences: Sequence[DesignDifference]
 
     def share(self, value: float) -> float:
         """Give the place of a difference on its axis, whose middle is zero, in per cent."""
-        ends = [end for one in self.solutions for end in (*one.found.ends, one.found.value)]
+        ends = [end for one in self.differences for end in (*one.found.ends, one.found.value)]
         top = Chart("", "", {"": (0.0, 0.0, max(filter(isfinite, map(abs, ends))))}).top
         return round(50 + 50 * min(max(value / top, -1.0), 1.0), 2)
 
@@ -256,10 +256,10 @@ def difference_of(design: str, quantity: Quantity, found: Difference, out: int) 
     """Put a difference into words, with as many places as half of its interval has two digits."""
     if not isfinite(found.half):
         return DesignDifference(design, found, "the same in all replicates")
-    indices = 1 - floor(log10(found.half))
+    places = 1 - floor(log10(found.half))
 
     def stated(value: float) -> str:
-        return decimals(value, indices) if indices > 0 else two(value)
+        return decimals(value, places) if places > 0 else two(value)
 
     minimum = with_unit(stated(found.half), quantity.unit)
     if not found.significant:
@@ -311,7 +311,7 @@ class Compared:
         """Say in one line for each design what is different from the first."""
         sentences = []
         for number, name in enumerate(self.names[1:]):
-            differ = [one for row in rows.values() if (one := row.solutions[number]).sentence]
+            differ = [one for row in rows.values() if (one := row.differences[number]).sentence]
             sentences.append(Words(__name__).text("verdict", design=name, first=self.names[0], differ=differ))
         return sentences
 
@@ -360,7 +360,7 @@ def write_designs(one: Compared, folder: Path, command: str, progress: Progress)
     cells: list[list[Cell]] = [
         [f"{row.levels.title} ({row.levels.unit})",
          *(f"{two(mean)} ({between(low, high)})" for mean, low, high in row.levels.found.values()),
-         *(cell for each in row.solutions for cell in (each.text, two(each.found.delta)))]
+         *(cell for each in row.differences for cell in (each.text, two(each.found.delta)))]
         for row in rows.values()
     ]  # fmt: skip
     about = {
@@ -384,7 +384,7 @@ def write_designs(one: Compared, folder: Path, command: str, progress: Progress)
         warnings=[*of.failures, *(words.text("places", design=each, first=names[0]) for each in elsewhere)],
     )  # fmt: skip
     alike = [f"{each.design}, {row.levels.title}: {each.text}"
-             for row in rows.values() for each in row.solutions if not each.sentence]  # fmt: skip
+             for row in rows.values() for each in row.differences if not each.sentence]  # fmt: skip
     return page, [*sentences, *alike]
 
 
