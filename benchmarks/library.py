@@ -95,7 +95,7 @@ def scored(args: argparse.Namespace) -> None:
     if not 0 < args.limit < math.inf:
         raise ValueError(f"limit: {args.limit:g}; a finite number above 0 is needed")
     with progress() as bars:
-        found = score(args.library, args.solutions, bars)
+        found = score(args.library, args.answers, bars)
     write_text(args.out / "scores.csv", found.to_csv(index=False))
     for frictional in (False, True):
         say(with_friction(found, frictional), frictional, args.limit)

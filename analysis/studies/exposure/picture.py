@@ -21,7 +21,8 @@ def draw_loads(scene: Scene, moments: Sequence[OnWalls]) -> Figure:
     worst = max((outlines.line_loads(*on)[1] for on in moments), key=lambda one: one.load)
     doors = scene.drive.gates if scene.drive else []
     shown = np.concatenate([scene.snapshot.position, every, *map(np.array, doors)])
-    top, people = float(high.max(initial=0.0)) or 1.0, scene.snapshot.position.mean(0)
+    top = float(high.max(initial=0.0)) or 1.0
+    people = scene.snapshot.position.mean(0) if len(scene.snapshot) else np.zeros(2)
     unit = 0.12 * float(np.ptp(shown, axis=0).max()) / top  # m per kN/m
     figure, (axes,) = drawing.panels(*drawing.size_of(shown, 0.3 * unit * top))
     for n in np.unique(found["outline"][high > 0.005 * top]).tolist():
