@@ -149,7 +149,7 @@ NSCD_WIDE double find_before(std::size_t k, Apart x, Apart y, Apart left, Apart 
     for (std::size_t c0 = 0; c0 < k; c0 += LANES)
         for (std::size_t c = c0; c < c0 + LANES; ++c) {
             const bool on = (x[c] * nx + y[c] * ny >= 0.0) & (std::abs(x[c] * ny - y[c] * nx) <= ABREAST * (mine.radius + std::abs(radius[c])));
-            on_way[c] = on & (gap[c] <= max_gap) ? gap[c] : INFINITE;
+            on_way[c] = (on & (gap[c] <= max_gap)) ? gap[c] : INFINITE;
             const double free = left[c] < mine.left ? on_way[c] : INFINITE;
             minimum[c - c0] = free < minimum[c - c0] ? free : minimum[c - c0];
         }

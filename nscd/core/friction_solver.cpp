@@ -330,7 +330,7 @@ FrictionResult one_sided(const FrictionProblem& p, double tolerance, const Start
     return best;
 }
 
-// Whole percussions taken `fraction` times, of each island: λ and τ, and the velocities that they give.
+// Whole percussions taken `factor` times, of each island: λ and τ, and the velocities that they give.
 FrictionSolution scaled(const FrictionSolution& iterate, const FrictionProblem& p, const Vector& factor) {
     FrictionSolution less = iterate;
     Vector v(p.k), s(p.k), pn(p.k), pt(p.k);

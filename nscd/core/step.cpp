@@ -144,7 +144,7 @@ static Mask gaining(const System& s, In reaction, In mass, In u, In free, double
     return more;
 }
 
-// The same with Coulomb's law.
+// A step with Coulomb's law; as `solve_step` without it.
 static Mask solve_with_friction(const System& s, In before, In radius, const FrictionState& friction_state, double tolerance, Stepped& found) {
     const FrictionProblem p = friction_problem_of(s, radius, friction_state.spin, friction_state.inertia, Vector(s.k, friction_state.friction));
     Indices every(s.n);
