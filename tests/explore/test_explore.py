@@ -244,6 +244,15 @@ def test_doors_and_pillars_are_pulled_while_people_press(page, address, tmp_path
     assert set(scene.drive.door) <= ends
 
 
+def test_a_crowd_that_is_slower_than_the_clock_says_so(page, address):
+    """Where a step takes as long as a picture may, each picture has one, and how slow that is is said."""
+    at(page, address, "gate")
+    page.evaluate("performance.now = ((now) => () => now += 30)(performance.now())")
+    page.locator("#live .play").click()
+    page.get_by_text(re.compile(r"beyond the door\. Slowed to 0\.\d of real time")).wait_for()
+    page.locator("#live .play").click()
+
+
 def floor(page, path, text):
     path.write_text(text)
     page.locator("#live .open").set_input_files(path)
