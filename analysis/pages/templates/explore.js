@@ -13,7 +13,7 @@
 
   // ---- the core's numbers: parts and LAW as in explore/live.cpp
   const PARTS = "position velocity spin radius mass goes stop share ids exits grid next corners onward walls law distance contacts resting".split(" ");
-  const COLUMNS = 8, NEVER = 1e300, AHEAD = RULES.ahead, PULL = 1.0, ARMS_SAFE = 0.7, FLOW_S = 5, MEASURED = [1.2, 1.9], WIDE_M = 0.8, STEPS_MS = 20;
+  const COLUMNS = 8, NEVER = 1e300, AHEAD = RULES.ahead, PULL = 1.0, ARMS_SAFE = 0.7, FLOW_S = 5, MEASURED = [1.2, 1.9], WIDE_M = 0.8, PICTURE_S = 0.034, STEPS_MS = 20;
   const part = (name) => {
     const number = PARTS.indexOf(name);
     return new Float64Array(core.memory.buffer, core.at(number), core.size(number));
@@ -439,7 +439,7 @@
 
   // ---- pictures
   const canvas = $("canvas"), scenes = $("scene");
-  let chosen = -1, view, timer = 0, pace = 1, drawing = null, shared = "";  // `pace`: crowd's time over the clock's, of late
+  let chosen = -1, view, timer = 0, pace = 1, budget = STEPS_MS, drawing = null, shared = "";  // `pace`: crowd's time over the clock's, of late
   function fit() {
     const x = scene.disks.x, r = most(scene.disks.r), points = x.flatMap((v, i) => (i % 2 ? [] : [[v, x[i + 1]]]));
     const doors = exits(scene.content).filter((one) => !one.ahead).flatMap((one) => [one.door_start_m, one.door_end_m].map((p) => p.map((v, k) => v + one.outward[k])));
@@ -532,8 +532,9 @@
     return (now) => {
       if (!timer) return;
       const passed = (now - last) / 1000;
+      budget = passed > PICTURE_S ? Math.max(4, 0.8 * budget) : Math.min(STEPS_MS, budget + 1);
       let time = Math.min(0.05, passed) + late, from = performance.now(), cost = 0, made = 0;
-      for (const until = from + STEPS_MS; time >= run.h && from + cost < until && advance(); made += run.h, time -= run.h) cost = performance.now() - from, from += cost;
+      for (const until = from + budget; time >= run.h && from + cost < until && advance(); made += run.h, time -= run.h) cost = performance.now() - from, from += cost;
       pace += 0.05 * (made / Math.max(passed, 1e-3) - pace);
       if (!still.matches || run.shown !== run.frames.length) draw();
       if (timer) timer = requestAnimationFrame(loop(now, Math.min(time, run.h)));
