@@ -9,7 +9,7 @@ second, in rigid steps of 5 ms, or as far as MOVE_CPU_S allow, which is printed.
 second of crowd is the mean of consecutive steps, of LAMMPS a short run taken from a long one, so that
 start and dumps do not count, times the steps in a second. Ratios are over the rigid engine's. Only up to
 10,000 disks are there several seeds, only up to 100,000 LAMMPS. Residuals are max|min(wλ, −Cu)| over
-‖u⁻‖∞, recomputed; of the rigid engine the largest of its steps' own."""
+‖u⁻‖∞, recomputed; of the rigid engine the largest of its steps' own. s: see analysis/engines/softness.py."""
 
 import dataclasses
 import itertools
@@ -17,7 +17,6 @@ import logging
 import resource
 import tempfile
 from collections.abc import Callable
-from concurrent.futures.process import BrokenProcessPool
 from functools import partial
 from pathlib import Path
 
@@ -27,6 +26,7 @@ import pandas as pd
 from analysis.engines import LAMMPS
 from analysis.engines.programs.rigid import motion_of
 from analysis.engines.run import simulate
+from analysis.engines.softness import softness
 from analysis.scene.scene import Scene, Wall, read_scene
 from analysis.support.files import write_text
 from benchmarks.cases import accuracy
@@ -40,12 +40,10 @@ WARM = (99, 900, 2500, 20_000)
 # Disks times steps of LAMMPS' long run; the short one has SHARE of them. Of rigid steps.
 DISK_STEPS, LEAST_STEPS, MOST_STEPS, SHARE = 4e6, 60, 10_000, 0.2
 RIGID_DISK_STEPS, RIGID_STEPS, RIGID_STEP_S = 4e5, (1, 100), 0.005
-MOVED_S, MOVE_CPU_S = 1.0, 25.0
-MANY, LARGEST = 10_000, 100_000
+MOVED_S, MOVE_CPU_S, MANY, LARGEST = 1.0, 25.0, 10_000, 100_000
 
 
-# CPU s of one solution or one step; of a second of crowd, NaN of what has no time; residual, NaN of
-# what has none.
+# CPU s of one solution or one step; of a second of crowd, NaN of what has no time; residual, or s of LAMMPS.
 Measured = tuple[float, float, float]
 
 
@@ -57,19 +55,15 @@ def of_percussions(case: Case) -> Measured:
 
 
 def of_lammps(scene: Scene, stiffness: float) -> Measured:
-    """CPU s of a step, and of a second, of soft contacts."""
+    """CPU s of a step, and of a second, of soft contacts; their number s."""
     scene, n = scene.with_contact(stiffness_N_per_m=stiffness), len(scene.snapshot)
     step = LAMMPS.timing(scene).time_step
     steps = int(np.clip(DISK_STEPS / n, LEAST_STEPS, MOST_STEPS))
-    spent, made = [], []
     with tempfile.TemporaryDirectory() as folder:
-        for count in (int(SHARE * steps), steps):
-            run = scene.with_run(duration_s=count * step, frames=1)
-            record = simulate(run, "lammps", Path(folder) / str(count))
-            spent.append(record.cpu_seconds)
-            made.append(record.steps)
-    each = (spent[1] - spent[0]) / (made[1] - made[0])
-    return each, each / step, np.nan
+        runs = {count: scene.with_run(duration_s=count * step, frames=1) for count in (int(SHARE * steps), steps)}
+        short, long = (simulate(run, "lammps", Path(folder) / str(count)) for count, run in runs.items())
+    each = (long.cpu_seconds - short.cpu_seconds) / (long.steps - short.steps)
+    return each, each / step, softness(scene)
 
 
 def of_rigid(scene: Scene) -> Measured:
@@ -84,8 +78,7 @@ STATE = ("position", "velocity", "radius", "mass")
 # What is measured, and its title.
 METHODS: dict[str, tuple[Callable[..., Measured], str]] = {
     "percussions": (of_percussions, "percussions to 1e-10, once"),
-    "LAMMPS 1e6": (partial(of_lammps, stiffness=1e6), "LAMMPS (1e6 N/m), a second of crowd"),
-    "LAMMPS 1e7": (partial(of_lammps, stiffness=1e7), "LAMMPS (1e7 N/m), a second of crowd"),
+    **{f"LAMMPS {k:.0e}": (partial(of_lammps, stiffness=k), f"LAMMPS ({k:.0e} N/m), a second of crowd") for k in (1e6, 1e7)},
     "rigid": (of_rigid, "rigid engine (5 ms), a second of crowd"),
 }
 
@@ -123,15 +116,15 @@ def measure(what: str, disks: int, seed: int, path: Path) -> dict[str, object]:
             of_percussions(heap(few))
     method, _ = METHODS[what]
     if what == "percussions":
-        unit, second, residual = method(heap(disks, seed))
+        unit, second, quality = method(heap(disks, seed))
     else:
         of = np.load(path)
         now = Snapshot(**{key: of[key] for key in STATE})
-        unit, second, residual = method(scene_of(now, Walls(start=of["start"], end=of["end"])))
+        unit, second, quality = method(scene_of(now, Walls(start=of["start"], end=of["end"])))
     who = resource.RUSAGE_CHILDREN if what.startswith("LAMMPS") else resource.RUSAGE_SELF
     peak = resource.getrusage(who).ru_maxrss / 1024**2
-    sizes = {"what": what, "disks": disks, "seed": seed}
-    return sizes | {"unit_s": unit, "second_s": second, "residual": residual, "peak_GB": peak}
+    measured = {"unit_s": unit, "second_s": second, "residual_or_s": quality, "peak_GB": peak}
+    return {"what": what, "disks": disks, "seed": seed} | measured
 
 
 def main() -> None:
@@ -148,19 +141,13 @@ def main() -> None:
         for what in args.what:
             if disks > LARGEST and what.startswith("LAMMPS"):
                 continue
-            try:
-                rows.append(in_process(measure, what, disks, seed, path))
-            except BrokenProcessPool:
-                print(f"{what}, {disks} disks: the process was ended", flush=True)
-                continue
+            rows.append(in_process(measure, what, disks, seed, path))
             print(rows[-1], flush=True)
             found = pd.DataFrame(rows)
             found["shown_s"] = found.second_s.fillna(found.unit_s)
             rigid = found[found.what == "rigid"].set_index(["disks", "seed"]).second_s
-            found["ratio"] = (
-                found.second_s
-                / rigid.reindex(pd.MultiIndex.from_frame(found[["disks", "seed"]])).to_numpy()
-            )
+            crowds = pd.MultiIndex.from_frame(found[["disks", "seed"]])
+            found["ratio"] = found.second_s / rigid.reindex(crowds).to_numpy()
             write_text(args.out / "sizes.md", f"{describe()}\n\n{table_of(found)}\n")
             write_text(args.out / "sizes.csv", found.drop(columns="shown_s").to_csv(index=False))
     print(table_of(found))
@@ -178,10 +165,10 @@ def table_of(found: pd.DataFrame) -> str:
 
 
 def _cell(row: pd.Series) -> str:
-    """Seconds, their ratio to the rigid engine's, residual and memory."""
-    ratio = "" if np.isnan(row.ratio) or row.what == "rigid" else f", {row.ratio:.2f} times"
-    residual = "" if np.isnan(row.residual) else f", {row.residual:.0e}"
-    return f"{float(f'{row.shown_s:.2g}'):,g} s{ratio}{residual}, {row.peak_GB:.2g} GB"
+    """Seconds; their ratio to the rigid engine's and s, or the residual; memory."""
+    soft = f"{row.ratio:.2f} times, s = {row.residual_or_s:.2g}"
+    quality = soft if row.what.startswith("LAMMPS") else f"{row.residual_or_s:.0e}"
+    return f"{float(f'{row.shown_s:.2g}'):,g} s, {quality}, {row.peak_GB:.2g} GB"
 
 
 if __name__ == "__main__":

@@ -93,9 +93,7 @@ def differences(scene, out, frames):
         rows = np.reshape(contacts, (-1, 8))
         wall, first, second = rows[:, 2] == 1, *rows[:, :2].astype(int).T
         others = np.where(wall, second + 1, scene.snapshot.ids[np.where(wall, 0, second)])
-        ours = np.column_stack(
-            [scene.snapshot.ids[first], others, wall, rows[:, 6:] / (over or 1.0)]
-        )
+        ours = np.column_stack([scene.snapshot.ids[first], others, wall, rows[:, 6:] / (over or 1.0)])
         theirs = index.table(number)[:, [0, 1, 2, 6, 7]]
         ours, theirs = (part[np.lexsort(part[:, 2::-1].T)] for part in (ours, theirs))
         assert np.array_equal(ours[:, :3], theirs[:, :3])
@@ -139,10 +137,7 @@ def test_a_paused_page_bounds_contact_forces_as_linear_programs_do(page, address
     row, column = np.divmod(np.arange(55), 11)
     position = np.column_stack([0.36 * column - 1.8 + 0.18 * (row % 2), 0.18 * (1 + np.sqrt(3) * row)])
     if crystal:
-        page.evaluate(
-            "x => { explore.part('position').set(x); explore.core.begin(0); }",
-            position.ravel().tolist(),
-        )
+        page.evaluate("x => { explore.part('position').set(x); explore.core.begin(0); }", position.ravel().tolist())
     page.evaluate(STEPPED, 5 if crystal else 200)
     rows, ends = page.evaluate("""() => { explore.core.closed();
         const rows = [...explore.part("resting")], ends = [];
