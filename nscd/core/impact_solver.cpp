@@ -266,7 +266,7 @@ Solution solve_contacts(const System& s, const Options& options) {
     const bool all = int(remaining.contact.size()) == s.k && int(remaining.disk.size()) == s.n;
     if (options.bounded && !all) solution.distance = bound_of_closed_form(s, solution.reaction, solution.velocity);
     if (remaining.contact.empty()) return solution;
-    const System subproblem = chosen(s, remaining.contact, remaining.disk, remaining.index);
+    System subproblem = chosen(s, remaining.contact, remaining.disk, remaining.index);
     Solution found;
     bool solved = false;
     if (remaining.forest && !s.dissipative() && !s.compound()) {
@@ -287,10 +287,12 @@ Solution solve_contacts(const System& s, const Options& options) {
             for (std::size_t i = 0; i < restricted.velocity.size(); ++i)
                 restricted.velocity[i] = options.velocity[std::size_t(remaining.disk[i / s.d]) * s.d + i % s.d];
         }
-        found = ImpactSolver(subproblem, restricted).solve(found.method);
+        ImpactSolver solver(subproblem, restricted);
+        subproblem = {};  // the solver has its own, in order of elimination
+        found = solver.solve(found.method);
     }
-    for (int c = 0; c < subproblem.k; ++c) solution.reaction[remaining.contact[c]] = found.reaction[c];
-    for (int i = 0; i < subproblem.n; ++i)
+    for (std::size_t c = 0; c < remaining.contact.size(); ++c) solution.reaction[remaining.contact[c]] = found.reaction[c];
+    for (std::size_t i = 0; i < remaining.disk.size(); ++i)
         for (int a = 0; a < s.d; ++a) solution.velocity[std::size_t(s.d) * remaining.disk[i] + a] = found.velocity[s.d * i + a];
     found.distance = length(found.distance, solution.distance);
     found.reaction = std::move(solution.reaction), found.velocity = std::move(solution.velocity);

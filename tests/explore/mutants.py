@@ -82,9 +82,7 @@ def mutated(dice, tree):
         elif kind == 2 and isinstance(table, list):
             table.append(copy.deepcopy(value))
         elif kind == 3 and isinstance(table, dict):
-            table[dice.choice(("__proto__", "constructor", "toString", "speed", f"{key}_ft"))] = (
-                value
-            )
+            table[dice.choice(("__proto__", "constructor", "toString", "speed", f"{key}_ft"))] = value
         elif kind == 4:
             *other, last = dice.choice(list(positions_in(tree)))
             found = tree
@@ -231,9 +229,7 @@ def fault(page, product):
         return ""
     if refusal:
         return f"played: {refusal}"
-    return (
-        "" if page["x"] == positions else f"other places, after {page['made']} steps: {page['ended']}"
-    )
+    return "" if page["x"] == positions else f"other places, after {page['made']} steps: {page['ended']}"
 
 
 def cases(page, folder, numbers):

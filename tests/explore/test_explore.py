@@ -93,9 +93,7 @@ def differences(scene, out, frames):
         rows = np.reshape(contacts, (-1, 8))
         wall, first, second = rows[:, 2] == 1, *rows[:, :2].astype(int).T
         others = np.where(wall, second + 1, scene.snapshot.ids[np.where(wall, 0, second)])
-        ours = np.column_stack(
-            [scene.snapshot.ids[first], others, wall, rows[:, 6:] / (over or 1.0)]
-        )
+        ours = np.column_stack([scene.snapshot.ids[first], others, wall, rows[:, 6:] / (over or 1.0)])
         theirs = index.table(number)[:, [0, 1, 2, 6, 7]]
         ours, theirs = (part[np.lexsort(part[:, 2::-1].T)] for part in (ours, theirs))
         assert np.array_equal(ours[:, :3], theirs[:, :3])
@@ -139,10 +137,7 @@ def test_a_paused_page_bounds_contact_forces_as_linear_programs_do(page, address
     row, column = np.divmod(np.arange(55), 11)
     position = np.column_stack([0.36 * column - 1.8 + 0.18 * (row % 2), 0.18 * (1 + np.sqrt(3) * row)])
     if crystal:
-        page.evaluate(
-            "x => { explore.part('position').set(x); explore.core.begin(0); }",
-            position.ravel().tolist(),
-        )
+        page.evaluate("x => { explore.part('position').set(x); explore.core.begin(0); }", position.ravel().tolist())
     page.evaluate(STEPPED, 5 if crystal else 200)
     rows, ends = page.evaluate("""() => { explore.core.closed();
         const rows = [...explore.part("resting")], ends = [];
@@ -242,6 +237,15 @@ def test_doors_and_pillars_are_pulled_while_people_press(page, address, tmp_path
     assert np.hypot(*np.subtract(*scene.drive.door)) == pytest.approx(0.4)
     ends = {end for wall in scene.walls for end in (wall.start_m, wall.end_m)}
     assert set(scene.drive.door) <= ends
+
+
+def test_a_crowd_that_is_slower_than_the_clock_says_so(page, address):
+    """Where a step takes as long as a picture may, each picture has one, and how slow that is is said."""
+    at(page, address, "gate")
+    page.evaluate("performance.now = ((now) => () => now += 30)(performance.now())")
+    page.locator("#live .play").click()
+    page.get_by_text(re.compile(r"beyond the door\. Slowed to 0\.\d of real time")).wait_for()
+    page.locator("#live .play").click()
 
 
 def floor(page, path, text):

@@ -13,7 +13,7 @@
 
   // ---- the core's numbers: parts and LAW as in explore/live.cpp
   const PARTS = "position velocity spin radius mass goes stop share ids exits grid next corners onward walls law distance contacts resting".split(" ");
-  const COLUMNS = 8, NEVER = 1e300, AHEAD = RULES.ahead, PULL = 1.0, ARMS_SAFE = 0.7, FLOW_S = 5, MEASURED = [1.2, 1.9], WIDE_M = 0.8;
+  const COLUMNS = 8, NEVER = 1e300, AHEAD = RULES.ahead, PULL = 1.0, ARMS_SAFE = 0.7, FLOW_S = 5, MEASURED = [1.2, 1.9], WIDE_M = 0.8, PICTURE_S = 0.034, STEPS_MS = 20;
   const part = (name) => {
     const number = PARTS.indexOf(name);
     return new Float64Array(core.memory.buffer, core.at(number), core.size(number));
@@ -439,7 +439,7 @@
 
   // ---- pictures
   const canvas = $("canvas"), scenes = $("scene");
-  let chosen = -1, view, timer = 0, drawing = null, shared = "";
+  let chosen = -1, view, timer = 0, pace = 1, budget = STEPS_MS, drawing = null, shared = "";  // `pace`: crowd's time over the clock's, of late
   function fit() {
     const x = scene.disks.x, r = most(scene.disks.r), points = x.flatMap((v, i) => (i % 2 ? [] : [[v, x[i + 1]]]));
     const doors = exits(scene.content).filter((one) => !one.ahead).flatMap((one) => [one.door_start_m, one.door_end_m].map((p) => p.map((v, k) => v + one.outward[k])));
@@ -470,7 +470,7 @@
     }
     for (const [colour, more] of [["#fff", widest / 6], ["#000", 0]]) groups.forEach((group, k) => { if (group.length) stroke(pen, colour, widest * (k + 1) / 8 + more, group); });
     marks(pen);
-    $("now").textContent = `${(run.step * run.h).toFixed(2)} s: largest force ${number(rounded(largest))} N, ${run.flow.at(-1)[1]} of ${id.length} beyond the door. ${run.ended}`;
+    $("now").textContent = `${(run.step * run.h).toFixed(2)} s: largest force ${number(rounded(largest))} N, ${run.flow.at(-1)[1]} of ${id.length} beyond the door.${timer && pace < 0.9 ? ` Slowed to ${pace.toFixed(1)} of real time.` : ""} ${run.ended}`;
     $("now").classList.toggle("alarm", run.ended !== "");
     if (run.shown !== run.frames.length) run.shown = run.frames.length, curve($("load"), run.load, "load on all walls (N)", rounded), curve($("flow"), run.flow, "people beyond the door"), tell(), list();
   }
@@ -527,12 +527,15 @@
     for (const name of ["people", "radius", "seed", "door"]) $(name).disabled = !width();
     for (const name of ["push", "pushing"]) $(name).disabled = !content.drive;
   }
+  // Steps as far as the clock, but no longer than leaves time for 30 pictures a second: then the crowd is slower than the clock.
   function loop(last, late) {
     return (now) => {
       if (!timer) return;
-      const asked = Math.min(0.05, (now - last) / 1000) + late, until = performance.now() + 11;
-      let time = asked;
-      while (time >= run.h && performance.now() < until && advance()) time -= run.h;
+      const passed = (now - last) / 1000;
+      budget = passed > PICTURE_S ? Math.max(4, 0.8 * budget) : Math.min(STEPS_MS, budget + 1);
+      let time = Math.min(0.05, passed) + late, from = performance.now(), cost = 0, made = 0;
+      for (const until = from + budget; time >= run.h && from + cost < until && advance(); made += run.h, time -= run.h) cost = performance.now() - from, from += cost;
+      pace += 0.05 * (made / Math.max(passed, 1e-3) - pace);
       if (!still.matches || run.shown !== run.frames.length) draw();
       if (timer) timer = requestAnimationFrame(loop(now, Math.min(time, run.h)));
     };
@@ -542,7 +545,7 @@
     if (timer) { pause(); return list(); }
     undrawn();
     if (run.ended) return undefined;
-    $("play").textContent = "Pause", timer = requestAnimationFrame(loop(performance.now(), 0));
+    $("play").textContent = "Pause", pace = 1, timer = requestAnimationFrame(loop(performance.now(), 0));
   }
   function stepOnce() { pause(), undrawn(); const frames = run.frames.length, until = performance.now() + 1000; while (advance() && run.frames.length === frames && performance.now() < until); draw(); }
   function again() { const held = chosen; pause(); begin(run.began); chosen = held; }
