@@ -21,8 +21,9 @@ constexpr int REPEATS = 4;                 // paths about the end of one, with f
 constexpr double FIRMEST = 1e-8, SLOW = 0.5;  // firmer by a tenth, down to this, where the error falls to no less than SLOW of itself
 constexpr int BLOCKS = 10, STEP_BLOCKS = 40, BLOCK = 8;  // of sweeps between Anderson's combinations, in a step, pairs in each: cost
                                            // against islands that are left
-constexpr int PROXIMAL = 16;               // rounds of proximal steps, cost against islands that are left; 8 to 32
-constexpr int PROXIMAL_PIVOTS = 150;       // of a path from where they stand, the same; 75 to 300
+// Rounds of proximal steps, and pivots of a path from where they stand: early for most, later for the rest; cost against islands
+// that are left. Rounds 4 to 8 and 8 to 32, pivots 60 to 150 and 75 to 300.
+constexpr struct { int rounds, pivots; } PROXIMAL[] = {{4, 60}, {16, 150}};
 constexpr double PROXIMAL_NOISE = 1e-2;    // of this path, loops against its length; 1e-3 to 1e-1
 constexpr double BRINK = 1e-9;             // the same of paths about the end of one; 1e-10 to 1e-8
 constexpr int LOCAL_PIVOTS = 300;          // of these, a bound of the time
@@ -102,8 +103,11 @@ public:
 
     // Proximal steps, and paths from where they stand; `iterate` is left there.
     bool by_proximal(FrictionSolution& iterate) {
-        proximal_newton(p_, sweeps_, factor_, iterate, PROXIMAL, 0.5 * tolerance_, sweep_count_);
-        return update_best(iterate, Method::PROXIMAL) || locally(iterate);
+        for (const auto [rounds, pivots] : PROXIMAL) {
+            proximal_newton(p_, sweeps_, factor_, iterate, rounds, 0.5 * tolerance_, sweep_count_);
+            if (update_best(iterate, Method::PROXIMAL) || locally(iterate, pivots)) return true;
+        }
+        return false;
     }
 
     // Steps of the proximal point method, at the cost of `budget` pivots.
@@ -127,13 +131,13 @@ private:
         return update_best(iterate, method);
     }
 
-    bool locally(const FrictionSolution& start) {
+    bool locally(const FrictionSolution& start, int max_pivots) {
         path_.compliance = PATH_SOFT;
         FrictionSolution iterate = start;
         Path::clean(p_, iterate);
         for (double direction : {-1.0, 1.0}) {
-            path_.begin(iterate, PROXIMAL_NOISE * p_.scale, PROXIMAL);
-            const Path::End end = path_.follow(direction, PROXIMAL_PIVOTS);
+            path_.begin(iterate, PROXIMAL_NOISE * p_.scale, max_pivots);
+            const Path::End end = path_.follow(direction, max_pivots);
             if (end == Path::End::ARRIVED) return finish();
             if (end != Path::End::AWAY) break;
         }
