@@ -171,7 +171,7 @@ private:
             warm_start.velocity = factor_.disks_ordered(options_.velocity);
         }
         if (std::none_of(closed.begin(), closed.end(), [](auto is) { return is; })) return false;
-        Closed found = active_set_solve(factor_, std::move(closed), false);
+        Closed found = active_set_solve(factor_, std::move(closed), false, enough());
         iterations_ += found.rounds;
         const bool exact = found.settled && found.error <= std::min(options_.tolerance, EXACT);
         if (!exact && (options_.canonical || !(found.error <= options_.tolerance))) return false;

@@ -13,6 +13,9 @@ constexpr double LOOSE = 1e-6, BEFORE = 0.9;
 constexpr int REPEATS = 20;
 // Disks are taken to be faster than before by this share of the fastest one.
 constexpr double LIKELY = 0.01;
+// So often contacts that were not likely are added before all are; a guess above this share of the largest says that one is closed.
+constexpr int ADDITIONS = 10;
+constexpr double NOT_NOTHING = 1e-6;
 // So many times the tolerance of velocities is a share of an energy that is rounding.
 constexpr double ROUNDED = 10.0;
 
@@ -42,34 +45,58 @@ void solve_likely(const System& s, In before, Solve&& solve) {
     solve(some);
 }
 
-// guess: (k) N·s or none
-void solve_step(const System& s, In before, In guess, double tolerance, Stepped& found) {
+// Solve with some contacts. guess: (k) N·s or none
+void solve_some(const System& s, const Indices& some, In guess, double tolerance, Stepped& found) {
     Indices every(s.n);
     std::iota(every.begin(), every.end(), 0);
-    solve_likely(s, before, [&](const Indices& some) {
-        const System subproblem = chosen(s, some, every, every);
-        Solution solution;
-        if (tolerance >= LOOSE && !s.compound() && subproblem.k > 0) {
-            Parts one{{0, subproblem.n}, {0, subproblem.k}};
-            Team alone(1);
-            Descended end = descend(subproblem, one, alone, {BEFORE * tolerance, MOST_SWEEPS, -1, INFINITE});
-            solution.reaction = std::move(end.reaction), solution.velocity = std::move(end.velocity), solution.iterations = end.sweeps;
-            solution.method = Method::GRADIENT;
-        } else {
-            Options options;
-            options.tolerance = tolerance, options.canonical = options.bounded = false;
-            if (largest(guess) > 0.0)
-                for (int c : some) options.reaction.push_back(guess[c]);
-            solution = solve_contacts(subproblem, options);
-        }
-        found.method = solution.method == Method::NO_CONTACTS ? Method::NOTHING_PRESSES : solution.method, found.iterations += solution.iterations;
-        found.reaction.assign(s.k, 0.0);
-        for (std::size_t c = 0; c < some.size(); ++c) found.reaction[some[c]] = solution.reaction[c];
-        found.velocity = std::move(solution.velocity);
-        const Certificate certificate = certified(s, found.reaction, found.velocity);
-        found.error = certificate.finite ? larger(certificate.residual, certificate.momentum_error) : INFINITE;
-        return found.error <= tolerance;
-    });
+    const System subproblem = chosen(s, some, every, every);
+    Solution solution;
+    if (tolerance >= LOOSE && !s.compound() && subproblem.k > 0) {
+        Parts one{{0, subproblem.n}, {0, subproblem.k}};
+        Team alone(1);
+        Descended end = descend(subproblem, one, alone, {BEFORE * tolerance, MOST_SWEEPS, -1, INFINITE});
+        solution.reaction = std::move(end.reaction), solution.velocity = std::move(end.velocity), solution.iterations = end.sweeps;
+        solution.method = Method::GRADIENT;
+    } else {
+        Options options;
+        options.tolerance = tolerance, options.canonical = options.bounded = false;
+        if (largest(guess) > 0.0)
+            for (int c : some) options.reaction.push_back(guess[c]);
+        solution = solve_contacts(subproblem, options);
+    }
+    found.method = solution.method == Method::NO_CONTACTS ? Method::NOTHING_PRESSES : solution.method, found.iterations += solution.iterations;
+    found.reaction.assign(s.k, 0.0);
+    for (std::size_t c = 0; c < some.size(); ++c) found.reaction[some[c]] = solution.reaction[c];
+    found.velocity = std::move(solution.velocity);
+    const Certificate certificate = certified(s, found.reaction, found.velocity);
+    found.error = certificate.finite ? larger(certificate.residual, certificate.momentum_error) : INFINITE;
+}
+
+// Solve with the likely contacts, and again from that answer with those besides that would overlap, as long as there are any:
+// few are. guess: (k) N·s or none
+void solve_step(const System& s, In before, In guess, double tolerance, Stepped& found) {
+    Indices some = likely(s, before);
+    Mask taken(s.k, 0);
+    for (int c : some) taken[c] = 1;
+    solve_some(s, some, guess, tolerance, found);
+    Vector v(s.k);
+    for (int added = 0; added < ADDITIONS && !(found.error <= tolerance) && found.error < INFINITE; ++added) {
+        approach(s, found.velocity, v);
+        Vector from = found.reaction;
+        const double least = NOT_NOTHING * largest(from);
+        bool more = false;
+        for (int c = 0; c < s.k; ++c)
+            if (!taken[c] && v[c] - s.offset[c] > tolerance * s.scale) from[c] = std::max((v[c] - s.offset[c]) / s.inverse_mass[c], least), taken[c] = more = true;
+        if (!more) break;
+        some.clear();
+        for (int c = 0; c < s.k; ++c)
+            if (taken[c]) some.push_back(c);
+        solve_some(s, some, from, tolerance, found);
+    }
+    if (found.error <= tolerance || int(some.size()) == s.k) return;
+    some.resize(s.k);
+    std::iota(some.begin(), some.end(), 0);
+    solve_some(s, some, guess, tolerance, found);
 }
 
 }  // namespace
