@@ -15,6 +15,8 @@ constexpr int STEADY = 2;
 constexpr double STEADY_SHARE = 1e-3;
 // Between these numbers of closed contacts per unknown a packing is marginal: it has soft modes, and active sets cycle.
 constexpr double ISOSTATIC = 1.0, REDUNDANT = 1.2;
+// Contacts count whose gap, over the step, is no more than this share of the speed of the fastest.
+constexpr double NEARLY_CLOSED = 0.02;
 // A reaction above this share of the largest is one of a closed contact.
 constexpr double PRESSED = 1e-9;
 // From the answer of a crowd that was nearly the same, whose errors are few and large, the path begins this many times its
@@ -90,7 +92,9 @@ double distance_of(const System& s, In one, In other) {
 // A problem that has to be factorised, on its way up the ladder; all in elimination order.
 class ImpactSolver {
 public:
-    ImpactSolver(const System& problem, const Options& options) : options_(options), team_(options.threads), factor_(problem, team_, options.sizes), s_(factor_.system()) {}
+    ImpactSolver(const System& problem, const Options& options, const System* more = nullptr, std::span<const Index> disk = {})
+        : problem_(problem), options_(options), more_(more), disk_(disk), team_(options.threads),
+          ordered_(std::in_place, problem, team_, options.sizes, options.kept, disk), factor_(*ordered_), s_(factor_.system()) {}
 
     Solution solve(Method& method) {
         method = find();
@@ -100,7 +104,7 @@ public:
             canonical_ = settle_energy(factor_, reaction_, velocity_, options_.tolerance);
         const bool shared = s_.n >= options_.sizes.shared && s_.n >= options_.sizes.multifrontal;
         return {factor_.contacts_given(reaction_), factor_.disks_given(velocity_), method, s_.n, iterations_,
-                shared ? team_.threads() : 1, canonical_, 0, distance};
+                shared ? team_.threads() : 1, canonical_, 0, added_, distance};
     }
 
 private:
@@ -186,12 +190,30 @@ private:
         Descended end = descend(s_, factor_.parts(), team_, {options_.tolerance, s_.n >= LARGE ? SWEEPS : FEW_SWEEPS, unchanged_tolerance(), ISOSTATIC});
         iterations_ += end.sweeps;
         Mask closed;
+        add_nearly_closed(end);
         press(s_, end.reaction, end.velocity, {}, closed);
         warm_start.reaction = std::move(end.reaction), warm_start.velocity = std::move(end.velocity);
         const auto count = std::count(closed.begin(), closed.end(), 1);
         const double fraction = double(count) / (2.0 * s_.n);
         if (count == 0 || (ISOSTATIC < fraction && fraction < REDUNDANT)) return false;
         return settled(active_set_solve(factor_, std::move(closed), false, enough()));
+    }
+    // Add the unlikely contacts that a descent overlaps or nearly closes, which may change the order.
+    void add_nearly_closed(Descended& end) {
+        if (!more_) return;
+        const Vector velocity = factor_.disks_given(end.velocity);
+        Vector v(more_->k);
+        approach(*more_, velocity, v);
+        for (int c = 0; c < more_->k; ++c)
+            if (v[c] - more_->offset[c] > -NEARLY_CLOSED * s_.scale) added_.push_back(c);
+        if (added_.empty()) return;
+        Indices every(s_.n);
+        std::iota(every.begin(), every.end(), 0);
+        Vector reaction = factor_.contacts_given(end.reaction);
+        const System all = together(problem_, chosen(*more_, added_, every, every));
+        ordered_.emplace(all, team_, options_.sizes, options_.kept, disk_);  // in the same place
+        reaction.resize(all.k);
+        end.reaction = factor_.contacts_ordered(reaction), end.velocity = factor_.disks_ordered(velocity);
     }
     // The same of bodies of several disks.
     bool firm_and_close(WarmStart& warm_start) {
@@ -242,12 +264,17 @@ private:
         reaction_ = std::move(found.reaction), velocity_ = std::move(found.velocity), iterations_ = found.sweeps;
     }
 
+    const System& problem_;
     const Options& options_;
+    const System* more_;
+    std::span<const Index> disk_;
     Team team_;
-    Factor factor_;
+    std::optional<Factor> ordered_;
+    Factor& factor_;
     const System& s_;
     Vector reaction_, velocity_;
     CachedFactor cached_;
+    Indices added_;
     int iterations_ = 0;
     bool canonical_ = false;
 };
@@ -287,8 +314,16 @@ Solution solve_contacts(const System& s, const Options& options) {
             for (std::size_t i = 0; i < restricted.velocity.size(); ++i)
                 restricted.velocity[i] = options.velocity[std::size_t(remaining.disk[i / s.d]) * s.d + i % s.d];
         }
-        found = ImpactSolver(subproblem, restricted).solve(found.method);
+        System more;
+        Indices between;
+        const System* const unlikely = options.unlikely;
+        for (int c = 0; unlikely && c < unlikely->k; ++c)
+            if (remaining.index[unlikely->first[c]] >= 0 && (unlikely->second[c] < 0 || remaining.index[unlikely->second[c]] >= 0)) between.push_back(c);
+        if (unlikely) more = chosen(*unlikely, between, remaining.disk, remaining.index);
+        found = ImpactSolver(subproblem, restricted, unlikely ? &more : nullptr, remaining.disk).solve(found.method);
+        for (Index& c : found.added) c = between[c];
     }
+    solution.reaction.insert(solution.reaction.end(), found.reaction.begin() + subproblem.k, found.reaction.end());
     for (int c = 0; c < subproblem.k; ++c) solution.reaction[remaining.contact[c]] = found.reaction[c];
     for (int i = 0; i < subproblem.n; ++i)
         for (int a = 0; a < s.d; ++a) solution.velocity[std::size_t(s.d) * remaining.disk[i] + a] = found.velocity[s.d * i + a];

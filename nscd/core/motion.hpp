@@ -56,7 +56,7 @@ public:
     // Push overlapping disks apart, as little as possible; how far at most (m), −1 where they do not fit.
     double separate();
     void stay_within();                  // the period
-    void forget() { now.keys.clear(), now.reaction.clear(), now.tangential.clear(); }
+    void forget() { now.keys.clear(), now.reaction.clear(), now.tangential.clear(), kept_.forget(); }
 
 private:
     bool in_halves(double h, int halvings, const Desired& desired, Report& report);
@@ -66,6 +66,7 @@ private:
     void turn(In mean);
     Members members(In masses) const { return {body, now.centre, masses, body_inertia}; }
     bool slim_ = false;
+    KeptOrder kept_;
 };
 
 }  // namespace nscd

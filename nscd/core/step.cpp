@@ -45,11 +45,12 @@ void solve_likely(const System& s, In before, Solve&& solve) {
     solve(some);
 }
 
-// Solve with some contacts. guess: (k) N·s or none
-void solve_some(const System& s, const Indices& some, In guess, double tolerance, Stepped& found) {
-    Indices every(s.n);
+// Solve with the contacts that are taken, and take those besides that this looked at. guess: (k) N·s or none
+void solve_some(const System& s, Mask& taken, In guess, double tolerance, KeptOrder* kept, Stepped& found) {
+    Indices every(s.n), some, others;
     std::iota(every.begin(), every.end(), 0);
-    const System subproblem = chosen(s, some, every, every);
+    for (int c = 0; c < s.k; ++c) (taken[c] ? some : others).push_back(c);
+    const System subproblem = chosen(s, some, every, every), unlikely = chosen(s, others, every, every);
     Solution solution;
     if (tolerance >= LOOSE && !s.compound() && subproblem.k > 0) {
         Parts one{{0, subproblem.n}, {0, subproblem.k}};
@@ -60,12 +61,14 @@ void solve_some(const System& s, const Indices& some, In guess, double tolerance
     } else {
         Options options;
         options.tolerance = tolerance, options.canonical = options.bounded = false;
+        options.unlikely = &unlikely, options.kept = kept;
         if (largest(guess) > 0.0)
             for (int c : some) options.reaction.push_back(guess[c]);
         solution = solve_contacts(subproblem, options);
     }
     found.method = solution.method == Method::NO_CONTACTS ? Method::NOTHING_PRESSES : solution.method, found.iterations += solution.iterations;
     found.reaction.assign(s.k, 0.0);
+    for (Index c : solution.added) some.push_back(others[c]), taken[others[c]] = 1;
     for (std::size_t c = 0; c < some.size(); ++c) found.reaction[some[c]] = solution.reaction[c];
     found.velocity = std::move(solution.velocity);
     const Certificate certificate = certified(s, found.reaction, found.velocity);
@@ -74,11 +77,10 @@ void solve_some(const System& s, const Indices& some, In guess, double tolerance
 
 // Solve with the likely contacts, and again from that answer with those besides that would overlap, as long as there are any:
 // few are. guess: (k) N·s or none
-void solve_step(const System& s, In before, In guess, double tolerance, Stepped& found) {
-    Indices some = likely(s, before);
+void solve_step(const System& s, In before, In guess, double tolerance, KeptOrder* kept, Stepped& found) {
     Mask taken(s.k, 0);
-    for (int c : some) taken[c] = 1;
-    solve_some(s, some, guess, tolerance, found);
+    for (int c : likely(s, before)) taken[c] = 1;
+    solve_some(s, taken, guess, tolerance, kept, found);
     Vector v(s.k);
     for (int added = 0; added < ADDITIONS && !(found.error <= tolerance) && found.error < INFINITE; ++added) {
         approach(s, found.velocity, v);
@@ -88,15 +90,11 @@ void solve_step(const System& s, In before, In guess, double tolerance, Stepped&
         for (int c = 0; c < s.k; ++c)
             if (!taken[c] && v[c] - s.offset[c] > tolerance * s.scale) from[c] = std::max((v[c] - s.offset[c]) / s.inverse_mass[c], least), taken[c] = more = true;
         if (!more) break;
-        some.clear();
-        for (int c = 0; c < s.k; ++c)
-            if (taken[c]) some.push_back(c);
-        solve_some(s, some, from, tolerance, found);
+        solve_some(s, taken, from, tolerance, kept, found);
     }
-    if (found.error <= tolerance || int(some.size()) == s.k) return;
-    some.resize(s.k);
-    std::iota(some.begin(), some.end(), 0);
-    solve_some(s, some, guess, tolerance, found);
+    if (found.error <= tolerance || std::count(taken.begin(), taken.end(), 1) == s.k) return;
+    std::fill(taken.begin(), taken.end(), 1);
+    solve_some(s, taken, guess, tolerance, kept, found);
 }
 
 }  // namespace
@@ -202,7 +200,7 @@ static Mask solve_with_friction(const System& s, In before, In radius, const Fri
     return refused;
 }
 
-Stepped make_step(const Bodies& bodies, const FrictionState& friction_state, double step, double restitution, double gained, double tolerance) {
+Stepped make_step(const Bodies& bodies, const FrictionState& friction_state, double step, double restitution, double gained, double tolerance, KeptOrder* kept) {
     double margin = 2.0 * step * std::max(fastest(bodies.free), fastest(bodies.velocity));
     for (int repeats = 0;; ++repeats) {
         const ContactPairs contacts = find_contact_pairs(bodies.position, bodies.radius, bodies.walls, margin, bodies.compound.body);
@@ -234,7 +232,7 @@ Stepped make_step(const Bodies& bodies, const FrictionState& friction_state, dou
             Mask refused;
             if (friction_state.friction > 0.0) refused = solve_with_friction(s, was, bodies.radius, friction_state, tolerance, found);
             else {
-                solve_step(s, was, s.compound() ? carried_over(friction_state.keys, friction_state.reaction, found.keys).values : Vector(), tolerance, found);
+                solve_step(s, was, s.compound() ? carried_over(friction_state.keys, friction_state.reaction, found.keys).values : Vector(), tolerance, kept, found);
                 refused = gaining(s, found.reaction, s.mass, found.velocity, s.free, tolerance);
             }
             again = false;

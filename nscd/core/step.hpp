@@ -37,8 +37,8 @@ struct Stepped {
 
 // Make a step of `step` s; with restitution e a contact that closes within it with v⁻ > 0 has
 // C u⁺ ≤ −e v⁻ (Moreau's law), unless v⁻ is at most twice `gained` m/s, what the drive gives in a step: that contact rests.
-// Where that law has no answer, or one that gains energy, contacts do not rebound: C u⁺ ≤ gap/step.
-Stepped make_step(const Bodies& bodies, const FrictionState& friction_state, double step, double restitution, double gained, double tolerance);
+// kept: the order of elimination of steps before. Where that law has no answer, or one that gains energy, contacts do not rebound: C u⁺ ≤ gap/step.
+Stepped make_step(const Bodies& bodies, const FrictionState& friction_state, double step, double restitution, double gained, double tolerance, KeptOrder* kept = nullptr);
 
 // Velocities after a step without contacts, (u + g + a u_d)/(1 + a), and the largest component (m/s) of what they gained.
 // Where nobody drives, desired is empty.
