@@ -93,7 +93,7 @@ double distance_of(const System& s, In one, In other) {
 class ImpactSolver {
 public:
     ImpactSolver(const System& problem, const Options& options, const System* more = nullptr, std::span<const Index> disk = {})
-        : problem_(problem), options_(options), more_(more), disk_(disk), team_(options.threads),
+        : problem_(problem), options_(options), more_(more), disk_(disk), own_(options.team ? 1 : options.threads), team_(options.team ? *options.team : own_),
           ordered_(std::in_place, problem, team_, options.sizes, options.kept, disk), factor_(*ordered_), s_(factor_.system()) {}
 
     Solution solve(Method& method) {
@@ -268,7 +268,8 @@ private:
     const Options& options_;
     const System* more_;
     std::span<const Index> disk_;
-    Team team_;
+    Team own_;
+    Team& team_;
     std::optional<Factor> ordered_;
     Factor& factor_;
     const System& s_;

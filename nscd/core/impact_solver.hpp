@@ -31,6 +31,7 @@ struct Options {
     Vector reaction, velocity;  // (k), (n·d): of a problem that was nearly the same; empty where there is none
     Sizes sizes;
     const System* unlikely = nullptr;  // further contacts of the disks, which count where a descent comes near to closing them
+    Team* team = nullptr;              // who works on it; its own where there is none
     KeptOrder* kept = nullptr;         // the order of elimination of these disks before, from which this one is
 };
 

@@ -402,8 +402,8 @@ NB_MODULE(_core, m) {
         FIELD(ImpactSolution, residual) FIELD(ImpactSolution, velocity_error) FIELD(ImpactSolution, momentum_error) FIELD(ImpactSolution, iterations)
         FIELD(ImpactSolution, canonical) FIELD(ImpactSolution, finite) FIELD(ImpactSolution, method) FIELD(ImpactSolution, disks)
         FIELD(ImpactSolution, rounds) FIELD(ImpactSolution, threads) FIELD(ImpactSolution, friction);
-    nb::class_<Law>(m, "Law").def(nb::init<double, double, double, double, double, double, double, double, double>(), "step"_a, "relaxation"_a,
-                                  "x"_a, "y"_a, "restitution"_a, "friction"_a, "tolerance"_a, "reach"_a = 0.0, "force"_a = 0.0)
+    nb::class_<Law>(m, "Law").def(nb::init<double, double, double, double, double, double, double, double, double, int>(), "step"_a, "relaxation"_a,
+                                  "x"_a, "y"_a, "restitution"_a, "friction"_a, "tolerance"_a, "reach"_a = 0.0, "force"_a = 0.0, "threads"_a = 1)
         .def_ro("tolerance", &Law::tolerance).def_ro("reach", &Law::reach);
     nb::class_<Percussed>(m, "Percussed")  // what a step begins from
         .def("__init__", [](Percussed* at, const IntegerArg& keys, const VectorArg& reaction, const VectorArg& tangential) {

@@ -12,6 +12,7 @@ struct Law {
     double x = 0.0, y = 0.0;                   // m/s², of a body force
     double restitution = 0.0, friction = 0.0, tolerance = 1e-8;
     double reach = 0.0, force = 0.0;           // m, N, of arms; reach 0: none
+    int threads = 1;
 };
 
 // What an answer may miss: so many times the tolerance.

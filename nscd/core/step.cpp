@@ -46,7 +46,7 @@ void solve_likely(const System& s, In before, Solve&& solve) {
 }
 
 // Solve with the contacts that are taken, and take those besides that this looked at. guess: (k) N·s or none
-void solve_some(const System& s, Mask& taken, In guess, double tolerance, KeptOrder* kept, Stepped& found) {
+void solve_some(const System& s, Mask& taken, In guess, double tolerance, const Means& means, Stepped& found) {
     Indices every(s.n), some, others;
     std::iota(every.begin(), every.end(), 0);
     for (int c = 0; c < s.k; ++c) (taken[c] ? some : others).push_back(c);
@@ -54,14 +54,13 @@ void solve_some(const System& s, Mask& taken, In guess, double tolerance, KeptOr
     Solution solution;
     if (tolerance >= LOOSE && !s.compound() && subproblem.k > 0) {
         Parts one{{0, subproblem.n}, {0, subproblem.k}};
-        Team alone(1);
-        Descended end = descend(subproblem, one, alone, {BEFORE * tolerance, MOST_SWEEPS, -1, INFINITE});
+        Descended end = descend(subproblem, one, means.team, {BEFORE * tolerance, MOST_SWEEPS, -1, INFINITE});
         solution.reaction = std::move(end.reaction), solution.velocity = std::move(end.velocity), solution.iterations = end.sweeps;
         solution.method = Method::GRADIENT;
     } else {
         Options options;
         options.tolerance = tolerance, options.canonical = options.bounded = false;
-        options.unlikely = &unlikely, options.kept = kept;
+        options.unlikely = &unlikely, options.kept = &means.kept, options.team = &means.team;
         if (largest(guess) > 0.0)
             for (int c : some) options.reaction.push_back(guess[c]);
         solution = solve_contacts(subproblem, options);
@@ -77,10 +76,10 @@ void solve_some(const System& s, Mask& taken, In guess, double tolerance, KeptOr
 
 // Solve with the likely contacts, and again from that answer with those besides that would overlap, as long as there are any:
 // few are. guess: (k) N·s or none
-void solve_step(const System& s, In before, In guess, double tolerance, KeptOrder* kept, Stepped& found) {
+void solve_step(const System& s, In before, In guess, double tolerance, const Means& means, Stepped& found) {
     Mask taken(s.k, 0);
     for (int c : likely(s, before)) taken[c] = 1;
-    solve_some(s, taken, guess, tolerance, kept, found);
+    solve_some(s, taken, guess, tolerance, means, found);
     Vector v(s.k);
     for (int added = 0; added < ADDITIONS && !(found.error <= tolerance) && found.error < INFINITE; ++added) {
         approach(s, found.velocity, v);
@@ -90,11 +89,11 @@ void solve_step(const System& s, In before, In guess, double tolerance, KeptOrde
         for (int c = 0; c < s.k; ++c)
             if (!taken[c] && v[c] - s.offset[c] > tolerance * s.scale) from[c] = std::max((v[c] - s.offset[c]) / s.inverse_mass[c], least), taken[c] = more = true;
         if (!more) break;
-        solve_some(s, taken, from, tolerance, kept, found);
+        solve_some(s, taken, from, tolerance, means, found);
     }
     if (found.error <= tolerance || std::count(taken.begin(), taken.end(), 1) == s.k) return;
     std::fill(taken.begin(), taken.end(), 1);
-    solve_some(s, taken, guess, tolerance, kept, found);
+    solve_some(s, taken, guess, tolerance, means, found);
 }
 
 }  // namespace
@@ -200,7 +199,7 @@ static Mask solve_with_friction(const System& s, In before, In radius, const Fri
     return refused;
 }
 
-Stepped make_step(const Bodies& bodies, const FrictionState& friction_state, double step, double restitution, double gained, double tolerance, KeptOrder* kept) {
+Stepped make_step(const Bodies& bodies, const FrictionState& friction_state, double step, double restitution, double gained, double tolerance, const Means& means) {
     double margin = 2.0 * step * std::max(fastest(bodies.free), fastest(bodies.velocity));
     for (int repeats = 0;; ++repeats) {
         const ContactPairs contacts = find_contact_pairs(bodies.position, bodies.radius, bodies.walls, margin, bodies.compound.body);
@@ -232,7 +231,7 @@ Stepped make_step(const Bodies& bodies, const FrictionState& friction_state, dou
             Mask refused;
             if (friction_state.friction > 0.0) refused = solve_with_friction(s, was, bodies.radius, friction_state, tolerance, found);
             else {
-                solve_step(s, was, s.compound() ? carried_over(friction_state.keys, friction_state.reaction, found.keys).values : Vector(), tolerance, kept, found);
+                solve_step(s, was, s.compound() ? carried_over(friction_state.keys, friction_state.reaction, found.keys).values : Vector(), tolerance, means, found);
                 refused = gaining(s, found.reaction, s.mass, found.velocity, s.free, tolerance);
             }
             again = false;
