@@ -190,7 +190,7 @@ private:
         Descended end = descend(s_, factor_.parts(), team_, {options_.tolerance, s_.n >= LARGE ? SWEEPS : FEW_SWEEPS, unchanged_tolerance(), ISOSTATIC});
         iterations_ += end.sweeps;
         Mask closed;
-        add_nearly_closed(end);
+        if (more_ && more_->k > 0) add_nearly_closed(end);
         press(s_, end.reaction, end.velocity, {}, closed);
         warm_start.reaction = std::move(end.reaction), warm_start.velocity = std::move(end.velocity);
         const auto count = std::count(closed.begin(), closed.end(), 1);
@@ -200,19 +200,18 @@ private:
     }
     // Add the unlikely contacts that a descent overlaps or nearly closes, which may change the order.
     void add_nearly_closed(Descended& end) {
-        if (!more_) return;
         const Vector velocity = factor_.disks_given(end.velocity);
-        Vector v(more_->k);
+        Vector reaction = factor_.contacts_given(end.reaction), v(more_->k);
         approach(*more_, velocity, v);
-        for (int c = 0; c < more_->k; ++c)
-            if (v[c] - more_->offset[c] > -NEARLY_CLOSED * s_.scale) added_.push_back(c);
+        System all = problem_;
+        for (int c = 0; c < more_->k; ++c) {
+            if (!(v[c] - more_->offset[c] > -NEARLY_CLOSED * s_.scale)) continue;
+            added_.push_back(c), ++all.k, reaction.push_back(0.0);
+            all.first.push_back(more_->first[c]), all.second.push_back(more_->second[c]), all.nx.push_back(more_->nx[c]);
+            all.ny.push_back(more_->ny[c]), all.offset.push_back(more_->offset[c]), all.inverse_mass.push_back(more_->inverse_mass[c]);
+        }
         if (added_.empty()) return;
-        Indices every(s_.n);
-        std::iota(every.begin(), every.end(), 0);
-        Vector reaction = factor_.contacts_given(end.reaction);
-        const System all = together(problem_, chosen(*more_, added_, every, every));
         ordered_.emplace(all, team_, options_.sizes, options_.kept, disk_);  // in the same place
-        reaction.resize(all.k);
         end.reaction = factor_.contacts_ordered(reaction), end.velocity = factor_.disks_ordered(velocity);
     }
     // The same of bodies of several disks.

@@ -331,89 +331,6 @@ Ordering dissect(In x, In y, const Graph& graph, int leaf, Team& team, int share
     return found;
 }
 
-namespace {
-
-// A dissection is kept for so many problems, while no more than this share of the disks are new or moved.
-constexpr int MOST_USES = 20;
-constexpr double MOVED = 0.02;
-
-}  // namespace
-
-Ordering KeptOrder::order_of(In x, In y, const Indices& first, const Indices& second, std::span<const Index> disk, int leaf, Team& team, int shared) {
-    if (uses_ > 0 && uses_++ < MOST_USES && repair(first, second, disk)) return of_nodes(disk);
-    const int n = int(disk.size());
-    Ordering found = dissect(x, y, graph_of(n, first, second), leaf, team, shared);
-    parent_ = found.node_parent;
-    const int m = int(parent_.size());
-    below_.resize(m);
-    std::iota(below_.begin(), below_.end(), 0);
-    node_.assign(*std::max_element(disk.begin(), disk.end()) + 1, -1);
-    for (int s = 0; s < m; ++s) {
-        if (parent_[s] >= 0) below_[parent_[s]] = std::min(below_[parent_[s]], below_[s]);
-        for (int q = found.node_first[s]; q < found.node_end[s]; ++q) node_[disk[found.order[q]]] = s;
-    }
-    order_.clear();
-    for (Index a : found.order) order_.push_back(disk[a]);
-    uses_ = 1;
-    return found;
-}
-
-bool KeptOrder::repair(const Indices& first, const Indices& second, std::span<const Index> disk) {
-    const auto most = std::size_t(MOVED * double(disk.size()));
-    std::size_t moved = 0;
-    if (const Index last = *std::max_element(disk.begin(), disk.end()); last >= Index(node_.size())) node_.resize(last + 1, -1);
-    for (Index a : disk) moved += node_[a] < 0;
-    if (moved > most) return false;
-    for (Index a : disk)
-        if (node_[a] < 0) order_.push_back(a);
-    for (bool again = moved > 0; again;) {  // who is new begins beside whom it touches
-        again = false;
-        for (std::size_t c = 0; c < first.size(); ++c) {
-            if (second[c] < 0) continue;
-            Index &one = node_[disk[first[c]]], &other = node_[disk[second[c]]];
-            if ((one < 0) == (other < 0)) continue;
-            (one < 0 ? one : other) = std::max(one, other);
-            again = true;
-        }
-    }
-    for (Index a : disk)
-        if (node_[a] < 0) node_[a] = Index(parent_.size()) - 1;
-    for (std::size_t c = 0; c < first.size(); ++c) {
-        if (second[c] < 0) continue;
-        Index& one = node_[disk[first[c]]];
-        const Index other = node_[disk[second[c]]], low = std::min(one, other);
-        Index high = std::max(one, other);
-        if (below_[high] <= low) continue;
-        while (below_[high] > low) high = parent_[high];
-        one = high, ++moved;
-    }
-    return moved <= most;
-}
-
-Ordering KeptOrder::of_nodes(std::span<const Index> disk) {
-    const int n = int(disk.size()), m = int(parent_.size());
-    Indices place(node_.size(), -1), by_node(order_.size());
-    Starts begin(m + 1, 0);
-    for (Index a : order_) ++begin[node_[a] + 1];
-    std::partial_sum(begin.begin(), begin.end(), begin.begin());
-    for (Index a : order_) by_node[begin[node_[a]]++] = a;
-    order_ = std::move(by_node);
-    for (int i = 0; i < n; ++i) place[disk[i]] = i;
-    Ordering found{{}, {}, Indices(m, 0), Indices(m, 0), parent_};
-    found.order.reserve(n);
-    int s = 0;
-    for (Index a : order_) {
-        for (; s < node_[a]; ++s) found.node_end[s] = found.node_first[s + 1] = Index(found.order.size());
-        if (place[a] >= 0) found.order.push_back(place[a]);
-    }
-    for (; s < m; ++s) {
-        found.node_end[s] = Index(n);
-        if (s + 1 < m) found.node_first[s + 1] = Index(n);
-    }
-    found.index = inverse_of(found.order);
-    return found;
-}
-
 // The order of some places below n, the earlier of equal ones first.
 static Indices sorted(const Indices& index, int n) {
     Starts begin(n + 1, 0);
@@ -422,6 +339,65 @@ static Indices sorted(const Indices& index, int n) {
     Indices order(index.size());
     for (std::size_t c = 0; c < index.size(); ++c) order[begin[index[c]]++] = Index(c);
     return order;
+}
+
+// A dissection is kept for so many problems, while no more than this share of the disks are new or moved.
+constexpr int MOST_USES = 20;
+constexpr double MOVED = 0.02;
+
+Ordering KeptOrder::order_of(In x, In y, const Indices& first, const Indices& second, std::span<const Index> disk, int leaf, Team& team, int shared) {
+    if (const Index last = *std::max_element(disk.begin(), disk.end()); last >= Index(node_.size())) node_.resize(last + 1, -1);
+    if (uses_ > 0 && uses_++ < MOST_USES && repair(first, second, disk)) return of_nodes(disk);
+    Ordering found = dissect(x, y, graph_of(int(disk.size()), first, second), leaf, team, shared);
+    parent_ = found.node_parent, below_.resize(parent_.size()), uses_ = 1;
+    std::iota(below_.begin(), below_.end(), 0);
+    std::fill(node_.begin(), node_.end(), -1);
+    order_.clear();
+    for (Index s = 0; s < Index(parent_.size()); ++s) {
+        if (parent_[s] >= 0) below_[parent_[s]] = std::min(below_[parent_[s]], below_[s]);
+        for (int q = found.node_first[s]; q < found.node_end[s]; ++q) order_.push_back(disk[found.order[q]]), node_[order_.back()] = s;
+    }
+    return found;
+}
+
+bool KeptOrder::repair(const Indices& first, const Indices& second, std::span<const Index> disk) {
+    std::size_t moved = 0;
+    for (Index a : disk)
+        if (node_[a] < 0) order_.push_back(a), ++moved;
+    for (bool begins : {true, false}) {  // who is new begins beside whom it touches, or at the root
+        for (std::size_t c = 0; c < first.size(); ++c) {
+            if (second[c] < 0) continue;
+            Index &one = node_[disk[first[c]]], &other = node_[disk[second[c]]];
+            if (begins) {
+                (one < 0 ? one : other) = one < 0 || other < 0 ? std::max(one, other) : other;
+                continue;
+            }
+            const Index low = std::min(one, other);
+            Index high = std::max(one, other);
+            if (below_[high] <= low) continue;
+            while (below_[high] > low) high = parent_[high];
+            one = high, ++moved;
+        }
+        for (Index a : disk)
+            if (node_[a] < 0) node_[a] = Index(parent_.size()) - 1;
+    }
+    return double(moved) <= MOVED * double(disk.size());
+}
+
+Ordering KeptOrder::of_nodes(std::span<const Index> disk) {
+    const int m = int(parent_.size());
+    Indices place(node_.size(), -1), node;
+    for (std::size_t i = 0; i < disk.size(); ++i) place[disk[i]] = Index(i);
+    for (Index a : order_) node.push_back(node_[a]);
+    Indices by_node = sorted(node, m);
+    for (Index& q : by_node) q = order_[q];
+    order_ = std::move(by_node);
+    Ordering found{{}, {}, Indices(m, 0), Indices(m, 0), parent_};
+    for (Index a : order_)
+        if (place[a] >= 0) found.order.push_back(place[a]), ++found.node_end[node_[a]];
+    for (int s = 1; s < m; ++s) found.node_first[s] = found.node_end[s - 1], found.node_end[s] += found.node_first[s];
+    found.index = inverse_of(found.order);
+    return found;
 }
 
 Indices by_parts(const Indices& index, const Indices& first, const Indices& second, int count, Parts& parts) {

@@ -141,15 +141,6 @@ System chosen(const System& full, std::span<const Index> contact, std::span<cons
     return s;
 }
 
-System together(const System& s, const System& more) {
-    System all = s;
-    const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
-    append(all.first, more.first), append(all.second, more.second), append(all.nx, more.nx), append(all.ny, more.ny);
-    append(all.offset, more.offset), append(all.inverse_mass, more.inverse_mass);
-    all.k += more.k;
-    return all;
-}
-
 LEVELS void approach(const System& s, In u, Out v) {
     const Index *first = s.first.data(), *second = s.second.data();
     const double *nx = s.nx.data(), *ny = s.ny.data(), *at = u.data();

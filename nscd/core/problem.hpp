@@ -62,9 +62,6 @@ Vector of_members(const Members& of, In position, In u);
 // disk comes to be.
 System chosen(const System& full, std::span<const Index> contact, std::span<const Index> disk, const Indices& index);
 
-// The problem with further contacts of its disks, of which nothing dissipates.
-System together(const System& s, const System& more);
-
 void approach(const System& s, In u, Out v);                            // v = C u (k)
 void sliding(const System& s, In u, Out v);                             // v = T u (k)
 void add_reactions(const System& s, In reaction, double factor, Out b); // b += factor · Cᵀλ

@@ -13,8 +13,8 @@ constexpr double LOOSE = 1e-6, BEFORE = 0.9;
 constexpr int REPEATS = 20;
 // Disks are taken to be faster than before by this share of the fastest one.
 constexpr double LIKELY = 0.01;
-// So often contacts that were not likely are added before all are; a guess above this share of the largest says that one is closed.
-constexpr int ADDITIONS = 10;
+// So often a step is solved before all its contacts are taken; a guess above this share of the largest says that one is closed.
+constexpr int MOST_PASSES = 10;
 constexpr double NOT_NOTHING = 1e-6;
 // So many times the tolerance of velocities is a share of an energy that is rounding.
 constexpr double ROUNDED = 10.0;
@@ -74,26 +74,25 @@ void solve_some(const System& s, Mask& taken, In guess, double tolerance, const 
     found.error = certificate.finite ? larger(certificate.residual, certificate.momentum_error) : INFINITE;
 }
 
-// Solve with the likely contacts, and again from that answer with those besides that would overlap, as long as there are any:
-// few are. guess: (k) N·s or none
+// Solve with the likely contacts, and again from that answer with those besides that would overlap, as long as there are any: few
+// are; with all where that does not end. guess: (k) N·s or none
 void solve_step(const System& s, In before, In guess, double tolerance, const Means& means, Stepped& found) {
     Mask taken(s.k, 0);
+    Vector v(s.k), from(guess.begin(), guess.end());
     for (int c : likely(s, before)) taken[c] = 1;
-    solve_some(s, taken, guess, tolerance, means, found);
-    Vector v(s.k);
-    for (int added = 0; added < ADDITIONS && !(found.error <= tolerance) && found.error < INFINITE; ++added) {
+    for (int passes = 1;; ++passes) {
+        solve_some(s, taken, from, tolerance, means, found);
+        if (found.error <= tolerance || std::count(taken.begin(), taken.end(), 1) == s.k) return;
         approach(s, found.velocity, v);
-        Vector from = found.reaction;
+        from = found.reaction;
         const double least = NOT_NOTHING * largest(from);
         bool more = false;
         for (int c = 0; c < s.k; ++c)
             if (!taken[c] && v[c] - s.offset[c] > tolerance * s.scale) from[c] = std::max((v[c] - s.offset[c]) / s.inverse_mass[c], least), taken[c] = more = true;
-        if (!more) break;
-        solve_some(s, taken, from, tolerance, means, found);
+        if (more && passes < MOST_PASSES && found.error < INFINITE) continue;
+        std::fill(taken.begin(), taken.end(), 1);
+        from.assign(guess.begin(), guess.end());
     }
-    if (found.error <= tolerance || std::count(taken.begin(), taken.end(), 1) == s.k) return;
-    std::fill(taken.begin(), taken.end(), 1);
-    solve_some(s, taken, guess, tolerance, means, found);
 }
 
 }  // namespace
