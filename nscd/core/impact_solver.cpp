@@ -203,14 +203,15 @@ private:
         const Vector velocity = factor_.disks_given(end.velocity);
         Vector reaction = factor_.contacts_given(end.reaction), v(more_->k);
         approach(*more_, velocity, v);
+        for (int c = 0; c < more_->k; ++c)
+            if (v[c] - more_->offset[c] > -NEARLY_CLOSED * s_.scale) added_.push_back(c);
+        if (added_.empty()) return;
         System all = problem_;
-        for (int c = 0; c < more_->k; ++c) {
-            if (!(v[c] - more_->offset[c] > -NEARLY_CLOSED * s_.scale)) continue;
-            added_.push_back(c), ++all.k, reaction.push_back(0.0);
+        for (Index c : added_) {
+            ++all.k, reaction.push_back(0.0);
             all.first.push_back(more_->first[c]), all.second.push_back(more_->second[c]), all.nx.push_back(more_->nx[c]);
             all.ny.push_back(more_->ny[c]), all.offset.push_back(more_->offset[c]), all.inverse_mass.push_back(more_->inverse_mass[c]);
         }
-        if (added_.empty()) return;
         ordered_.emplace(all, team_, options_.sizes, options_.kept, disk_);  // in the same place
         end.reaction = factor_.contacts_ordered(reaction), end.velocity = factor_.disks_ordered(velocity);
     }
