@@ -1,9 +1,9 @@
-"""Rigid steps of a heap before a 1 m exit that has moved for a second, by this installation on one
-thread and on several, and by another one beside it: CPU of a step, its mean and that over the
-first row's; the least wall time, and that over the first row's; the largest residual; how far
-velocities are from the first row's after one step, as a share of the largest.
+"""Rigid steps of a heap (seed 1) before a 1 m exit that has moved for a while, by this installation
+on one thread and on several, and by another one: mean CPU of a step, least wall time, both over those
+of the first row; the largest residual; how far the velocities of the last step are from the first
+row's (m/s).
 
-Usage: python benchmarks/scaling/steps.py [--sizes N …] [--threads N …] [--steps N] [--moved S]
+Usage: python -m benchmarks.scaling.steps [--sizes N …] [--threads N …] [--steps N] [--moved S]
 [--beside PYTHON]
 
 PYTHON is that of another installation, such as that of an earlier commit. Each is a process of its
@@ -11,12 +11,10 @@ own; they make the same steps in turn, so that all meet the same load."""
 
 import argparse
 import contextlib
-import itertools
 import subprocess
 import sys
 import tempfile
 import time
-import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from subprocess import PIPE
@@ -27,25 +25,23 @@ from nscd import Snapshot, Walls
 from nscd.stepping import Motion, Push
 
 STEP_S = 0.005
-COLUMNS = ("disks", "by", "CPU of a step", "of the first's", "wall", "at best", "residual", "off by")
+DISKS = ("position", "velocity", "radius", "mass")
+COLUMNS = ("disks", "by", "CPU", "ratio", "wall", "ratio", "residual", "off by")
 
 
 def serve(path: str, threads: str, out: str) -> None:
-    """Make a step for each line of the input, and say what it took; the velocities of the first go to
-    a file."""
+    """Make a step for each line of the input, and say what it took."""
     crowd = np.load(path)
-    who = Snapshot(**{name: crowd[name] for name in ("position", "velocity", "radius", "mass")})
-    push = Push(desired=lambda _: crowd["desired"], relaxation_time=float(crowd["relaxation_time"]))
-    several = {"threads": int(threads)} if threads != "1" else {}  # an earlier one has no threads
+    push = Push(desired=lambda _: crowd["desired"], relaxation_time=float(crowd["tau"]))
+    several = {"threads": int(threads)} if threads != "1" else {}  # an earlier one has none
     walls = Walls(start=crowd["start"], end=crowd["end"])
-    motion = Motion(who, walls, step=STEP_S, push=push, **several)
-    for line in sys.stdin:
-        before = time.perf_counter(), time.process_time()
-        report = motion.advance()
-        spent = time.perf_counter() - before[0], time.process_time() - before[1]
-        if line == "first\n":
-            np.save(out, motion.velocity)
-        print(*spent, report.residual, zlib.crc32(motion.velocity.tobytes()), flush=True)
+    motion = Motion(Snapshot(**{k: crowd[k] for k in DISKS}), walls, step=STEP_S, push=push, **several)
+    for _ in sys.stdin:
+        before = time.process_time(), time.perf_counter()
+        residual = motion.advance().residual
+        spent = time.process_time() - before[0], time.perf_counter() - before[1]
+        np.save(out, motion.velocity)
+        print(*spent, residual, flush=True)
 
 
 def moved(disks: int, seconds: float, path: Path) -> None:
@@ -54,49 +50,44 @@ def moved(disks: int, seconds: float, path: Path) -> None:
     from benchmarks.problems.families import heap
     from benchmarks.scaling.sizes import scene_of
 
-    scene = scene_of(heap(disks))
-    motion, walls, drive = motion_of(scene, scene.snapshot), scene.wall_segments(), scene.drive
-    assert walls
-    assert drive
-    motion.separate()
+    case = heap(disks)
+    scene = scene_of(case)
+    motion = motion_of(scene, scene.snapshot)
     while motion.time < seconds - 1e-9:
         motion.advance()
-    now = motion.snapshot()
-    wanted = drive.desired_velocity(now.position, now.ids, seconds, now.radius)
-    names = ("position", "velocity", "radius", "mass")
-    known = {name: getattr(now, name) for name in names} | {"start": walls.start, "end": walls.end}
-    np.savez(path, desired=wanted, relaxation_time=drive.relaxation_time_s, **known)
+    now, drive = motion.snapshot(), scene.drive
+    assert drive
+    desired = drive.desired_velocity(now.position, now.ids, seconds, now.radius)
+    known = {"start": case.walls.start, "end": case.walls.end, "tau": drive.relaxation_time_s}
+    np.savez(path, desired=desired, **known, **{name: getattr(now, name) for name in DISKS})
 
 
 def rows(args: argparse.Namespace, disks: int) -> Iterator[list[str]]:
-    """A row for each installation and number of threads."""
+    """A row for each number of threads, and for the other installation."""
+    which = {f"{n} threads": (sys.executable, str(n)) for n in args.threads}
+    which |= {"beside": (str(args.beside), "1")} if args.beside else {}
     with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as stack:
         moved(disks, args.moved, crowd := Path(folder) / "crowd.npz")
-        which = {f"threads: {n}": (sys.executable, str(n)) for n in args.threads}
-        which |= {"beside": (str(args.beside), "1")} if args.beside else {}
-        running = {}
-        for name, (python, threads) in which.items():
-            words = [python, __file__, "serve", str(crowd), threads, f"{folder}/{name}.npy"]
-            process = subprocess.Popen(words, stdin=PIPE, stdout=PIPE, text=True)
-            running[name] = stack.enter_context(process)
-        spent: dict[str, list[list[float]]] = {name: [] for name in running}
-        for turn, (name, process) in itertools.product(range(args.steps), running.items()):
-            assert process.stdin
-            assert process.stdout
-            process.stdin.write("next\n" if turn else "first\n")
-            process.stdin.flush()
-            spent[name].append([float(word) for word in process.stdout.readline().split()])
-        first = np.array(spent[next(iter(spent))])
-        before = np.load(f"{folder}/{next(iter(spent))}.npy")
-        for name, of in spent.items():
-            wall, cpu, residual, bits = np.array(of).T
-            off = np.abs(np.load(f"{folder}/{name}.npy") - before).max() / np.abs(before).max()
-            same = "no bit" if np.array_equal(bits, first[:, 3]) else f"{off:.0e}"
-            yield [
-                f"{disks:,}", name, f"{1e3 * cpu.mean():.1f} ms", f"{cpu.mean() / first[:, 1].mean():.2f}",
-                f"{1e3 * wall.min():.1f} ms", f"{wall.min() / first[:, 0].min():.2f}",
-                f"{residual.max():.0e}", same,
-            ]  # fmt: skip
+        running = []
+        for name, words in which.items():
+            command = [words[0], __file__, "serve", str(crowd), words[1], f"{folder}/{name}.npy"]
+            process = subprocess.Popen(command, stdin=PIPE, stdout=PIPE, bufsize=0)
+            running.append(stack.enter_context(process))
+        spent = []
+        for turn in range(args.steps * len(running)):
+            into, out = running[turn % len(running)].stdin, running[turn % len(running)].stdout
+            assert into
+            assert out
+            into.write(b"\n")
+            spent.append([float(word) for word in out.readline().split()])
+        found = np.array(spent).reshape(args.steps, -1, 3)
+        first, *_ = velocity = [np.load(f"{folder}/{name}.npy") for name in which]
+    times = np.array([found[:, :, 0].mean(axis=0), found[:, :, 1].min(axis=0)])
+    for i, name in enumerate(which):
+        pairs = zip(times[:, i], times[:, i] / times[:, 0], strict=True)
+        cells = (cell for one, ratio in pairs for cell in (f"{1e3 * one:.1f} ms", f"{ratio:.2f}"))
+        off = np.abs(velocity[i] - first).max()
+        yield [f"{disks:,}", name, *cells, f"{found[:, i, 2].max():.0e}", f"{off:.0e}"]
 
 
 def main() -> None:
