@@ -33,9 +33,9 @@ def serve(path: str, threads: str, out: str) -> None:
     """Make a step for each line of the input, and say what it took."""
     crowd = np.load(path)
     push = Push(desired=lambda _: crowd["desired"], relaxation_time=float(crowd["tau"]))
-    several = {"threads": int(threads)} if threads != "1" else {}  # an earlier one has none
     walls = Walls(start=crowd["start"], end=crowd["end"])
-    motion = Motion(Snapshot(**{k: crowd[k] for k in DISKS}), walls, step=STEP_S, push=push, **several)
+    motion = Motion(Snapshot(**{k: crowd[k] for k in DISKS}), walls, step=STEP_S, push=push)
+    motion.threads = int(threads)
     for _ in sys.stdin:
         before = time.process_time(), time.perf_counter()
         residual = motion.advance().residual

@@ -4,11 +4,11 @@
 
 namespace nscd {
 
-Factor::Factor(const System& problem, Team& team, const Sizes& sizes, KeptOrder* kept, std::span<const Index> disk) : team_(team), sizes_(sizes) {
+Factor::Factor(const System& problem, Team& team, const Sizes& sizes, ReusableOrder* reusable, std::span<const Index> disk) : team_(team), sizes_(sizes) {
     const bool by_rows = problem.n < sizes.multifrontal, shared = !by_rows && problem.n >= sizes.shared;
     const auto graph = [&] { return graph_of(problem.n, problem.first, problem.second); };
     ordering_ = by_rows ? minimum_degree(graph())
-                : kept  ? kept->order_of(problem.x, problem.y, problem.first, problem.second, disk, sizes.leaf, team, sizes.shared)
+                : reusable ? reusable->order_of(problem.x, problem.y, problem.first, problem.second, disk, sizes.leaf, team, sizes.shared)
                         : dissect(problem.x, problem.y, graph(), sizes.leaf, team, sizes.shared);
     contact_ = by_parts(ordering_.index, problem.first, problem.second, shared ? MOST_THREADS : 1, parts_);
     system_ = chosen(problem, contact_, ordering_.order, ordering_.index);

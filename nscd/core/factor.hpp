@@ -18,7 +18,7 @@ struct Sizes {
 class Factor {
 public:
     // Order the disks of a problem. kept: the order of a crowd, of which these are disks `disk`.
-    Factor(const System& problem, Team& team, const Sizes& sizes, KeptOrder* kept = nullptr, std::span<const Index> disk = {});
+    Factor(const System& problem, Team& team, const Sizes& sizes, ReusableOrder* reusable = nullptr, std::span<const Index> disk = {});
 
     const System& system() const { return system_; }  // the problem in elimination order
     const Parts& parts() const { return parts_; }

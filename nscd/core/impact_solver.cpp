@@ -92,9 +92,10 @@ double distance_of(const System& s, In one, In other) {
 // A problem that has to be factorised, on its way up the ladder; all in elimination order.
 class ImpactSolver {
 public:
-    ImpactSolver(const System& problem, const Options& options, const System* more = nullptr, std::span<const Index> disk = {})
-        : problem_(problem), options_(options), more_(more), disk_(disk), own_(options.team ? 1 : options.threads), team_(options.team ? *options.team : own_),
-          ordered_(std::in_place, problem, team_, options.sizes, options.kept, disk), factor_(*ordered_), s_(factor_.system()) {}
+    // remaining: of which disks it is what is left
+    ImpactSolver(const System& problem, const Options& options, const Remainder* remaining = nullptr)
+        : problem_(problem), options_(options), remaining_(remaining), own_(options.team ? 1 : options.threads), team_(options.team ? *options.team : own_),
+          ordered_(std::in_place, problem, team_, options.sizes, options.reusable, disks()), factor_(*ordered_), s_(factor_.system()) {}
 
     Solution solve(Method& method) {
         method = find();
@@ -190,7 +191,7 @@ private:
         Descended end = descend(s_, factor_.parts(), team_, {options_.tolerance, s_.n >= LARGE ? SWEEPS : FEW_SWEEPS, unchanged_tolerance(), ISOSTATIC});
         iterations_ += end.sweeps;
         Mask closed;
-        if (more_ && more_->k > 0) add_nearly_closed(end);
+        if (options_.full) add_nearly_closed(end);
         press(s_, end.reaction, end.velocity, {}, closed);
         warm_start.reaction = std::move(end.reaction), warm_start.velocity = std::move(end.velocity);
         const auto count = std::count(closed.begin(), closed.end(), 1);
@@ -200,21 +201,25 @@ private:
     }
     // Add the unlikely contacts that a descent overlaps or nearly closes, which may change the order.
     void add_nearly_closed(Descended& end) {
-        const Vector velocity = factor_.disks_given(end.velocity);
-        Vector reaction = factor_.contacts_given(end.reaction), v(more_->k);
-        approach(*more_, velocity, v);
-        for (int c = 0; c < more_->k; ++c)
-            if (v[c] - more_->offset[c] > -NEARLY_CLOSED * s_.scale) added_.push_back(c);
-        if (added_.empty()) return;
-        System all = problem_;
-        for (Index c : added_) {
-            ++all.k, reaction.push_back(0.0);
-            all.first.push_back(more_->first[c]), all.second.push_back(more_->second[c]), all.nx.push_back(more_->nx[c]);
-            all.ny.push_back(more_->ny[c]), all.offset.push_back(more_->offset[c]), all.inverse_mass.push_back(more_->inverse_mass[c]);
+        const System& full = *options_.full;
+        const Vector u = factor_.disks_given(end.velocity);
+        System all;
+        for (Index c : options_.unlikely) {
+            const Index i = remaining_->index[full.first[c]], j = full.second[c] < 0 ? -1 : remaining_->index[full.second[c]];
+            if (i < 0 || (j < 0 && full.second[c] >= 0)) continue;
+            const double x = u[2 * i] - (j < 0 ? 0.0 : u[2 * j]), y = u[2 * i + 1] - (j < 0 ? 0.0 : u[2 * j + 1]);
+            if (!(full.nx[c] * x + full.ny[c] * y - full.offset[c] > -NEARLY_CLOSED * s_.scale)) continue;
+            if (added_.empty()) all = problem_;
+            added_.push_back(c), ++all.k, all.first.push_back(i), all.second.push_back(j), all.nx.push_back(full.nx[c]);
+            all.ny.push_back(full.ny[c]), all.offset.push_back(full.offset[c]), all.inverse_mass.push_back(full.inverse_mass[c]);
         }
-        ordered_.emplace(all, team_, options_.sizes, options_.kept, disk_);  // in the same place
-        end.reaction = factor_.contacts_ordered(reaction), end.velocity = factor_.disks_ordered(velocity);
+        if (added_.empty()) return;
+        Vector reaction = factor_.contacts_given(end.reaction);
+        reaction.resize(all.k);
+        ordered_.emplace(all, team_, options_.sizes, options_.reusable, disks());  // in the same place
+        end.reaction = factor_.contacts_ordered(reaction), end.velocity = factor_.disks_ordered(u);
     }
+    std::span<const Index> disks() const { return remaining_ ? std::span<const Index>(remaining_->disk) : std::span<const Index>(); }
     // The same of bodies of several disks.
     bool firm_and_close(WarmStart& warm_start) {
         const double loose = options_.bounded || options_.canonical ? 0.0 : 0.5 * options_.tolerance;
@@ -266,8 +271,7 @@ private:
 
     const System& problem_;
     const Options& options_;
-    const System* more_;
-    std::span<const Index> disk_;
+    const Remainder* remaining_;
     Team own_;
     Team& team_;
     std::optional<Factor> ordered_;
@@ -315,14 +319,7 @@ Solution solve_contacts(const System& s, const Options& options) {
             for (std::size_t i = 0; i < restricted.velocity.size(); ++i)
                 restricted.velocity[i] = options.velocity[std::size_t(remaining.disk[i / s.d]) * s.d + i % s.d];
         }
-        System more;
-        Indices between;
-        const System* const unlikely = options.unlikely;
-        for (int c = 0; unlikely && c < unlikely->k; ++c)
-            if (remaining.index[unlikely->first[c]] >= 0 && (unlikely->second[c] < 0 || remaining.index[unlikely->second[c]] >= 0)) between.push_back(c);
-        if (unlikely) more = chosen(*unlikely, between, remaining.disk, remaining.index);
-        found = ImpactSolver(subproblem, restricted, unlikely ? &more : nullptr, remaining.disk).solve(found.method);
-        for (Index& c : found.added) c = between[c];
+        found = ImpactSolver(subproblem, restricted, &remaining).solve(found.method);
     }
     solution.reaction.insert(solution.reaction.end(), found.reaction.begin() + subproblem.k, found.reaction.end());
     for (int c = 0; c < subproblem.k; ++c) solution.reaction[remaining.contact[c]] = found.reaction[c];

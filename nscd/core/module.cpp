@@ -402,8 +402,8 @@ NB_MODULE(_core, m) {
         FIELD(ImpactSolution, residual) FIELD(ImpactSolution, velocity_error) FIELD(ImpactSolution, momentum_error) FIELD(ImpactSolution, iterations)
         FIELD(ImpactSolution, canonical) FIELD(ImpactSolution, finite) FIELD(ImpactSolution, method) FIELD(ImpactSolution, disks)
         FIELD(ImpactSolution, rounds) FIELD(ImpactSolution, threads) FIELD(ImpactSolution, friction);
-    nb::class_<Law>(m, "Law").def(nb::init<double, double, double, double, double, double, double, double, double, int>(), "step"_a, "relaxation"_a,
-                                  "x"_a, "y"_a, "restitution"_a, "friction"_a, "tolerance"_a, "reach"_a = 0.0, "force"_a = 0.0, "threads"_a = 1)
+    nb::class_<Law>(m, "Law").def(nb::init<double, double, double, double, double, double, double, double, double>(), "step"_a, "relaxation"_a,
+                                  "x"_a, "y"_a, "restitution"_a, "friction"_a, "tolerance"_a, "reach"_a = 0.0, "force"_a = 0.0)
         .def_ro("tolerance", &Law::tolerance).def_ro("reach", &Law::reach);
     nb::class_<Percussed>(m, "Percussed")  // what a step begins from
         .def("__init__", [](Percussed* at, const IntegerArg& keys, const VectorArg& reaction, const VectorArg& tangential) {
@@ -435,6 +435,7 @@ NB_MODULE(_core, m) {
                      nb::rv_policy::move)
         .def_prop_ro("time", [](const Motion& motion) { return motion.now.time; })
         .def_prop_ro("centre", [](const Motion& motion) { return give<2>(Vector(motion.now.centre), 2); }, nb::rv_policy::move)
+        .def_rw("threads", &Motion::threads)
         .def_rw("stalled", &Motion::stalled);
     m.def("works", &works_of, "first"_n, "second"_n, "wall"_n, "normal"_n, "gap"_n, "radius"_n, "moving"_n, "along"_n, "across"_n);
     m.def("headed", &headed_of, "position"_n, "start"_n, "end"_n, "outward"_n, "line_point"_n, "speed"_a);

@@ -12,7 +12,6 @@ struct Law {
     double x = 0.0, y = 0.0;                   // m/s², of a body force
     double restitution = 0.0, friction = 0.0, tolerance = 1e-8;
     double reach = 0.0, force = 0.0;           // m, N, of arms; reach 0: none
-    int threads = 1;
 };
 
 // What an answer may miss: so many times the tolerance.
@@ -51,13 +50,14 @@ public:
     Vector body_mass, body_inertia;     // (b) kg, kg m²
     State now;
     double stalled = STALLED;
+    int threads = 1;
 
     // Make a step, with friction in halves where no solver solves it, and those again; whether it is solved. Else the state stays.
     bool advance(const Desired& desired, Report& report);
     // Push overlapping disks apart, as little as possible; how far at most (m), −1 where they do not fit.
     double separate();
     void stay_within();                  // the period
-    void forget() { now.keys.clear(), now.reaction.clear(), now.tangential.clear(), kept_.forget(); }
+    void forget() { now.keys.clear(), now.reaction.clear(), now.tangential.clear(), ordering_.forget(); }
 
 private:
     bool in_halves(double h, int halvings, const Desired& desired, Report& report);
@@ -67,7 +67,7 @@ private:
     void turn(In mean);
     Members members(In masses) const { return {body, now.centre, masses, body_inertia}; }
     bool slim_ = false;
-    KeptOrder kept_;
+    ReusableOrder ordering_;
 };
 
 }  // namespace nscd

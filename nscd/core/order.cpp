@@ -345,7 +345,7 @@ static Indices sorted(const Indices& index, int n) {
 constexpr int MOST_USES = 20;
 constexpr double MOVED = 0.02;
 
-Ordering KeptOrder::order_of(In x, In y, const Indices& first, const Indices& second, std::span<const Index> disk, int leaf, Team& team, int shared) {
+Ordering ReusableOrder::order_of(In x, In y, const Indices& first, const Indices& second, std::span<const Index> disk, int leaf, Team& team, int shared) {
     if (const Index last = *std::max_element(disk.begin(), disk.end()); last >= Index(node_.size())) node_.resize(last + 1, -1);
     if (uses_ > 0 && uses_++ < MOST_USES && repair(first, second, disk)) return of_nodes(disk);
     Ordering found = dissect(x, y, graph_of(int(disk.size()), first, second), leaf, team, shared);
@@ -360,7 +360,7 @@ Ordering KeptOrder::order_of(In x, In y, const Indices& first, const Indices& se
     return found;
 }
 
-bool KeptOrder::repair(const Indices& first, const Indices& second, std::span<const Index> disk) {
+bool ReusableOrder::repair(const Indices& first, const Indices& second, std::span<const Index> disk) {
     std::size_t moved = 0;
     for (Index a : disk)
         if (node_[a] < 0) order_.push_back(a), ++moved;
@@ -384,7 +384,7 @@ bool KeptOrder::repair(const Indices& first, const Indices& second, std::span<co
     return double(moved) <= MOVED * double(disk.size());
 }
 
-Ordering KeptOrder::of_nodes(std::span<const Index> disk) {
+Ordering ReusableOrder::of_nodes(std::span<const Index> disk) {
     const int m = int(parent_.size());
     Indices place(node_.size(), -1), node;
     for (std::size_t i = 0; i < disk.size(); ++i) place[disk[i]] = Index(i);

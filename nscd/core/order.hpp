@@ -34,7 +34,7 @@ Ordering dissect(In x, In y, const Graph& graph, int leaf, Team& team, int share
 
 // The nodes of a dissection, kept for a crowd whose contacts hardly change. A contact between parts that were apart moves a disk
 // into what parts them.
-class KeptOrder {
+class ReusableOrder {
 public:
     // The order of the disks `disk` (n, numbers in the crowd) with such places x, y and contacts first, second (of these n).
     Ordering order_of(In x, In y, const Indices& first, const Indices& second, std::span<const Index> disk, int leaf, Team& team, int shared);

@@ -45,12 +45,12 @@ void solve_likely(const System& s, In before, Solve&& solve) {
     solve(some);
 }
 
-// Solve with the contacts that are taken, and take those besides that this looked at. guess: (k) N·s or none
-void solve_some(const System& s, Mask& taken, In guess, double tolerance, const Means& means, Stepped& found) {
+// Solve with the contacts that are included, and take those besides that this looked at. guess: (k) N·s or none
+void solve_some(const System& s, Mask& included, In guess, double tolerance, const Means& means, Stepped& found) {
     Indices every(s.n), some, others;
     std::iota(every.begin(), every.end(), 0);
-    for (int c = 0; c < s.k; ++c) (taken[c] ? some : others).push_back(c);
-    const System subproblem = chosen(s, some, every, every), unlikely = chosen(s, others, every, every);
+    for (int c = 0; c < s.k; ++c) (included[c] ? some : others).push_back(c);
+    const System subproblem = chosen(s, some, every, every);
     Solution solution;
     if (tolerance >= LOOSE && !s.compound() && subproblem.k > 0) {
         Parts one{{0, subproblem.n}, {0, subproblem.k}};
@@ -60,14 +60,14 @@ void solve_some(const System& s, Mask& taken, In guess, double tolerance, const 
     } else {
         Options options;
         options.tolerance = tolerance, options.canonical = options.bounded = false;
-        options.unlikely = &unlikely, options.kept = &means.kept, options.team = &means.team;
+        options.full = &s, options.unlikely = std::move(others), options.reusable = &means.reusable, options.team = &means.team;
         if (largest(guess) > 0.0)
             for (int c : some) options.reaction.push_back(guess[c]);
         solution = solve_contacts(subproblem, options);
     }
     found.method = solution.method == Method::NO_CONTACTS ? Method::NOTHING_PRESSES : solution.method, found.iterations += solution.iterations;
     found.reaction.assign(s.k, 0.0);
-    for (Index c : solution.added) some.push_back(others[c]), taken[others[c]] = 1;
+    for (Index c : solution.added) some.push_back(c), included[c] = 1;
     for (std::size_t c = 0; c < some.size(); ++c) found.reaction[some[c]] = solution.reaction[c];
     found.velocity = std::move(solution.velocity);
     const Certificate certificate = certified(s, found.reaction, found.velocity);
@@ -77,20 +77,20 @@ void solve_some(const System& s, Mask& taken, In guess, double tolerance, const 
 // Solve with the likely contacts, and again from that answer with those besides that would overlap, as long as there are any: few
 // are; with all where that does not end. guess: (k) N·s or none
 void solve_step(const System& s, In before, In guess, double tolerance, const Means& means, Stepped& found) {
-    Mask taken(s.k, 0);
+    Mask included(s.k, 0);
     Vector v(s.k), from(guess.begin(), guess.end());
-    for (int c : likely(s, before)) taken[c] = 1;
+    for (int c : likely(s, before)) included[c] = 1;
     for (int passes = 1;; ++passes) {
-        solve_some(s, taken, from, tolerance, means, found);
-        if (found.error <= tolerance || std::count(taken.begin(), taken.end(), 1) == s.k) return;
+        solve_some(s, included, from, tolerance, means, found);
+        if (found.error <= tolerance || std::count(included.begin(), included.end(), 1) == s.k) return;
         approach(s, found.velocity, v);
         from = found.reaction;
         const double least = NOT_NOTHING * largest(from);
         bool more = false;
         for (int c = 0; c < s.k; ++c)
-            if (!taken[c] && v[c] - s.offset[c] > tolerance * s.scale) from[c] = std::max((v[c] - s.offset[c]) / s.inverse_mass[c], least), taken[c] = more = true;
+            if (!included[c] && v[c] - s.offset[c] > tolerance * s.scale) from[c] = std::max((v[c] - s.offset[c]) / s.inverse_mass[c], least), included[c] = more = true;
         if (more && passes < MOST_PASSES && found.error < INFINITE) continue;
-        std::fill(taken.begin(), taken.end(), 1);
+        std::fill(included.begin(), included.end(), 1);
         from.assign(guess.begin(), guess.end());
     }
 }

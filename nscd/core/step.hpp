@@ -37,7 +37,7 @@ struct Stepped {
 
 // What a step works with: the order of elimination of steps before, and threads.
 struct Means {
-    KeptOrder& kept;
+    ReusableOrder& reusable;
     Team& team;
 };
 

@@ -170,9 +170,9 @@ class Motion:
 
     With a period (`Walls.period_x`) positions are those within it.
 
-    threads: how many cores work on a step; from 10,000 disks on they serve, and change no bit
-
     position, velocity (n,2) m, m/s; spin (n,) rad/s; time s: the state, changed by each step.
+    threads: how many cores work on a step, 1 at first; from 10,000 disks on they serve, and change no
+    bit.
 
     Sources: Jean, Comput. Methods Appl. Mech. Eng. 177 (1999) 235; the drive is implicit in u.
     Raises ValueError for a step, relaxation time, tolerance, restitution or friction out of range.
@@ -188,7 +188,6 @@ class Motion:
         restitution: float = 0.0,
         friction: float = 0.0,
         tolerance: float = 1e-8,
-        threads: int = 1,
     ) -> None:
         if not number(step, "step", "A time > 0 s") > 0:
             raise ValueError(f"step: {step} s. A time > 0 is needed")
@@ -202,14 +201,14 @@ class Motion:
         self.position, self.velocity = np.array(snapshot.position), np.array(snapshot.velocity)
         self.spin, self.step = np.array(snapshot.spin), step
         self.radius, self.mass = snapshot.radius, snapshot.mass
-        self._walls, push = segments_of(walls), push or Push()
+        self._walls, push, self.threads = segments_of(walls), push or Push(), 1
         self._desired, self._compound = push.desired, snapshot.compound
         for name, value in (("arms", push.arms), ("period_x", (walls or NO_WALLS).period_x)):
             if value and self._compound is not None:
                 raise ValueError(f"{name}: bodies of several disks have none")
         self._law = _core.Law(
             step, push.relaxation_time, *push.acceleration, restitution, friction, tolerance,
-            *(push.arms or (0.0, 0.0)), count(threads, "threads"),
+            *(push.arms or ()),
         )  # fmt: skip
         self._begin(snapshot, snapshot.time)
         self.position = (walls or NO_WALLS).within(self.position)
@@ -276,6 +275,7 @@ class Motion:
         width, gets through with radii less 10⁻⁸ of them. Raises StepError where no solver reaches the
         tolerance; the state then stays."""
         self._core.take(self.position, self.velocity, self.spin)
+        self._core.threads = count(self.threads, "threads")
         found = self._core.advance(self._desired)
         if not found.solved:
             raise StepError(

@@ -325,10 +325,12 @@ def to_the_corner(position):
     return -SPEED * position / np.linalg.norm(position, axis=1)[:, None]
 
 
-def pressed(start, **how):
+def pressed(start, threads=1):
     """A crowd that goes to a corner of walls."""
     push = Push(desired=to_the_corner, relaxation_time=TAU)
-    return Motion(start, box(-0.5, 200.0), step=0.01, push=push, tolerance=1e-10, **how)
+    motion = Motion(start, box(-0.5, 200.0), step=0.01, push=push, tolerance=1e-10)
+    motion.threads = threads
+    return motion
 
 
 def compressed(n):
@@ -374,4 +376,4 @@ def test_threads_change_no_bit():
         for name in ("position", "velocity"):
             np.testing.assert_array_equal(getattr(other, name), getattr(motions[0], name))
     with pytest.raises(ValueError, match=r"threads: 0\. 1 or more"):
-        pressed(start, threads=0)
+        pressed(start, threads=0).advance()

@@ -55,11 +55,12 @@ def main(words: Sequence[str] | None = None) -> int:
     mode = "a" if step else "w"
     with contextlib.ExitStack() as stack:
         opened = [(args.out / name).open(mode, encoding="utf-8") for name in (*NAMES, CSV)]
-        motion = motion_of(scene, state, args.threads)
+        motion = motion_of(scene, state)
+        motion.threads = args.threads
         return _Run(motion, scene, step, *map(stack.enter_context, opened)).to_the_end()
 
 
-def motion_of(scene: Scene, state: Snapshot, threads: int = 1) -> Motion:
+def motion_of(scene: Scene, state: Snapshot) -> Motion:
     """Make the motion of a scene from a state on."""
     drive, (h, frames) = scene.drive, (timing(scene).time_step, timing(scene).frame_interval)
     every, known = max(1, int(RENEWED_S / h + 1e-9)), [(-1, state.velocity)]
@@ -88,7 +89,6 @@ def motion_of(scene: Scene, state: Snapshot, threads: int = 1) -> Motion:
         restitution=scene.contact.restitution,
         friction=scene.contact.friction,
         tolerance=tolerance_of(scene),
-        threads=threads,
     )
     return motion
 
