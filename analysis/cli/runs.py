@@ -60,7 +60,7 @@ def run(
     impulses: Sum the impulses of contacts between frames, for `exposure`. A run of LAMMPS then takes
         1.5 to 5 times as long. The rigid engine always sums them.
     exact: Solve each step to 1e-8, with friction too. The rigid engine only.
-    ranks: Processes of MPI that share the run. LAMMPS only.
+    ranks: Processes of MPI that share a run of LAMMPS, or threads of the rigid engine.
 
     Example: percussions run arch --engine yade --stiffness 1e7"""
     from analysis.engines.rigid import NAME as RIGID

@@ -2,6 +2,7 @@
 
 import functools
 import sys
+from dataclasses import replace
 from importlib.metadata import version as version_of
 from pathlib import Path
 
@@ -140,3 +141,7 @@ class Rigid(Engine):
     ) -> Command:
         """Return the command that runs the scene in the folder."""
         return python_command(PROGRAM, "scene.toml", "--out", out, "--step", repr(time_step_s))
+
+    def on_ranks(self, command: Command, ranks: int, scene: Scene) -> Command:
+        """Return the command for so many threads."""
+        return replace(command, words=(*command.words, "--threads", str(ranks)))

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from analysis.dumps import DumpError, index_contacts, index_dump
-from analysis.engines import PENALTY, engine, guard, installed
+from analysis.engines import LAMMPS, PENALTY, engine, guard, installed
 from analysis.engines.energy import write_energy
 from analysis.engines.penalty import friction_at_joints
 from analysis.engines.price import expected_seconds
@@ -302,7 +302,8 @@ def run_engine(
     """Run the scene, or take the finished run that is in the folder if scene, decks, engine and
     version are the same.
 
-    ranks: of MPI that share the run, which changes it by rounding; LAMMPS only
+    ranks: of MPI that share the run, which changes it by rounding; of the rigid engine threads,
+        which do not
     expected: called with the CPU seconds that a run will take, before it
 
     Raises EngineError."""
@@ -420,7 +421,8 @@ def _ended(
     if ranks == 1:
         return run_command(command, staging, on_line=on_line)
     command = chosen.on_ranks(command, ranks, scene)
-    ended = run_command(command, staging, silent_s=MPI_STARTS_S, on_line=on_line)
+    starts_s = MPI_STARTS_S if chosen is LAMMPS else None
+    ended = run_command(command, staging, silent_s=starts_s, on_line=on_line)
     if ended.status is None:
         raise EngineError(
             f"{scene.name}: ranks: {ranks} of MPI wrote nothing in their first {MPI_STARTS_S:g} s and "

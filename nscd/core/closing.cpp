@@ -13,18 +13,22 @@ constexpr int HANDFUL = 4;
 constexpr double SHARE = 1e-5;
 // Reactions below the rounding of PENALTY · C u have no sign.
 constexpr double ROUNDING = 4.0 * PENALTY * EPSILON;
+// Where a set is closed, open contacts that close by this share of ‖u⁻‖∞ are wrong, whatever its stiff limit says of them.
+constexpr double OVERLAP = 1e-9;
 // Contacts of bodies get firmer in these steps; rounds until the closed ones are known in each.
 constexpr double FIRMER[] = {7e4, 1e8};
 constexpr int FIRM_ROUNDS = 12;
 // Conjugate gradients end where so many steps in turn have not made the gaps smaller.
 constexpr int PATIENCE = 20;
 
-// Mark the closed contacts that pull, and the open ones without a gap that would be pressed, by more than rounding.
-int find_wrong(const System& s, MaskView closed, In reaction, In v, Mask& wrong) {
+// Mark the closed contacts that pull, and the open ones without a gap that would be pressed, by more than rounding, or that
+// close by more than `overlap`.
+int find_wrong(const System& s, MaskView closed, In reaction, In v, double overlap, Mask& wrong) {
     int count = 0;
     for (int c = 0; c < s.k; ++c) {
         const double minimum = ROUNDING * s.scale / s.inverse_mass[c];
-        wrong[c] = closed[c] ? reaction[c] <= -minimum : reaction[c] > minimum && s.offset[c] - v[c] <= EXACT * s.scale;
+        const double gap = s.offset[c] - v[c];
+        wrong[c] = closed[c] ? reaction[c] <= -minimum : (reaction[c] > minimum && gap <= EXACT * s.scale) || gap < -overlap * s.scale;
         count += wrong[c];
     }
     return count;
@@ -141,10 +145,10 @@ Closed active_set_solve(Factor& factor, Mask closed, bool thorough, double enoug
         std::fill(reaction.begin(), reaction.end(), 0.0);
         approach(s, u, v);
         close_contacts(factor, closed, theta, reaction, u, v, 1, enough);
-        int changed = find_wrong(s, closed, reaction, v, wrong);
+        int changed = find_wrong(s, closed, reaction, v, INFINITE, wrong);
         if (thorough || changed <= few || best.rounds == max_rounds) {
             close_well(factor, closed, theta, reaction, u, v, STEPS, enough);
-            changed = find_wrong(s, closed, reaction, v, wrong);
+            changed = find_wrong(s, closed, reaction, v, OVERLAP, wrong);
             double error = 0.0;
             Vector pressed(s.k);
             for (int c = 0; c < s.k; ++c) {

@@ -4,19 +4,30 @@
 
 namespace nscd {
 
-Factor::Factor(const System& problem, Team& team, const Sizes& sizes) : team_(team) {
-    const Graph graph = graph_of(problem.n, problem.first, problem.second);
+Factor::Factor(const System& problem, Team& team, const Sizes& sizes, ReusableOrder* reusable, std::span<const Index> disk) : team_(team), sizes_(sizes) {
     const bool by_rows = problem.n < sizes.multifrontal, shared = !by_rows && problem.n >= sizes.shared;
-    ordering_ = by_rows ? minimum_degree(graph) : dissect(problem.x, problem.y, graph, sizes.leaf, team, sizes.shared);
+    const auto graph = [&] { return graph_of(problem.n, problem.first, problem.second); };
+    ordering_ = by_rows ? minimum_degree(graph())
+                : reusable ? reusable->order_of(problem.x, problem.y, problem.first, problem.second, disk, sizes.leaf, team, sizes.shared)
+                        : dissect(problem.x, problem.y, graph(), sizes.leaf, team, sizes.shared);
     contact_ = by_parts(ordering_.index, problem.first, problem.second, shared ? MOST_THREADS : 1, parts_);
     system_ = chosen(problem, contact_, ordering_.order, ordering_.index);
     system_.scale = problem.scale;
-    if (by_rows) rows_ = rows_of(graph, ordering_, system_.first, system_.second, problem.d);
-    else fronts_.emplace(ordering_, graph, system_.first, system_.second, problem.d, team, sizes.shared);
+}
+
+void Factor::plan() {
+    Indices first = system_.first, second = system_.second;
+    for (Index& i : first) i = ordering_.order[i];
+    for (Index& j : second)
+        if (j >= 0) j = ordering_.order[j];
+    const Graph graph = graph_of(system_.n, first, second);
+    if (system_.n < sizes_.multifrontal) rows_ = rows_of(graph, ordering_, system_.first, system_.second, system_.d);
+    else fronts_.emplace(ordering_, graph, system_.first, system_.second, system_.d, team_, sizes_.shared);
 }
 
 bool Factor::factorise(In theta, bool bare) {
     if (bare == made_bare_ && std::equal(theta.begin(), theta.end(), made_.begin(), made_.end())) return true;
+    if (!rows_ && !fronts_) plan();
     made_.clear();
     if (bare && system_.dissipative() && bare_.n == 0) {
         bare_ = system_;

@@ -17,8 +17,8 @@ struct Sizes {
 
 class Factor {
 public:
-    // Order the disks of a problem, and plan its factors.
-    Factor(const System& problem, Team& team, const Sizes& sizes);
+    // Order the disks of a problem. kept: the order of a crowd, of which these are disks `disk`.
+    Factor(const System& problem, Team& team, const Sizes& sizes, ReusableOrder* reusable = nullptr, std::span<const Index> disk = {});
 
     const System& system() const { return system_; }  // the problem in elimination order
     const Parts& parts() const { return parts_; }
@@ -34,7 +34,10 @@ public:
     Vector disks_given(In ordered) const;
 
 private:
+    void plan();
+
     Team& team_;
+    Sizes sizes_;
     Ordering ordering_;
     Indices contact_;  // (k) the contact at each row, neighbours in memory as in the crowd
     Parts parts_;

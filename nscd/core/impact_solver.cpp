@@ -15,6 +15,8 @@ constexpr int STEADY = 2;
 constexpr double STEADY_SHARE = 1e-3;
 // Between these numbers of closed contacts per unknown a packing is marginal: it has soft modes, and active sets cycle.
 constexpr double ISOSTATIC = 1.0, REDUNDANT = 1.2;
+// Contacts count whose gap, over the step, is no more than this share of the speed of the fastest.
+constexpr double NEARLY_CLOSED = 0.02;
 // A reaction above this share of the largest is one of a closed contact.
 constexpr double PRESSED = 1e-9;
 // From the answer of a crowd that was nearly the same, whose errors are few and large, the path begins this many times its
@@ -90,7 +92,10 @@ double distance_of(const System& s, In one, In other) {
 // A problem that has to be factorised, on its way up the ladder; all in elimination order.
 class ImpactSolver {
 public:
-    ImpactSolver(const System& problem, const Options& options) : options_(options), team_(options.threads), factor_(problem, team_, options.sizes), s_(factor_.system()) {}
+    // remaining: of which disks it is what is left
+    ImpactSolver(const System& problem, const Options& options, const Remainder* remaining = nullptr)
+        : problem_(problem), options_(options), remaining_(remaining), own_(options.team ? 1 : options.threads), team_(options.team ? *options.team : own_),
+          ordered_(std::in_place, problem, team_, options.sizes, options.reusable, disks()), factor_(*ordered_), s_(factor_.system()) {}
 
     Solution solve(Method& method) {
         method = find();
@@ -100,7 +105,7 @@ public:
             canonical_ = settle_energy(factor_, reaction_, velocity_, options_.tolerance);
         const bool shared = s_.n >= options_.sizes.shared && s_.n >= options_.sizes.multifrontal;
         return {factor_.contacts_given(reaction_), factor_.disks_given(velocity_), method, s_.n, iterations_,
-                shared ? team_.threads() : 1, canonical_, 0, distance};
+                shared ? team_.threads() : 1, canonical_, 0, added_, distance};
     }
 
 private:
@@ -171,7 +176,7 @@ private:
             warm_start.velocity = factor_.disks_ordered(options_.velocity);
         }
         if (std::none_of(closed.begin(), closed.end(), [](auto is) { return is; })) return false;
-        Closed found = active_set_solve(factor_, std::move(closed), false);
+        Closed found = active_set_solve(factor_, std::move(closed), false, enough());
         iterations_ += found.rounds;
         const bool exact = found.settled && found.error <= std::min(options_.tolerance, EXACT);
         if (!exact && (options_.canonical || !(found.error <= options_.tolerance))) return false;
@@ -186,6 +191,7 @@ private:
         Descended end = descend(s_, factor_.parts(), team_, {options_.tolerance, s_.n >= LARGE ? SWEEPS : FEW_SWEEPS, unchanged_tolerance(), ISOSTATIC});
         iterations_ += end.sweeps;
         Mask closed;
+        if (options_.full) add_nearly_closed(end);
         press(s_, end.reaction, end.velocity, {}, closed);
         warm_start.reaction = std::move(end.reaction), warm_start.velocity = std::move(end.velocity);
         const auto count = std::count(closed.begin(), closed.end(), 1);
@@ -193,6 +199,27 @@ private:
         if (count == 0 || (ISOSTATIC < fraction && fraction < REDUNDANT)) return false;
         return settled(active_set_solve(factor_, std::move(closed), false, enough()));
     }
+    // Add the unlikely contacts that a descent overlaps or nearly closes, which may change the order.
+    void add_nearly_closed(Descended& end) {
+        const System& full = *options_.full;
+        const Vector u = factor_.disks_given(end.velocity);
+        System all;
+        for (Index c : options_.unlikely) {
+            const Index i = remaining_->index[full.first[c]], j = full.second[c] < 0 ? -1 : remaining_->index[full.second[c]];
+            if (i < 0 || (j < 0 && full.second[c] >= 0)) continue;
+            const double x = u[2 * i] - (j < 0 ? 0.0 : u[2 * j]), y = u[2 * i + 1] - (j < 0 ? 0.0 : u[2 * j + 1]);
+            if (!(full.nx[c] * x + full.ny[c] * y - full.offset[c] > -NEARLY_CLOSED * s_.scale)) continue;
+            if (added_.empty()) all = problem_;
+            added_.push_back(c), ++all.k, all.first.push_back(i), all.second.push_back(j), all.nx.push_back(full.nx[c]);
+            all.ny.push_back(full.ny[c]), all.offset.push_back(full.offset[c]), all.inverse_mass.push_back(full.inverse_mass[c]);
+        }
+        if (added_.empty()) return;
+        Vector reaction = factor_.contacts_given(end.reaction);
+        reaction.resize(all.k);
+        ordered_.emplace(all, team_, options_.sizes, options_.reusable, disks());  // in the same place
+        end.reaction = factor_.contacts_ordered(reaction), end.velocity = factor_.disks_ordered(u);
+    }
+    std::span<const Index> disks() const { return remaining_ ? std::span<const Index>(remaining_->disk) : std::span<const Index>(); }
     // The same of bodies of several disks.
     bool firm_and_close(WarmStart& warm_start) {
         const double loose = options_.bounded || options_.canonical ? 0.0 : 0.5 * options_.tolerance;
@@ -242,12 +269,17 @@ private:
         reaction_ = std::move(found.reaction), velocity_ = std::move(found.velocity), iterations_ = found.sweeps;
     }
 
+    const System& problem_;
     const Options& options_;
-    Team team_;
-    Factor factor_;
+    const Remainder* remaining_;
+    Team own_;
+    Team& team_;
+    std::optional<Factor> ordered_;
+    Factor& factor_;
     const System& s_;
     Vector reaction_, velocity_;
     CachedFactor cached_;
+    Indices added_;
     int iterations_ = 0;
     bool canonical_ = false;
 };
@@ -287,12 +319,14 @@ Solution solve_contacts(const System& s, const Options& options) {
             for (std::size_t i = 0; i < restricted.velocity.size(); ++i)
                 restricted.velocity[i] = options.velocity[std::size_t(remaining.disk[i / s.d]) * s.d + i % s.d];
         }
-        ImpactSolver solver(subproblem, restricted);
+        ImpactSolver solver(subproblem, restricted, &remaining);
         subproblem = {};  // the solver has its own, in order of elimination
         found = solver.solve(found.method);
     }
-    for (std::size_t c = 0; c < remaining.contact.size(); ++c) solution.reaction[remaining.contact[c]] = found.reaction[c];
-    for (std::size_t i = 0; i < remaining.disk.size(); ++i)
+    const std::size_t k = remaining.contact.size(), n = remaining.disk.size();
+    solution.reaction.insert(solution.reaction.end(), found.reaction.begin() + k, found.reaction.end());
+    for (std::size_t c = 0; c < k; ++c) solution.reaction[remaining.contact[c]] = found.reaction[c];
+    for (std::size_t i = 0; i < n; ++i)
         for (int a = 0; a < s.d; ++a) solution.velocity[std::size_t(s.d) * remaining.disk[i] + a] = found.velocity[s.d * i + a];
     found.distance = length(found.distance, solution.distance);
     found.reaction = std::move(solution.reaction), found.velocity = std::move(solution.velocity);

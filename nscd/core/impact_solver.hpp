@@ -30,6 +30,10 @@ struct Options {
     int threads = 1;
     Vector reaction, velocity;  // (k), (n·d): of a problem that was nearly the same; empty where there is none
     Sizes sizes;
+    const System* full = nullptr;     // the disks with all contacts, of which unlikely ones count where a descent nearly closes them
+    Indices unlikely = {};
+    Team* team = nullptr;              // who works on it; its own where there is none
+    ReusableOrder* reusable = nullptr;         // the order of elimination of these disks before, from which this one is
 };
 
 struct Solution {
@@ -40,6 +44,7 @@ struct Solution {
     int threads = 1;             // how many worked on it
     bool canonical = true;           // whether λ is known to be the one of least energy
     int rounds = 0;              // in which the contacts were chosen at which k_n acts
+    Indices added;               // of the unlikely contacts, those that were looked at, and their reactions follow the others
     double distance = 0.0;       // √kg m/s, a bound of √(Σ m |u − u⁺|²); infinite where none is known
 };
 

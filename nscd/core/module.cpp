@@ -435,6 +435,7 @@ NB_MODULE(_core, m) {
                      nb::rv_policy::move)
         .def_prop_ro("time", [](const Motion& motion) { return motion.now.time; })
         .def_prop_ro("centre", [](const Motion& motion) { return give<2>(Vector(motion.now.centre), 2); }, nb::rv_policy::move)
+        .def_rw("threads", &Motion::threads)
         .def_rw("stalled", &Motion::stalled);
     m.def("works", &works_of, "first"_n, "second"_n, "wall"_n, "normal"_n, "gap"_n, "radius"_n, "moving"_n, "along"_n, "across"_n);
     m.def("headed", &headed_of, "position"_n, "start"_n, "end"_n, "outward"_n, "line_point"_n, "speed"_a);

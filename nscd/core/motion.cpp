@@ -129,7 +129,8 @@ bool Motion::step_once(double h, const Desired& desired, Report& report) {
 
     const Bodies bodies{now.position, now.velocity, free, radius, masses, walls, members(body_masses), now.moving, unheld};
     const FrictionState friction_state{law.friction, now.spin, inertia, now.keys, now.reaction, now.tangential};
-    Stepped found = make_step(bodies, friction_state, h, law.restitution, gained, law.tolerance);
+    Team team(int(n) >= SHARED ? threads : 1);
+    Stepped found = make_step(bodies, friction_state, h, law.restitution, gained, law.tolerance, {ordering_, team});
     double pressing = 0.0, maximum = 0.0;
     for (std::size_t i = 0; i < n; ++i) pressing += masses[i] * length(free[2 * i], free[2 * i + 1]) + WEDGED * mass[i] * radius[i] / h;
     for (double one : found.reaction) maximum = std::max(maximum, one);

@@ -50,13 +50,14 @@ public:
     Vector body_mass, body_inertia;     // (b) kg, kg m²
     State now;
     double stalled = STALLED;
+    int threads = 1;
 
     // Make a step, with friction in halves where no solver solves it, and those again; whether it is solved. Else the state stays.
     bool advance(const Desired& desired, Report& report);
     // Push overlapping disks apart, as little as possible; how far at most (m), −1 where they do not fit.
     double separate();
     void stay_within();                  // the period
-    void forget() { now.keys.clear(), now.reaction.clear(), now.tangential.clear(); }
+    void forget() { now.keys.clear(), now.reaction.clear(), now.tangential.clear(), ordering_.forget(); }
 
 private:
     bool in_halves(double h, int halvings, const Desired& desired, Report& report);
@@ -66,6 +67,7 @@ private:
     void turn(In mean);
     Members members(In masses) const { return {body, now.centre, masses, body_inertia}; }
     bool slim_ = false;
+    ReusableOrder ordering_;
 };
 
 }  // namespace nscd

@@ -341,6 +341,65 @@ static Indices sorted(const Indices& index, int n) {
     return order;
 }
 
+// A dissection is kept for so many problems, while no more than this share of the disks are new or moved.
+constexpr int MOST_USES = 20;
+constexpr double MOVED = 0.02;
+
+Ordering ReusableOrder::order_of(In x, In y, const Indices& first, const Indices& second, std::span<const Index> disk, int leaf, Team& team, int shared) {
+    if (const Index last = *std::max_element(disk.begin(), disk.end()); last >= Index(node_.size())) node_.resize(last + 1, -1);
+    if (uses_ > 0 && uses_++ < MOST_USES && repair(first, second, disk)) return of_nodes(disk);
+    Ordering found = dissect(x, y, graph_of(int(disk.size()), first, second), leaf, team, shared);
+    parent_ = found.node_parent, below_.resize(parent_.size()), uses_ = 1;
+    std::iota(below_.begin(), below_.end(), 0);
+    std::fill(node_.begin(), node_.end(), -1);
+    order_.clear();
+    for (Index s = 0; s < Index(parent_.size()); ++s) {
+        if (parent_[s] >= 0) below_[parent_[s]] = std::min(below_[parent_[s]], below_[s]);
+        for (int q = found.node_first[s]; q < found.node_end[s]; ++q) order_.push_back(disk[found.order[q]]), node_[order_.back()] = s;
+    }
+    return found;
+}
+
+bool ReusableOrder::repair(const Indices& first, const Indices& second, std::span<const Index> disk) {
+    std::size_t moved = 0;
+    for (Index a : disk)
+        if (node_[a] < 0) order_.push_back(a), ++moved;
+    for (bool begins : {true, false}) {  // who is new begins beside whom it touches, or at the root
+        for (std::size_t c = 0; c < first.size(); ++c) {
+            if (second[c] < 0) continue;
+            Index &one = node_[disk[first[c]]], &other = node_[disk[second[c]]];
+            if (begins) {
+                (one < 0 ? one : other) = one < 0 || other < 0 ? std::max(one, other) : other;
+                continue;
+            }
+            const Index low = std::min(one, other);
+            Index high = std::max(one, other);
+            if (below_[high] <= low) continue;
+            while (below_[high] > low) high = parent_[high];
+            one = high, ++moved;
+        }
+        for (Index a : disk)
+            if (node_[a] < 0) node_[a] = Index(parent_.size()) - 1;
+    }
+    return double(moved) <= MOVED * double(disk.size());
+}
+
+Ordering ReusableOrder::of_nodes(std::span<const Index> disk) {
+    const int m = int(parent_.size());
+    Indices place(node_.size(), -1), node;
+    for (std::size_t i = 0; i < disk.size(); ++i) place[disk[i]] = Index(i);
+    for (Index a : order_) node.push_back(node_[a]);
+    Indices by_node = sorted(node, m);
+    for (Index& q : by_node) q = order_[q];
+    order_ = std::move(by_node);
+    Ordering found{{}, {}, Indices(m, 0), Indices(m, 0), parent_};
+    for (Index a : order_)
+        if (place[a] >= 0) found.order.push_back(place[a]), ++found.node_end[node_[a]];
+    for (int s = 1; s < m; ++s) found.node_first[s] = found.node_end[s - 1], found.node_end[s] += found.node_first[s];
+    found.index = inverse_of(found.order);
+    return found;
+}
+
 Indices by_parts(const Indices& index, const Indices& first, const Indices& second, int count, Parts& parts) {
     const int n = int(index.size());
     const std::size_t k = first.size();

@@ -32,6 +32,24 @@ Ordering minimum_degree(const Graph& graph);
 // one by one: Ford & Fulkerson, Canad. J. Math. 8 (1956) 399. `shared`: from so many disks on threads cut.
 Ordering dissect(In x, In y, const Graph& graph, int leaf, Team& team, int shared);
 
+// The nodes of a dissection, kept for a crowd whose contacts hardly change. A contact between parts that were apart moves a disk
+// into what parts them.
+class ReusableOrder {
+public:
+    // The order of the disks `disk` (n, numbers in the crowd) with such places x, y and contacts first, second (of these n).
+    Ordering order_of(In x, In y, const Indices& first, const Indices& second, std::span<const Index> disk, int leaf, Team& team, int shared);
+    void forget() { uses_ = 0; }
+
+private:
+    bool repair(const Indices& first, const Indices& second, std::span<const Index> disk);
+    Ordering of_nodes(std::span<const Index> disk);
+
+    Indices node_;           // (crowd) of each disk, −1 where it has none
+    Indices order_;          // those that have one, by node
+    Indices parent_, below_; // (m) of each node, −1 at the root; the first of the nodes below it, which come just before it
+    int uses_ = 0;
+};
+
 // Parts of a crowd: disks that are near each other in the order of elimination, and the contacts within.
 struct Parts {
     Starts disk;     // (p+1) where the disks of each begin

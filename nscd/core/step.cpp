@@ -13,6 +13,9 @@ constexpr double LOOSE = 1e-6, BEFORE = 0.9;
 constexpr int REPEATS = 20;
 // Disks are taken to be faster than before by this share of the fastest one.
 constexpr double LIKELY = 0.01;
+// So often a step is solved before all its contacts are taken; a guess above this share of the largest says that one is closed.
+constexpr int MOST_PASSES = 10;
+constexpr double NOT_NOTHING = 1e-6;
 // So many times the tolerance of velocities is a share of an energy that is rounding.
 constexpr double ROUNDED = 10.0;
 
@@ -42,34 +45,54 @@ void solve_likely(const System& s, In before, Solve&& solve) {
     solve(some);
 }
 
-// guess: (k) N·s or none
-void solve_step(const System& s, In before, In guess, double tolerance, Stepped& found) {
-    Indices every(s.n);
+// Solve with the contacts that are included, and take those besides that this looked at. guess: (k) N·s or none
+void solve_some(const System& s, Mask& included, In guess, double tolerance, const Means& means, Stepped& found) {
+    Indices every(s.n), some, others;
     std::iota(every.begin(), every.end(), 0);
-    solve_likely(s, before, [&](const Indices& some) {
-        const System subproblem = chosen(s, some, every, every);
-        Solution solution;
-        if (tolerance >= LOOSE && !s.compound() && subproblem.k > 0) {
-            Parts one{{0, subproblem.n}, {0, subproblem.k}};
-            Team alone(1);
-            Descended end = descend(subproblem, one, alone, {BEFORE * tolerance, MOST_SWEEPS, -1, INFINITE});
-            solution.reaction = std::move(end.reaction), solution.velocity = std::move(end.velocity), solution.iterations = end.sweeps;
-            solution.method = Method::GRADIENT;
-        } else {
-            Options options;
-            options.tolerance = tolerance, options.canonical = options.bounded = false;
-            if (largest(guess) > 0.0)
-                for (int c : some) options.reaction.push_back(guess[c]);
-            solution = solve_contacts(subproblem, options);
-        }
-        found.method = solution.method == Method::NO_CONTACTS ? Method::NOTHING_PRESSES : solution.method, found.iterations += solution.iterations;
-        found.reaction.assign(s.k, 0.0);
-        for (std::size_t c = 0; c < some.size(); ++c) found.reaction[some[c]] = solution.reaction[c];
-        found.velocity = std::move(solution.velocity);
-        const Certificate certificate = certified(s, found.reaction, found.velocity);
-        found.error = certificate.finite ? larger(certificate.residual, certificate.momentum_error) : INFINITE;
-        return found.error <= tolerance;
-    });
+    for (int c = 0; c < s.k; ++c) (included[c] ? some : others).push_back(c);
+    const System subproblem = chosen(s, some, every, every);
+    Solution solution;
+    if (tolerance >= LOOSE && !s.compound() && subproblem.k > 0) {
+        Parts one{{0, subproblem.n}, {0, subproblem.k}};
+        Descended end = descend(subproblem, one, means.team, {BEFORE * tolerance, MOST_SWEEPS, -1, INFINITE});
+        solution.reaction = std::move(end.reaction), solution.velocity = std::move(end.velocity), solution.iterations = end.sweeps;
+        solution.method = Method::GRADIENT;
+    } else {
+        Options options;
+        options.tolerance = tolerance, options.canonical = options.bounded = false;
+        options.full = &s, options.unlikely = std::move(others), options.reusable = &means.reusable, options.team = &means.team;
+        if (largest(guess) > 0.0)
+            for (int c : some) options.reaction.push_back(guess[c]);
+        solution = solve_contacts(subproblem, options);
+    }
+    found.method = solution.method == Method::NO_CONTACTS ? Method::NOTHING_PRESSES : solution.method, found.iterations += solution.iterations;
+    found.reaction.assign(s.k, 0.0);
+    for (Index c : solution.added) some.push_back(c), included[c] = 1;
+    for (std::size_t c = 0; c < some.size(); ++c) found.reaction[some[c]] = solution.reaction[c];
+    found.velocity = std::move(solution.velocity);
+    const Certificate certificate = certified(s, found.reaction, found.velocity);
+    found.error = certificate.finite ? larger(certificate.residual, certificate.momentum_error) : INFINITE;
+}
+
+// Solve with the likely contacts, and again from that answer with those besides that would overlap, as long as there are any: few
+// are; with all where that does not end. guess: (k) N·s or none
+void solve_step(const System& s, In before, In guess, double tolerance, const Means& means, Stepped& found) {
+    Mask included(s.k, 0);
+    Vector v(s.k), from(guess.begin(), guess.end());
+    for (int c : likely(s, before)) included[c] = 1;
+    for (int passes = 1;; ++passes) {
+        solve_some(s, included, from, tolerance, means, found);
+        if (found.error <= tolerance || std::count(included.begin(), included.end(), 1) == s.k) return;
+        approach(s, found.velocity, v);
+        from = found.reaction;
+        const double least = NOT_NOTHING * largest(from);
+        bool more = false;
+        for (int c = 0; c < s.k; ++c)
+            if (!included[c] && v[c] - s.offset[c] > tolerance * s.scale) from[c] = std::max((v[c] - s.offset[c]) / s.inverse_mass[c], least), included[c] = more = true;
+        if (more && passes < MOST_PASSES && found.error < INFINITE) continue;
+        std::fill(included.begin(), included.end(), 1);
+        from.assign(guess.begin(), guess.end());
+    }
 }
 
 }  // namespace
@@ -175,7 +198,7 @@ static Mask solve_with_friction(const System& s, In before, In radius, const Fri
     return refused;
 }
 
-Stepped make_step(const Bodies& bodies, const FrictionState& friction_state, double step, double restitution, double gained, double tolerance) {
+Stepped make_step(const Bodies& bodies, const FrictionState& friction_state, double step, double restitution, double gained, double tolerance, const Means& means) {
     double margin = 2.0 * step * std::max(fastest(bodies.free), fastest(bodies.velocity));
     for (int repeats = 0;; ++repeats) {
         const ContactPairs contacts = find_contact_pairs(bodies.position, bodies.radius, bodies.walls, margin, bodies.compound.body);
@@ -207,7 +230,7 @@ Stepped make_step(const Bodies& bodies, const FrictionState& friction_state, dou
             Mask refused;
             if (friction_state.friction > 0.0) refused = solve_with_friction(s, was, bodies.radius, friction_state, tolerance, found);
             else {
-                solve_step(s, was, s.compound() ? carried_over(friction_state.keys, friction_state.reaction, found.keys).values : Vector(), tolerance, found);
+                solve_step(s, was, s.compound() ? carried_over(friction_state.keys, friction_state.reaction, found.keys).values : Vector(), tolerance, means, found);
                 refused = gaining(s, found.reaction, s.mass, found.velocity, s.free, tolerance);
             }
             again = false;

@@ -35,10 +35,16 @@ struct Stepped {
     int repeats = 0;             // how often contacts were missed
 };
 
+// What a step works with: the order of elimination of steps before, and threads.
+struct Means {
+    ReusableOrder& reusable;
+    Team& team;
+};
+
 // Make a step of `step` s; with restitution e a contact that closes within it with v⁻ > 0 has
 // C u⁺ ≤ −e v⁻ (Moreau's law), unless v⁻ is at most twice `gained` m/s, what the drive gives in a step: that contact rests.
 // Where that law has no answer, or one that gains energy, contacts do not rebound: C u⁺ ≤ gap/step.
-Stepped make_step(const Bodies& bodies, const FrictionState& friction_state, double step, double restitution, double gained, double tolerance);
+Stepped make_step(const Bodies& bodies, const FrictionState& friction_state, double step, double restitution, double gained, double tolerance, const Means& means);
 
 // Velocities after a step without contacts, (u + g + a u_d)/(1 + a), and the largest component (m/s) of what they gained.
 // Where nobody drives, desired is empty.

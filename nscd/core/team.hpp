@@ -17,7 +17,7 @@ inline constexpr int MOST_THREADS = 16;
 
 // Let others work while looking at a number that they change.
 inline void pause(int polls) {
-    if (polls < 4000) {
+    if (polls < 100) {
 #if defined(__x86_64__) || defined(__i386__)
         __builtin_ia32_pause();
 #endif

@@ -1,6 +1,7 @@
 """The rigid crowd in motion against closed forms: chains, rebounds, energy, overlap, windows. The
 rigid crowd in motion with friction, against closed forms of a solid disk (I = m r²/2)."""
 
+import dataclasses
 import itertools
 
 import numpy as np
@@ -318,3 +319,61 @@ def test_a_disk_that_rebounds_in_a_narrow_mouth_gains_no_energy(half, mu):
         assert motion.advance().residual <= 1e-8
         assert (motion.velocity**2).sum() + 0.5 * (0.25 * motion.spin[0]) ** 2 <= 1.0
     assert motion.overlap <= 1e-12
+
+
+def to_the_corner(position):
+    return -SPEED * position / np.linalg.norm(position, axis=1)[:, None]
+
+
+def pressed(start, threads=1):
+    """A crowd that goes to a corner of walls."""
+    push = Push(desired=to_the_corner, relaxation_time=TAU)
+    motion = Motion(start, box(-0.5, 200.0), step=0.01, push=push, tolerance=1e-10)
+    motion.threads = threads
+    return motion
+
+
+def compressed(n):
+    """It after some steps, in which most come to press."""
+    loose = crowd(3, n, 0.5)
+    motion = pressed(dataclasses.replace(loose, position=0.64 * loose.position), threads=2)
+    motion.separate()
+    for _ in range(4):
+        motion.advance()
+    return motion.snapshot()
+
+
+def test_steps_that_keep_what_they_know_are_those_of_who_knows_nothing():
+    """λ is held against its law alone: u⁺ from it, and from that the gaps."""
+    start = compressed(2500)
+    motion = pressed(start)
+    mass = start.mass * (1 + motion.step / TAU)
+    for _ in range(8):
+        before = motion.snapshot()
+        wanted = to_the_corner(before.position)
+        free = (before.velocity + motion.step / TAU * wanted) / (1 + motion.step / TAU)
+        anew, report = pressed(before), motion.advance()
+        anew.advance()
+        np.testing.assert_allclose(motion.velocity, anew.velocity, rtol=0, atol=1e-9 * SPEED)
+        of, inverse, moved = report.neighbours, 1 / mass, free.copy()
+        pushes = report.reaction[:, None] * of.normal
+        pair = of.second >= 0
+        np.subtract.at(moved, of.first, pushes * inverse[of.first, None])
+        np.add.at(moved, of.second[pair], (pushes * inverse[of.second, None])[pair])
+        closing = np.sum(of.normal * (moved[of.first] - pair[:, None] * moved[of.second]), axis=1)
+        push = report.reaction * (inverse[of.first] + pair * inverse[of.second])
+        residual = np.abs(np.minimum(push, of.gap / motion.step - closing)).max()
+        assert residual <= 1e-9 * np.abs(free).max()
+        assert np.count_nonzero(report.reaction) > 2000
+
+
+def test_threads_change_no_bit():
+    start = compressed(12_000)
+    motions = [pressed(start, threads=threads) for threads in (1, 2, 3)]
+    for motion in motions:
+        assert max(motion.advance().iterations for _ in range(2)) > 1
+    for other in motions[1:]:
+        for name in ("position", "velocity"):
+            np.testing.assert_array_equal(getattr(other, name), getattr(motions[0], name))
+    with pytest.raises(ValueError, match=r"threads: 0\. 1 or more"):
+        pressed(start, threads=0).advance()

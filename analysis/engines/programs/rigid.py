@@ -45,6 +45,7 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("scene", type=Path)
     parser.add_argument("--out", type=Path, default=Path())
     parser.add_argument("--step", type=float, default=None)
+    parser.add_argument("--threads", type=int, default=1)
     args = parser.parse_args(words)
     scene = read_scene(args.scene)
     if args.step:
@@ -54,7 +55,9 @@ def main(words: Sequence[str] | None = None) -> int:
     mode = "a" if step else "w"
     with contextlib.ExitStack() as stack:
         opened = [(args.out / name).open(mode, encoding="utf-8") for name in (*NAMES, CSV)]
-        return _Run(scene, state, step, *map(stack.enter_context, opened)).to_the_end()
+        motion = motion_of(scene, state)
+        motion.threads = args.threads
+        return _Run(motion, scene, step, *map(stack.enter_context, opened)).to_the_end()
 
 
 def motion_of(scene: Scene, state: Snapshot) -> Motion:
@@ -130,10 +133,10 @@ def _cut(path: Path, kind: str) -> list[tuple[int, int]]:
 class _Run:
     """A motion that writes its frames."""
 
-    def __init__(self, scene: Scene, state: Snapshot, step: int, *files: IO[str]) -> None:
+    def __init__(self, motion: Motion, scene: Scene, step: int, *files: IO[str]) -> None:
         self.scene, self.timing, self.step = scene, timing(scene), step
         self.bodies, self.contacts, self.impulses, losses, table = files
-        self.motion = motion_of(scene, state)
+        self.motion = motion
         energy = kinetic(self.motion.snapshot()) + self._stored() if step else None
         self.account = Account(table, losses, energy)
 

@@ -33,8 +33,8 @@ def test_two_ranks_give_the_run_of_one(tmp_path):
 
 def test_what_is_not_shared(tmp_path):
     scene = make("arch", 20).with_run(duration_s=0.1, frames=1)
-    with pytest.raises(EngineError, match="ranks: 2, but rigid runs on one core"):
-        run_engine(scene, "rigid", tmp_path / "rigid", ranks=2)
+    with pytest.raises(EngineError, match="ranks: 2, but yade runs on one core"):
+        run_engine(scene, "yade", tmp_path / "yade", ranks=2)
     with pytest.raises(EngineError, match=r"ranks: run\.impulses: .* on one rank only"):
         run_engine(scene.with_run(impulses=True), "lammps", tmp_path / "run", ranks=2)
     with pytest.raises(EngineError, match=r"ranks: drive\.time_gap_s: .* on one rank only"):
