@@ -1,7 +1,6 @@
 #include "rows.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <numeric>
 
 #include "levels.hpp"
@@ -10,50 +9,37 @@ namespace nscd {
 
 namespace {
 
-// Blocks of L: a row's columns are the paths in the elimination tree from its neighbours up to it.
+// Blocks of L: a column's rows are its later neighbours and the rows of its children in the elimination tree. Turned over
+// twice, rows and columns are sorted.
 void structure_of(Rows& rows, const Graph& graph, const Ordering& ordering) {
     const int n = int(ordering.order.size());
-    Indices parent(n, -1), ancestor(n, -1), mark(n, -1), path;
-    const auto for_earlier = [&](int k, auto&& visit) {
+    Indices child(n, -1), sibling(n, -1), mark(n, -1), found;
+    rows.start.assign(n + 1, 0), rows.row_start.assign(n + 1, 0);
+    for (int k = 0; k < n; ++k) {
+        Index parent = n;
+        const auto visit = [&](Index i) {
+            if (i <= k || mark[i] == k) return;
+            mark[i] = k, parent = std::min(parent, i);
+            found.push_back(i), ++rows.row_start[i + 1];
+        };
         const Index disk = ordering.order[k];
         for (auto e = graph.start[disk]; e < graph.start[disk + 1]; ++e) visit(ordering.index[graph.neighbour[e]]);
-    };
-    for (int k = 0; k < n; ++k)
-        for_earlier(k, [&](Index i) {
-            while (i != -1 && i < k) {
-                const Index following = ancestor[i];
-                ancestor[i] = k;
-                if (following == -1) parent[i] = k;
-                i = following;
-            }
-        });
-    const auto walk = [&](int k, auto&& visit) {
-        mark[k] = k;
-        for_earlier(k, [&](Index i) {
-            for (; i < k && mark[i] != k; i = parent[i]) {
-                mark[i] = k;
-                visit(i);
-            }
-        });
-    };
-    rows.start.assign(n + 1, 0), rows.row_start.assign(n + 1, 0);
-    for (int k = 0; k < n; ++k) walk(k, [&](Index i) { ++rows.start[i + 1], ++rows.row_start[k + 1]; });
-    std::partial_sum(rows.start.begin(), rows.start.end(), rows.start.begin());
-    std::partial_sum(rows.row_start.begin(), rows.row_start.end(), rows.row_start.begin());
-    rows.row.resize(rows.start[n]), rows.column.resize(rows.start[n]), rows.slot.resize(rows.start[n]);
-    Starts at(rows.start.begin(), rows.start.end() - 1);
-    std::fill(mark.begin(), mark.end(), -1);
-    for (int k = 0; k < n; ++k) {
-        path.clear();
-        walk(k, [&](Index i) { path.push_back(i); });
-        std::sort(path.begin(), path.end());
-        auto q = rows.row_start[k];
-        for (Index i : path) {
-            rows.column[q] = i;
-            rows.slot[q++] = at[i];
-            rows.row[at[i]++] = k;
-        }
+        for (Index c = child[k]; c >= 0; c = sibling[c])
+            for (auto q = rows.start[c]; q < rows.start[c + 1]; ++q) visit(found[q]);
+        rows.start[k + 1] = std::int64_t(found.size());
+        if (parent < n) sibling[k] = child[parent], child[parent] = k;
     }
+    std::partial_sum(rows.row_start.begin(), rows.row_start.end(), rows.row_start.begin());
+    rows.row.resize(found.size()), rows.column.resize(found.size()), rows.slot.resize(found.size());
+    Starts at(rows.row_start.begin(), rows.row_start.end() - 1);
+    for (int k = 0; k < n; ++k)
+        for (auto q = rows.start[k]; q < rows.start[k + 1]; ++q) rows.column[at[found[q]]++] = k;
+    at.assign(rows.start.begin(), rows.start.end() - 1);
+    for (int k = 0; k < n; ++k)
+        for (auto q = rows.row_start[k]; q < rows.row_start[k + 1]; ++q) {
+            rows.slot[q] = at[rows.column[q]]++;
+            rows.row[rows.slot[q]] = k;
+        }
 }
 
 // A += weight · row_iᵀ row_j in a d × d block.
@@ -106,17 +92,8 @@ template <int D>
         }
 }
 
-// A 2 × 2 block at once, (x₀₀ x₀₁ x₁₀ x₁₁), and a half of it.
+// A 2 × 2 block at once, (x₀₀ x₀₁ x₁₀ x₁₁).
 typedef double Four __attribute__((vector_size(32)));
-typedef double Two __attribute__((vector_size(16)));
-
-template <class Vector>
-[[gnu::always_inline]] inline Vector load(const double* from) {
-    Vector v;
-    std::memcpy(&v, from, sizeof v);
-    return v;
-}
-[[gnu::always_inline]] inline void store(double* to, auto v) { std::memcpy(to, &v, sizeof v); }
 [[gnu::always_inline]] inline Four twice(const double* from) {
     const Two half = load<Two>(from);
     return __builtin_shufflevector(half, half, 0, 1, 0, 1);
