@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "closing.hpp"
+
 namespace nscd {
 
 namespace {
@@ -12,32 +14,11 @@ constexpr int STEPS = 60;
 // Where no more contacts pull than so many and this share of all, if all that may press do, few steps tell which press.
 constexpr int FEW_PULLS = 4;
 constexpr double SHARE_OF_PULLS = 0.005;
-// A line search ends once the slope is this share of what it was, or after so many rounds.
-constexpr double LINE = 1e-3;
-constexpr int LINE_ROUNDS = 40;
 // To this share of the largest reaction it is told before which contacts press, in so many steps at most.
 constexpr double NEARLY_LEAST = 1e-5;
 constexpr int PATH_STEPS = 30;
 // It begins with no reaction below this share of their mean.
 constexpr double INSIDE = 0.3;
-
-// The t > 0 where ½ Σ max(0, v + t m)² − t · work is least: its slope grows, linear between the t = −v/m. Newton's method
-// within a bracket.
-double line_minimum(const Mask& may, In v, In moved, double work) {
-    double low = 0.0, high = INFINITE, t = 1.0;
-    for (int round = 0; round < LINE_ROUNDS; ++round) {
-        double slope = -work, rise = 0.0;
-        for (std::size_t c = 0; c < v.size(); ++c) {
-            const double overlap = v[c] + t * moved[c], push = may[c] && overlap > 0.0 ? moved[c] : 0.0;
-            slope += overlap * push, rise += push * push;
-        }
-        if (std::abs(slope) <= LINE * work) break;
-        (slope > 0.0 ? high : low) = t;
-        const double next = t - slope / rise;
-        t = next > low && next < high ? next : std::isfinite(high) ? 0.5 * (low + high) : 2.0 * t;
-    }
-    return t;
-}
 
 // How far λ and s > 0 may go along their changes until one of them is 0, at most 1.
 double to_boundary(const Mask& may, In one, In by, In other, In its) {
@@ -159,7 +140,7 @@ Vector least_energy(Factor& factor, In input, In u, double tolerance) {
         for (double& r : residual) r *= stiff;
         factor.solve(residual);
         approach(s, residual, moved);
-        const double length = line_minimum(may, v, moved, dot(residual, momentum));
+        const double length = line_minimum(may, v, moved, dot(residual, momentum), 0.0);
         for (std::size_t i = 0; i < size; ++i) y[i] += length * residual[i];
         approach(s, y, v);
     }

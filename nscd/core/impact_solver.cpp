@@ -190,7 +190,8 @@ private:
         warm_start.reaction = std::move(end.reaction), warm_start.velocity = std::move(end.velocity);
         const auto count = std::count(closed.begin(), closed.end(), 1);
         const double fraction = double(count) / (2.0 * s_.n);
-        if (count == 0 || (ISOSTATIC < fraction && fraction < REDUNDANT)) return false;
+        if (count == 0) return false;
+        if (ISOSTATIC < fraction && fraction < REDUNDANT && !settle_penalties(factor_, closed, iterations_)) return false;
         return settled(active_set_solve(factor_, std::move(closed), false, enough()));
     }
     // The same of bodies of several disks.
