@@ -9,7 +9,7 @@ namespace {
 
 // Sweeps of a descent, at most, before its closed contacts are tried; the same in a small crowd, where a factorisation is
 // cheap; from how many disks on a crowd is large (docs/results/solvers.md).
-constexpr int SWEEPS = 1600, FEW_SWEEPS = 100, LARGE = 2000;
+constexpr int SWEEPS = 1600, FEW_SWEEPS = 75, LARGE = 2000;
 // A descent has found the closed contacts once no more than this number and this share of all change between two looks.
 constexpr int STEADY = 2;
 constexpr double STEADY_SHARE = 1e-3;
