@@ -36,6 +36,7 @@ struct Work {
     Vector wanted;     // (k) m/s, C u − b − cλ
     Vector theta;      // (k) kg
     Vector push, v;    // (k)
+    Vector inverse_slack, inverse_reaction;  // (k) 1/s, 1/λ
     Vector target;     // (k) m/s, what the corrector takes from the slack, (ΔsΔλ − σμ)/λ
     Vector dual;       // (n·d) N·s, Â(u − û) + Cᵀλ
     Vector size;       // (n) N·s
@@ -95,50 +96,73 @@ Missed missed(const System& s, const PathPoint& point, In softness, Work& work) 
     return {error, total / s.k, std::isfinite(sum)};
 }
 
-LEVELS void weigh(const double* slack, const double* reaction, const double* compliance, double* theta, int k) {
-    for (int c = 0; c < k; ++c) theta[c] = reaction[c] / (slack[c] + compliance[c] * reaction[c]);
+LEVELS void weigh(const double* slack, const double* reaction, const double* compliance, double* theta, double* inverse_slack, double* inverse_reaction, int k) {
+    for (int c = 0; c < k; ++c) {
+        theta[c] = reaction[c] / (slack[c] + compliance[c] * reaction[c]);
+        inverse_slack[c] = 1.0 / slack[c], inverse_reaction[c] = 1.0 / reaction[c];
+    }
+}
+
+LEVELS void push_by(const double* theta, const double* wanted, const double* target, double* push, int k) {
+    for (int c = 0; c < k; ++c) push[c] = theta[c] * (wanted[c] - target[c]);
+}
+LEVELS void changes(const double* theta, const double* v, const double* push, const double* slack, const double* target, const double* inverse, double* reaction, double* by, int k) {
+    for (int c = 0; c < k; ++c) {
+        reaction[c] = theta[c] * v[c] + push[c];
+        by[c] = -slack[c] - target[c] - slack[c] * reaction[c] * inverse[c];
+    }
 }
 
 // The step that takes away what is missed, to first order; sλ goes to 0, or to what the corrector wants.
 void newton(Factor& factor, const PathPoint& point, PathPoint& step, Work& work) {
     const System& s = factor.system();
-    for (int c = 0; c < s.k; ++c) work.push[c] = work.theta[c] * (work.wanted[c] - work.target[c]);
+    push_by(work.theta.data(), work.wanted.data(), work.target.data(), work.push.data(), s.k);
     for (std::size_t i = 0; i < work.dual.size(); ++i) step.velocity[i] = -work.dual[i];
     add_reactions(s, work.push, -1.0, step.velocity);
     factor.solve(step.velocity);
     approach(s, step.velocity, work.v);
-    for (int c = 0; c < s.k; ++c) {
-        const double change = work.theta[c] * work.v[c] + work.push[c];
-        step.reaction[c] = change;
-        step.slack[c] = -point.slack[c] - work.target[c] - point.slack[c] * change / point.reaction[c];
-    }
+    changes(work.theta.data(), work.v.data(), work.push.data(), point.slack.data(), work.target.data(), work.inverse_reaction.data(), step.reaction.data(), step.slack.data(), s.k);
 }
 
 // How far a step goes until s or λ is 0, at most 1.
-LEVELS double to_boundary(const double* slack, const double* by, const double* reaction, const double* push, int k) {
+LEVELS double to_boundary(const double* inverse_slack, const double* by, const double* inverse_reaction, const double* push, int k) {
     double maximum = 1.0;
     for (int c = 0; c < k; ++c) {
-        const double one = -by[c] / slack[c], other = -push[c] / reaction[c];
+        const double one = -by[c] * inverse_slack[c], other = -push[c] * inverse_reaction[c];
         const double both = one > other ? one : other;
         maximum = both > maximum ? both : maximum;
     }
     return 1.0 / maximum;
 }
 
-double to_boundary(const PathPoint& point, const PathPoint& step) {
-    return to_boundary(point.slack.data(), step.slack.data(), point.reaction.data(), step.reaction.data(), int(point.slack.size()));
+double to_boundary(const PathPoint& step, const Work& work) {
+    return to_boundary(work.inverse_slack.data(), step.slack.data(), work.inverse_reaction.data(), step.reaction.data(), int(step.slack.size()));
+}
+
+// Σ (s + tΔs)(λ + tΔλ), in one order on every machine.
+LEVELS double sum_after(const double* slack, const double* by, const double* reaction, const double* change, double length, int k) {
+    std::array<double, 8> sums{};
+    const auto one = [&](int c, int lane) { sums[lane] += (slack[c] + length * by[c]) * (reaction[c] + length * change[c]); };
+    int c = 0;
+    for (; c + 8 <= k; c += 8)
+        for (int lane = 0; lane < 8; ++lane) one(c + lane, lane);
+    for (int lane = 0; c < k; ++c, ++lane) one(c, lane);
+    double sum = 0.0;
+    for (double part : sums) sum += part;
+    return sum;
+}
+LEVELS void centre(const double* by, const double* change, const double* inverse, double wanted, double* target, int k) {
+    for (int c = 0; c < k; ++c) target[c] = (by[c] * change[c] - wanted) * inverse[c];
 }
 
 // Mehrotra's corrector: (ΔsΔλ − σμ)/λ (k), σ from how far the predictor gets.
-void aim(const PathPoint& point, const PathPoint& step, double length, double mean, Vector& target) {
-    const std::size_t k = target.size();
-    double after = 0.0;
-    for (std::size_t c = 0; c < k; ++c)
-        after += (point.slack[c] + length * step.slack[c]) * (point.reaction[c] + length * step.reaction[c]);
+void aim(const PathPoint& point, const PathPoint& step, double length, double mean, Work& work) {
+    const int k = int(work.target.size());
+    const double after = sum_after(point.slack.data(), step.slack.data(), point.reaction.data(), step.reaction.data(), length, k);
     const double fraction = after / (double(k) * mean);
     double centring = fraction * fraction * fraction;
     if (length < 0.1) centring = std::max(centring, 0.3);
-    for (std::size_t c = 0; c < k; ++c) target[c] = (step.slack[c] * step.reaction[c] - centring * mean) / point.reaction[c];
+    centre(step.slack.data(), step.reaction.data(), work.inverse_reaction.data(), centring * mean, work.target.data(), k);
 }
 
 }  // namespace
@@ -148,7 +172,7 @@ Followed follow(Factor& factor, double tolerance, In compliance, bool soft, Path
     Followed best{point.reaction, point.velocity, INFINITE, 0, {}, point};
     if (s.scale < NOTHING) return {Vector(s.k, 0.0), s.free, INFINITE, 0, {}, std::move(point)};
     const std::size_t k = s.k, size = s.mass.size();
-    Work work{Vector(k), Vector(k), Vector(k), Vector(k), Vector(k), Vector(size), Vector(s.n)};
+    Work work{Vector(k), Vector(k), Vector(k), Vector(k), Vector(k), Vector(k), Vector(k), Vector(size), Vector(s.n)};
     PathPoint step{Vector(k), Vector(k), Vector(size)};
     int stalled = 0, iteration = 0;
     bool made = false;
@@ -164,14 +188,14 @@ Followed follow(Factor& factor, double tolerance, In compliance, bool soft, Path
         const int enough = best.error < NEAR_END ? STALLED : LOST;
         if (best.error <= tolerance || stalled > enough || iteration == MOST_ITERATIONS) break;
         ++iteration;
-        weigh(point.slack.data(), point.reaction.data(), compliance.data(), work.theta.data(), s.k);
+        weigh(point.slack.data(), point.reaction.data(), compliance.data(), work.theta.data(), work.inverse_slack.data(), work.inverse_reaction.data(), s.k);
         made = factor.factorise(work.theta);
         if (!made) break;
         std::fill(work.target.begin(), work.target.end(), 0.0);
         newton(factor, point, step, work);
-        aim(point, step, to_boundary(point, step), missing.mean, work.target);
+        aim(point, step, to_boundary(step, work), missing.mean, work);
         newton(factor, point, step, work);
-        const double length = to_boundary(point, step) * std::min(std::max(0.995, 1.0 - 10.0 * missing.error), 0.99999);
+        const double length = to_boundary(step, work) * std::min(std::max(0.995, 1.0 - 10.0 * missing.error), 0.99999);
         for (std::size_t i = 0; i < size; ++i) point.velocity[i] += length * step.velocity[i];
         for (std::size_t c = 0; c < k; ++c) {
             point.slack[c] = std::max(point.slack[c] + length * step.slack[c], LEAST);
