@@ -42,6 +42,9 @@ void structure_of(Rows& rows, const Graph& graph, const Ordering& ordering) {
         }
 }
 
+// A 2 × 2 block at once, by columns (x₀₀ x₁₀ x₀₁ x₁₁).
+typedef double Four __attribute__((vector_size(32)));
+
 // A += weight · row_iᵀ row_j in a d × d block.
 template <int D>
 [[gnu::always_inline]] inline void add_block(double* block, const double* one, const double* other, double weight) {
@@ -69,7 +72,10 @@ template <int D>
             add_block<D>(B + D * D * j, other, other, by);
             add_block<D>(beside, i > j ? one : other, i > j ? other : one, by);
         };
-        const auto add_block = [&](double* at, double sign) { at[0] += sign * xx, at[1] += sign * xy, at[D] += sign * xy, at[D + 1] += sign * yy; };
+        const auto add_block = [&](double* at, double sign) {
+            if constexpr (D == 2) store(at, load<Four>(at) + sign * Four{xx, xy, xy, yy});
+            else at[0] += sign * xx, at[1] += sign * xy, at[D] += sign * xy, at[D + 1] += sign * yy;
+        };
         if (D == 3 && s.compound()) {
             const double one[3] = {x, y, s.turn_first[c]}, other[3] = {-x, -y, s.turn_second[c]};
             add(one, other, weight);
@@ -92,9 +98,6 @@ template <int D>
             l[3 * a + b] = value * L[b + 3 * b];
         }
 }
-
-// A 2 × 2 block at once, by columns (x₀₀ x₁₀ x₀₁ x₁₁).
-typedef double Four __attribute__((vector_size(32)));
 
 [[gnu::always_inline]] inline Four twice(const double* from) {
     const Two half = load<Two>(from);
