@@ -1,10 +1,8 @@
 """One instant of many crowds of a family: our solver and its peers on the same seeds, in turn.
 
-All run in this process, in turn, so that they meet the same load of the machine. A peer runs with the
-variant and the number of iterations, or tolerance, that was fastest to 1e-10 on that crowd, set-up
-included as for us."""
+A peer runs with the setting that was fastest to 1e-10 on that crowd, set-up included as for us."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any
 
@@ -12,7 +10,7 @@ import numpy as np
 
 from benchmarks.cases import accuracy, case_of, scaled
 from benchmarks.contest.compete import TARGET
-from benchmarks.contest.peers import CANONICAL, OWN, PEERS, Peer
+from benchmarks.contest.peers import CANONICAL, EVERYONE, OWN, Peer
 from benchmarks.machine import in_turn, timed
 from benchmarks.problems.families import Case
 
@@ -20,23 +18,18 @@ from benchmarks.problems.families import Case
 TURNS = 12
 NAMES = ("family", "disks", "solver", "right", "ms, median", "worst residual", "peer", "right", "ms",
          "worst residual", "ratio, median", "worst twentieth", "worst")  # fmt: skip
-Timed = tuple[Callable[[], Any], float]
 
 
 def over_seeds(family: str, size: int, seeds: Sequence[int], peers: Sequence[str]) -> Iterator[Any]:
     """The rows of a family, ours by each peer: CPU ms, and the peer's over ours over the seeds where both
     were right. Residuals of ours are recomputed from λ alone, a peer's as `accuracy` says."""
-    found: dict[str, list[tuple[float, float]]] = {}
-    for seed in seeds:
+    results = {name: np.full((len(seeds), 2), np.nan) for name in ("auto", CANONICAL, *peers)}
+    for row, seed in enumerate(seeds):
         case = case_of(family, size, None, seed)
-        ready = {name: _fastest(case, OWN[name], True) for name in ("auto", CANONICAL)}
-        ready |= {name: _fastest(case, PEERS[name], False) for name in peers}
-        calls = {name: partial(timed, one[0]) for name, one in ready.items() if one}
-        times = in_turn(calls, TURNS)
-        for name, one in ready.items():
-            spent = min(seconds for seconds, _ in times[name]) if one else np.nan
-            found.setdefault(name, []).append((1e3 * spent, one[1] if one else np.nan))
-    results = {name: np.array(some) for name, some in found.items()}
+        ready = {name: _fastest(case, EVERYONE[name], name in OWN) for name in results}
+        times = in_turn({name: partial(timed, one[0]) for name, one in ready.items() if one}, TURNS)
+        for name, spent in times.items():
+            results[name][row] = 1e3 * min(seconds for seconds, _ in spent), ready[name][1]
     for ours in ("auto", CANONICAL):
         for peer in peers:
             ratio = results[peer][:, 0] / results[ours][:, 0]
@@ -52,8 +45,8 @@ def _words(found: Any) -> tuple[str, ...]:
     return f"{len(right)} of {len(found)}", f"{np.median(right[:, 0]):.2f}", f"{right[:, 1].max():.1e}"
 
 
-def _fastest(case: Case, peer: Peer, alone: bool) -> Timed | None:
-    """The fastest way of a peer to a residual of 1e-10, and that residual; none where it has none."""
+def _fastest(case: Case, peer: Peer, alone: bool) -> Any:
+    """The fastest call of a peer to a residual of 1e-10, and that residual; none where it has none."""
     problem, best, least = scaled(case), None, np.inf
     for make in peer.variants.values():
         try:
