@@ -100,7 +100,11 @@ public:
         if (s_.dissipative() && !s_.maintained) distance += recompute_velocity();
         if (options_.canonical && !canonical_ && accuracy(s_, reaction_, velocity_) <= options_.tolerance)
             canonical_ = settle_energy(factor_, reaction_, velocity_, options_.tolerance);
-        if (!s_.even() && !s_.dissipative()) refine();
+        if (options_.solver == Solver::AUTO && options_.bounded && !s_.even() && !s_.dissipative() && !s_.maintained) {
+            Vector before = reaction_;
+            refine();
+            if (accuracy(s_, reaction_, velocity_) > std::max(options_.tolerance, accuracy(s_, before, velocity_))) reaction_ = std::move(before);
+        }
         const bool shared = s_.n >= options_.sizes.shared && s_.n >= options_.sizes.multifrontal;
         return {factor_.contacts_given(reaction_), factor_.disks_given(velocity_), method, s_.n, iterations_,
                 shared ? team_.threads() : 1, canonical_, 0, distance};
