@@ -55,8 +55,8 @@ def _fastest(case: Case, peer: Peer, alone: bool) -> Any:
             return None
         for requested in peer.requested:
             call = partial(solver, requested)
-            (seconds, answer), (again, _) = timed(call), timed(call)
-            residual = accuracy(case, answer.reaction, None if alone else answer.velocity).residual
+            (seconds, solution), (again, _) = timed(call), timed(call)
+            residual = accuracy(case, solution.reaction, None if alone else solution.velocity).residual
             if residual <= TARGET:
                 if min(seconds, again) < least:
                     best, least = (call, residual), min(seconds, again)

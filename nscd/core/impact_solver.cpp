@@ -25,7 +25,7 @@ constexpr double SHARE_OF_TOLERANCE = 1e-3;
 // First-order solvers stop a little before the tolerance, so that rounding does not carry them beyond.
 constexpr double BEFORE = 0.9;
 // Rounds in which percussions between heavy and light disks are refined.
-constexpr int REFINEMENTS = 6;
+constexpr int REFINEMENTS = 12;
 // Rounds of the one-sided law: few are needed, 5 in a crowd of 1,000. Halvings of a step that would raise Φ.
 constexpr int ROUNDS = 60, HALVINGS = 40;
 
@@ -219,7 +219,7 @@ private:
     }
 
     // Where masses differ much, what rounding leaves of the percussions of heavy disks moves light ones: refined are those of
-    // the contacts that press, λ ← λ + Θ(C u − b), until the velocities û − M⁻¹Cᵀλ are no better.
+    // the contacts that press, λ ← λ + Θ(C u − b), and those kept whose velocities û − M⁻¹Cᵀλ are best.
     void refine() {
         Vector reaction = reaction_, u(s_.mass.size()), v(s_.k), theta = s_.stiffness();
         for (int c = 0; c < s_.k; ++c) theta[c] *= PENALTY;
@@ -236,8 +236,8 @@ private:
                 if (round == 0 && !(pressed > open)) theta[c] = 0.0;
                 v[c] = -theta[c] * open;
             }
-            if (!(error < best) || (round == 0 && !factor_.factorise(theta))) return;
-            best = error, reaction_ = reaction;
+            if (round == 0 && !factor_.factorise(theta)) return;
+            if (error < best) best = error, reaction_ = reaction;
             for (int c = 0; c < s_.k; ++c) reaction[c] += v[c];
             u.assign(u.size(), 0.0);
             add_reactions(s_, v, -1.0, u);

@@ -243,14 +243,14 @@ Found solve_by_path(Factor& factor, const WarmStart& warm_start, double toleranc
     const double enough = 0.5 * tolerance, first = exactly ? std::max(NEARLY, enough) : enough;
     Followed path;
     path.last = warm_start.reaction.empty() ? cold_start(s) : away_from(s, warm_start.reaction, warm_start.velocity, first, warm_start.away);
-    Found answer;
+    Found found;
     // the factor is another one after that
     const auto close = [&](int tries) {
         path.theta.clear();
         Closed exact = active_set_solve(factor, closed, true, CLOSED, tries);
         spent += exact.rounds;
         const bool settled = exact.settled && exact.error <= tolerance;
-        answer = {std::move(exact.reaction), std::move(exact.velocity), spent, settled && s.even(), std::move(exact.cached)};
+        found = {std::move(exact.reaction), std::move(exact.velocity), spent, settled && s.even(), std::move(exact.cached)};
         return settled;
     };
     double residual = INFINITE;
@@ -266,15 +266,15 @@ Found solve_by_path(Factor& factor, const WarmStart& warm_start, double toleranc
         if (!warm_start.reaction.empty()) press(s, warm_start.reaction, warm_start.velocity, {}, closed);
         const bool redundant = std::count(closed.begin(), closed.end(), 1) > 2 * s.n;
         if (redundant) {
-            if (go_on(SOFT, SOFT, true) && close(TRIES)) return answer;
+            if (go_on(SOFT, SOFT, true) && close(TRIES)) return found;
             path.error = INFINITE;
         } else if (go_on(first, RIGID, false) && std::count(closed.begin(), closed.end(), 1) <= 2 * s.n && close(TRIES))
-            return answer;  // no more than unknowns: they tell the reactions
+            return found;  // no more than unknowns: they tell the reactions
     }
     if (path.error > enough) go_on(enough, RIGID, false);
     if (residual > tolerance) {  // velocities without squares have no path
         close(12);
-        if (accuracy(s, answer.reaction, answer.velocity) < accuracy(s, path.reaction, path.velocity)) return answer;
+        if (accuracy(s, found.reaction, found.velocity) < accuracy(s, path.reaction, path.velocity)) return found;
     }
     return {std::move(path.reaction), std::move(path.velocity), spent, false, {std::move(path.theta), {}}};
 }
