@@ -3,9 +3,11 @@ contact problems.
 
     python benchmarks/percussions.py [--sizes 594 5000] [--families heap jammed] [--peers piqp osqp]
         [--solvers auto] [--seed 1] [--limit 100] [--cases FOLDER] [--out FOLDER] [--no-precision]
+        [--seeds 40]
 
 --limit: seconds of a solver on a case, all tolerances. --cases: keep the cases in this folder (a
-large jammed one takes minutes). --no-precision: leave the work-precision picture out."""
+large jammed one takes minutes). --no-precision: leave the work-precision picture out. --seeds: over
+so many from --seed on, instead, the median and the worst twentieth of each peer's time over ours."""
 
 import signal
 import subprocess
@@ -21,8 +23,9 @@ from analysis.support.files import write_text
 from benchmarks.cases import case_of, write_case
 from benchmarks.contest.compete import TARGET, Outcome, Request, compete
 from benchmarks.contest.peers import CANONICAL, PEERS
+from benchmarks.contest.seeds import NAMES, over_seeds
 from benchmarks.contest.tables import exponents, picture, rows_of, summary
-from benchmarks.machine import describe, options
+from benchmarks.machine import describe, options, show
 from benchmarks.problems.families import FAMILIES, heap
 from nscd.solve import SOLVERS
 
@@ -88,8 +91,13 @@ def main() -> None:
     """Run the contest; print one table and write it with the machine to the output folder."""
     args = options(
         __doc__, sizes=(594, 5000), families=FAMILIES, peers=PEERS, solvers=dict.fromkeys(SOLVERS),
-        seed=1, limit=20.0, precision=True, cases=Path, out=Path("out/benchmark"),
+        seed=1, limit=20.0, precision=True, cases=Path, out=Path("out/benchmark"), seeds=0,
     )  # fmt: skip
+    if args.seeds:
+        seeds = range(args.seed, args.seed + args.seeds)
+        print(f"Seeds {seeds[0]} to {seeds[-1]}.")
+        show(NAMES, (row for f in args.families for n in args.sizes for row in over_seeds(f, n, seeds, args.peers)))
+        return
     # ended from outside, it still ends the process that it waits for
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     args.out.mkdir(parents=True, exist_ok=True)

@@ -18,6 +18,13 @@ constexpr double OVERLAP = 1e-9;
 // Contacts of bodies get firmer in these steps; rounds until the closed ones are known in each.
 constexpr double FIRMER[] = {7e4, 1e8};
 constexpr int FIRM_ROUNDS = 12;
+// Contacts are this soft where Newton's method finds those that press, in so many rounds; it is left to the path when more
+// than this share changes in one.
+constexpr double SOFTER = 1e5, SHARE_OF_CHANGES = 0.03;
+constexpr int SOFT_ROUNDS = 14;
+// A line search ends once the slope is this share of what it was, or after so many rounds.
+constexpr double LINE = 1e-3;
+constexpr int LINE_ROUNDS = 40;
 // Conjugate gradients end where so many steps in turn have not made the gaps smaller.
 constexpr int PATIENCE = 20;
 
@@ -169,6 +176,59 @@ Closed active_set_solve(Factor& factor, Mask closed, bool thorough, double enoug
         change(s, closed, wrong, sparing);
     }
     return best;
+}
+
+double line_minimum(MaskView may, In v, In moved, double work, double curve) {
+    double low = 0.0, high = INFINITE, t = 1.0;
+    for (int round = 0; round < LINE_ROUNDS; ++round) {
+        double slope = t * curve - work, rise = curve;
+        for (std::size_t c = 0; c < v.size(); ++c) {
+            const double overlap = v[c] + t * moved[c], push = (may.empty() || may[c]) && overlap > 0.0 ? moved[c] : 0.0;
+            slope += overlap * push, rise += push * push;
+        }
+        if (std::abs(slope) <= LINE * work) break;
+        (slope > 0.0 ? high : low) = t;
+        const double next = t - slope / rise;
+        t = next > low && next < high ? next : std::isfinite(high) ? 0.5 * (low + high) : 2.0 * t;
+    }
+    return t;
+}
+
+bool settle_penalties(Factor& factor, Mask& closed, int& rounds) {
+    const System& s = factor.system();
+    const double theta = SOFTER * s.stiffness()[0];
+    Vector weight(s.k), v(s.k), moved(s.k), overlap(s.k), u = s.free, residual(u.size()), step(u.size());
+    approach(s, u, v);
+    for (int round = 0; round < SOFT_ROUNDS; ++round) {
+        for (int c = 0; c < s.k; ++c) weight[c] = closed[c] ? theta : 0.0;
+        if (!factor.factorise(weight)) return false;
+        ++rounds;
+        for (int c = 0; c < s.k; ++c) {
+            overlap[c] = v[c] - s.offset[c];
+            weight[c] = closed[c] ? theta * overlap[c] : 0.0;
+        }
+        for (std::size_t i = 0; i < u.size(); ++i) residual[i] = s.mass[i] * (s.free[i] - u[i]);
+        add_reactions(s, weight, -1.0, residual);
+        step = residual;
+        factor.solve(step);
+        approach(s, step, moved);
+        double length = 1.0;
+        if (round > 0) {
+            double work = 0.0, curve = 0.0;
+            for (std::size_t i = 0; i < u.size(); ++i) work += s.mass[i] * step[i] * (s.free[i] - u[i]), curve += s.mass[i] * step[i] * step[i];
+            length = line_minimum({}, overlap, moved, work / theta, curve / theta);
+        }
+        int changed = 0;
+        for (std::size_t i = 0; i < u.size(); ++i) u[i] += length * step[i];
+        for (int c = 0; c < s.k; ++c) {
+            v[c] += length * moved[c];
+            const bool pressed = v[c] > s.offset[c];
+            changed += pressed != bool(closed[c]), closed[c] = pressed;
+        }
+        if (changed == 0) return true;
+        if (changed > SHARE_OF_CHANGES * s.k) return false;
+    }
+    return false;
 }
 
 Closed augmented_lagrangian(Factor& factor, Vector& reaction, double enough, double loose) {

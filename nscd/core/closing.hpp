@@ -37,6 +37,14 @@ struct Closed {
 // thorough: go to the stiff limit in every round.
 Closed active_set_solve(Factor& factor, Mask closed, bool thorough, double enough = CLOSED, int max_rounds = 12);
 
+// closed ← the contacts that press in a penalty model of one stiffness, by Newton's method from the contacts that nearly do;
+// the rounds are counted. False, soon, where more change than a few.
+bool settle_penalties(Factor& factor, Mask& closed, int& rounds);
+
+// The t > 0 where ½ Σ max(0, v + t moved)² + ½ curve t² − t · work is least: its slope grows, linear between the t = −v/moved.
+// Newton's method within a bracket. may: the contacts of the sum; all where it is empty.
+double line_minimum(MaskView may, In v, In moved, double work, double curve);
+
 // Close the contacts that a method of multipliers finds, λ ← max(0, λ + θ(Cu − b)) with contacts that get firmer: each step is
 // a penalty model, solved by Newton's method on its closed contacts from those of the step before. Redundant contacts do not
 // slow it down as they do descents. It begins from `reaction` (k, or none), where its last λ comes; loose: the error, a share of

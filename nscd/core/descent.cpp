@@ -22,12 +22,13 @@ constexpr int POWER_ITERATIONS = 10;
 
 // The problem in the variables λ√w. A wall is a disk that never moves: disk n + p for the contacts of part p.
 struct Scaled {
-    std::vector<std::uint32_t> first, second;  // unsigned places make the gathers vector instructions
-    Vector x, y;                              // (k) the normal over √w
+    std::vector<std::uint32_t> first, second;
+    Vector normal;                            // (k·2) over √w
     Vector inverse;                           // (n+p) 1/kg
     Vector pull, root;                        // (k) (Cû − b)/√w, √w
     Vector now, ahead;                        // (k) √w λ, and where momentum carries it
-    Vector ux, uy;                            // (n+p) momentum, then velocity that contacts give
+    Vector u;                                 // (n+p·2) momentum, then velocity that contacts give
+    Vector v;                                 // (k) m/s √kg, approach at that velocity
     Mask closed;                              // (k) at the last look
 };
 
@@ -37,53 +38,54 @@ struct Measured {
 
 // u += Cᵀλ (momentum) of contacts begin … end.
 [[gnu::always_inline]] inline void gather(Scaled& s, const double* reaction, std::int64_t begin, std::int64_t end) {
-    double *ux = s.ux.data(), *uy = s.uy.data();
+    double* u = s.u.data();
     for (auto c = begin; c < end; ++c) {
-        const auto i = s.first[c], j = s.second[c];
-        const double px = s.x[c] * reaction[c], py = s.y[c] * reaction[c];
-        ux[i] += px, uy[i] += py;
-        ux[j] -= px, uy[j] -= py;
+        double *i = u + 2 * s.first[c], *j = u + 2 * s.second[c];
+        const Two push = load<Two>(&s.normal[2 * c]) * reaction[c];
+        store(i, load<Two>(i) + push);
+        store(j, load<Two>(j) - push);
     }
 }
 
 // The same at disks low … high only.
 void gather_at(Scaled& s, std::int64_t low, std::int64_t high, std::int64_t begin) {
-    for (auto c = begin; c < std::int64_t(s.x.size()); ++c) {
+    for (auto c = begin; c < std::int64_t(s.v.size()); ++c) {
         const std::int64_t i = s.first[c], j = s.second[c];
-        const double px = s.x[c] * s.ahead[c], py = s.y[c] * s.ahead[c];
-        if (low <= i && i < high) s.ux[i] += px, s.uy[i] += py;
-        if (low <= j && j < high) s.ux[j] -= px, s.uy[j] -= py;
+        const Two push = load<Two>(&s.normal[2 * c]) * s.ahead[c];
+        if (low <= i && i < high) store(&s.u[2 * i], load<Two>(&s.u[2 * i]) + push);
+        if (low <= j && j < high) store(&s.u[2 * j], load<Two>(&s.u[2 * j]) - push);
     }
 }
 
-LEVELS void approach_scaled(const Scaled& s, double* v, std::int64_t k) {
-    const std::uint32_t *first = s.first.data(), *second = s.second.data();
-    const double *ux = s.ux.data(), *uy = s.uy.data(), *x = s.x.data(), *y = s.y.data();
-    for (std::int64_t c = 0; c < k; ++c)
-        v[c] = x[c] * (ux[first[c]] - ux[second[c]]) + y[c] * (uy[first[c]] - uy[second[c]]);
+// v of contacts begin … end, two at a time.
+[[gnu::always_inline]] inline void approach_scaled(const Scaled& s, double* v, std::int64_t begin, std::int64_t end) {
+    const double *u = s.u.data(), *normal = s.normal.data();
+    const auto product = [&](std::int64_t c) { return load<Two>(normal + 2 * c) * (load<Two>(u + 2 * s.first[c]) - load<Two>(u + 2 * s.second[c])); };
+    for (; begin + 2 <= end; begin += 2) {
+        const Two one = product(begin), other = product(begin + 1);
+        store(v + begin, __builtin_shufflevector(one, other, 0, 2) + __builtin_shufflevector(one, other, 1, 3));
+    }
+    if (begin < end) v[begin] = product(begin)[0] + product(begin)[1];
 }
 
 // u of the disks low … high from the contacts of their parts and those between parts.
 LEVELS void velocities(Scaled& s, const Parts& parts, int mine, int end) {
     const auto n = parts.disk.back(), low = parts.disk[mine], high = parts.disk[end];
-    std::fill(s.ux.begin() + low, s.ux.begin() + high, 0.0);
-    std::fill(s.uy.begin() + low, s.uy.begin() + high, 0.0);
+    std::fill(s.u.begin() + 2 * low, s.u.begin() + 2 * high, 0.0);
     for (int p = mine; p < end; ++p) {
         gather(s, s.ahead.data(), parts.contact[p], parts.contact[p + 1]);
-        s.ux[n + p] = s.uy[n + p] = 0.0;
+        s.u[2 * (n + p)] = s.u[2 * (n + p) + 1] = 0.0;
     }
     if (parts.count() > 1) gather_at(s, low, high, parts.contact.back());
-    double *ux = s.ux.data(), *uy = s.uy.data();
-    const double* inverse = s.inverse.data();
-    for (auto i = low; i < high; ++i) ux[i] *= inverse[i], uy[i] *= inverse[i];
+    for (auto i = low; i < high; ++i) s.u[2 * i] *= s.inverse[i], s.u[2 * i + 1] *= s.inverse[i];
 }
 
 // The error of contacts begin … end, how many change sides, and how many press.
 LEVELS Measured measure_piece(Scaled& s, std::int64_t begin, std::int64_t end) {
     Measured measured{0.0, 0.0, 0.0};  // clang leaves out a constructor that only clones call
+    approach_scaled(s, s.v.data(), begin, end);
     for (auto c = begin; c < end; ++c) {
-        const auto i = s.first[c], j = s.second[c];
-        const double gradient = s.x[c] * (s.ux[i] - s.ux[j]) + s.y[c] * (s.uy[i] - s.uy[j]) - s.pull[c];
+        const double gradient = s.v[c] - s.pull[c];
         measured.error = std::max(measured.error, std::abs(std::min(s.ahead[c], gradient)) * s.root[c]);
         const bool active = s.ahead[c] > gradient;
         measured.changed += active != bool(s.closed[c]);
@@ -95,13 +97,12 @@ LEVELS Measured measure_piece(Scaled& s, std::int64_t begin, std::int64_t end) {
 
 // A step of contacts begin … end; how much it goes uphill.
 LEVELS double move(Scaled& s, std::int64_t begin, std::int64_t end, double step, double beta) {
-    const std::uint32_t *first = s.first.data(), *second = s.second.data();
-    const double *x = s.x.data(), *y = s.y.data(), *ux = s.ux.data(), *uy = s.uy.data(), *pull = s.pull.data();
+    approach_scaled(s, s.v.data(), begin, end);
+    const double *v = s.v.data(), *pull = s.pull.data();
     double *__restrict now = s.now.data(), *__restrict ahead = s.ahead.data();
     std::array<double, 8> uphill{};  // in one order on every machine
     const auto one = [&](std::int64_t c, double& sum) {
-        const auto i = first[c], j = second[c];
-        const double gradient = x[c] * (ux[i] - ux[j]) + y[c] * (uy[i] - uy[j]) - pull[c];
+        const double gradient = v[c] - pull[c];
         const double down = ahead[c] - step * gradient, next = down > 0.0 ? down : 0.0, change = next - now[c];
         sum += gradient * change;
         now[c] = next;
@@ -117,7 +118,7 @@ LEVELS double move(Scaled& s, std::int64_t begin, std::int64_t end, double step,
 
 // The largest eigenvalue of the scaled Delassus operator, by power iteration, with a margin of 2 %.
 double norm(Scaled& s) {
-    const auto k = std::int64_t(s.x.size());
+    const auto k = std::int64_t(s.v.size());
     Vector v(k);
     for (std::int64_t c = 0; c < k; ++c) v[c] = 1.0 + 0.37 * double((c * 7919) % 101) / 101.0;
     const auto size = [&] {
@@ -129,11 +130,10 @@ double norm(Scaled& s) {
     double before = 1.0;
     for (int round = 0; round < POWER_ITERATIONS; ++round) {
         if (round == POWER_ITERATIONS - 1) before = size();
-        std::fill(s.ux.begin(), s.ux.end(), 0.0);
-        std::fill(s.uy.begin(), s.uy.end(), 0.0);
+        std::fill(s.u.begin(), s.u.end(), 0.0);
         gather(s, v.data(), 0, k);
-        for (std::size_t i = 0; i < s.inverse.size(); ++i) s.ux[i] *= s.inverse[i], s.uy[i] *= s.inverse[i];
-        approach_scaled(s, v.data(), k);
+        for (std::size_t i = 0; i < s.inverse.size(); ++i) s.u[2 * i] *= s.inverse[i], s.u[2 * i + 1] *= s.inverse[i];
+        approach_scaled(s, v.data(), 0, k);
     }
     return 1.02 * size() / before;
 }
@@ -141,21 +141,21 @@ double norm(Scaled& s) {
 Scaled scaled_of(const System& s, const Parts& parts) {
     Scaled scaled;
     const int count = parts.count();
-    scaled.first.resize(s.k), scaled.second.resize(s.k), scaled.x.resize(s.k), scaled.y.resize(s.k), scaled.root.resize(s.k);
+    scaled.first.resize(s.k), scaled.second.resize(s.k), scaled.normal.resize(2 * std::size_t(s.k)), scaled.root.resize(s.k);
     for (int c = 0, p = 0; c < s.k; ++c) {
         while (p < count - 1 && c >= parts.contact[p + 1]) ++p;
         scaled.root[c] = std::sqrt(s.inverse_mass[c]);
-        scaled.x[c] = s.nx[c] / scaled.root[c], scaled.y[c] = s.ny[c] / scaled.root[c];
+        scaled.normal[2 * c] = s.nx[c] / scaled.root[c], scaled.normal[2 * c + 1] = s.ny[c] / scaled.root[c];
         scaled.first[c] = std::uint32_t(s.first[c]);
         scaled.second[c] = std::uint32_t(s.second[c] >= 0 ? s.second[c] : s.n + p);
     }
-    scaled.inverse.assign(s.n + count, 0.0), scaled.ux.assign(s.n + count, 0.0), scaled.uy.assign(s.n + count, 0.0);
+    scaled.inverse.assign(s.n + count, 0.0), scaled.u.assign(2 * std::size_t(s.n + count), 0.0);
     for (int i = 0; i < s.n; ++i) {
         scaled.inverse[i] = 1.0 / s.mass[s.d * i];
-        scaled.ux[i] = s.free[s.d * i], scaled.uy[i] = s.free[s.d * i + 1];
+        scaled.u[2 * i] = s.free[s.d * i], scaled.u[2 * i + 1] = s.free[s.d * i + 1];
     }
-    scaled.pull.resize(s.k);
-    approach_scaled(scaled, scaled.pull.data(), s.k);
+    scaled.pull.resize(s.k), scaled.v.resize(s.k);
+    approach_scaled(scaled, scaled.pull.data(), 0, s.k);
     for (int c = 0; c < s.k; ++c) scaled.pull[c] -= s.offset[c] / scaled.root[c];
     scaled.closed.assign(s.k, 0);
     return scaled;
@@ -224,12 +224,11 @@ Descended descend(const System& s, const Parts& parts, Team& team, const Descent
         scaled.ahead[c] = std::max(scaled.ahead[c], 0.0);
         found.reaction[c] = scaled.ahead[c] / scaled.root[c];
     }
-    std::fill(scaled.ux.begin(), scaled.ux.end(), 0.0);
-    std::fill(scaled.uy.begin(), scaled.uy.end(), 0.0);
+    std::fill(scaled.u.begin(), scaled.u.end(), 0.0);
     gather(scaled, scaled.ahead.data(), 0, s.k);
     for (int i = 0; i < s.n; ++i) {
-        found.velocity[s.d * i] -= scaled.ux[i] * scaled.inverse[i];
-        found.velocity[s.d * i + 1] -= scaled.uy[i] * scaled.inverse[i];
+        found.velocity[s.d * i] -= scaled.u[2 * i] * scaled.inverse[i];
+        found.velocity[s.d * i + 1] -= scaled.u[2 * i + 1] * scaled.inverse[i];
     }
     return found;
 }

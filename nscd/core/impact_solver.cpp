@@ -9,7 +9,7 @@ namespace {
 
 // Sweeps of a descent, at most, before its closed contacts are tried; the same in a small crowd, where a factorisation is
 // cheap; from how many disks on a crowd is large (docs/results/solvers.md).
-constexpr int SWEEPS = 1600, FEW_SWEEPS = 100, LARGE = 2000;
+constexpr int SWEEPS = 1600, FEW_SWEEPS = 75, LARGE = 2000;
 // A descent has found the closed contacts once no more than this number and this share of all change between two looks.
 constexpr int STEADY = 2;
 constexpr double STEADY_SHARE = 1e-3;
@@ -26,6 +26,8 @@ constexpr double AFTER_ANOTHER = 1.0;
 constexpr double SHARE_OF_TOLERANCE = 1e-3;
 // First-order solvers stop a little before the tolerance, so that rounding does not carry them beyond.
 constexpr double BEFORE = 0.9;
+// Rounds in which percussions between heavy and light disks are refined.
+constexpr int REFINEMENTS = 12;
 // Rounds of the one-sided law: few are needed, 5 in a crowd of 1,000. Halvings of a step that would raise Φ.
 constexpr int ROUNDS = 60, HALVINGS = 40;
 
@@ -103,6 +105,11 @@ public:
         if (s_.dissipative() && !s_.maintained) distance += recompute_velocity();
         if (options_.canonical && !canonical_ && accuracy(s_, reaction_, velocity_) <= options_.tolerance)
             canonical_ = settle_energy(factor_, reaction_, velocity_, options_.tolerance);
+        if (options_.solver == Solver::AUTO && options_.bounded && !s_.even() && !s_.dissipative() && !s_.maintained) {
+            Vector before = reaction_;
+            refine();
+            if (accuracy(s_, reaction_, velocity_) > std::max(options_.tolerance, accuracy(s_, before, velocity_))) reaction_ = std::move(before);
+        }
         const bool shared = s_.n >= options_.sizes.shared && s_.n >= options_.sizes.multifrontal;
         return {factor_.contacts_given(reaction_), factor_.disks_given(velocity_), method, s_.n, iterations_,
                 shared ? team_.threads() : 1, canonical_, 0, added_, distance};
@@ -196,7 +203,8 @@ private:
         warm_start.reaction = std::move(end.reaction), warm_start.velocity = std::move(end.velocity);
         const auto count = std::count(closed.begin(), closed.end(), 1);
         const double fraction = double(count) / (2.0 * s_.n);
-        if (count == 0 || (ISOSTATIC < fraction && fraction < REDUNDANT)) return false;
+        if (count == 0) return false;
+        if (ISOSTATIC < fraction && fraction < REDUNDANT && !settle_penalties(factor_, closed, iterations_)) return false;
         return settled(active_set_solve(factor_, std::move(closed), false, enough()));
     }
     // Add the unlikely contacts that a descent overlaps or nearly closes, which may change the order.
@@ -235,6 +243,35 @@ private:
         canonical_ = true;
         take(std::move(found));
         return true;
+    }
+
+    // Where masses differ much, what rounding leaves of the percussions of heavy disks moves light ones: refined are those of
+    // the contacts that press, λ ← λ + Θ(C u − b), and those kept whose velocities û − M⁻¹Cᵀλ are best.
+    void refine() {
+        Vector reaction = reaction_, u(s_.mass.size()), v(s_.k), theta = s_.stiffness();
+        for (int c = 0; c < s_.k; ++c) theta[c] *= PENALTY;
+        double best = INFINITE;
+        for (int round = 0; round < REFINEMENTS; ++round) {
+            u.assign(u.size(), 0.0);
+            add_reactions(s_, reaction, -1.0, u);
+            for (std::size_t i = 0; i < u.size(); ++i) u[i] = s_.free[i] + u[i] / s_.mass[i];
+            approach(s_, u, v);
+            double error = 0.0;
+            for (int c = 0; c < s_.k; ++c) {
+                const double pressed = s_.inverse_mass[c] * reaction[c], open = s_.offset[c] - v[c];
+                error = larger(error, std::abs(std::min(pressed, open)));
+                if (round == 0 && !(pressed > open)) theta[c] = 0.0;
+                v[c] = -theta[c] * open;
+            }
+            if (round == 0 && !factor_.factorise(theta)) return;
+            if (error < best) best = error, reaction_ = reaction;
+            for (int c = 0; c < s_.k; ++c) reaction[c] += v[c];
+            u.assign(u.size(), 0.0);
+            add_reactions(s_, v, -1.0, u);
+            factor_.solve(u);
+            approach(s_, u, v);
+            for (int c = 0; c < s_.k; ++c) reaction[c] = std::max(reaction[c] + theta[c] * v[c], 0.0);
+        }
     }
 
     // Recompute the velocities from the reactions, Â u⁺ = Â û − Cᵀλ, where that is more accurate: k/m times a rounding

@@ -66,11 +66,10 @@ LEVELS Ordering minimum_degree(const Graph& graph) {
             unlink(u);
             Word *own = row(u), *other = row(v);
             int now = 0;
-            for (int w = 0; w < words; ++w) own[w] |= other[w];
+            for (int w = 0; w < words; ++w) now += std::popcount(own[w] |= other[w]);
             own[v >> 6] &= ~(Word{1} << (v & 63));
             own[u >> 6] &= ~(Word{1} << (u & 63));
-            for (int w = 0; w < words; ++w) now += std::popcount(own[w]);
-            degree[u] = now;
+            degree[u] = now -= 2;
             link(u);
             lowest = std::min(lowest, now);
         }

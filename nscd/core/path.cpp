@@ -1,6 +1,7 @@
 #include "path.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "levels.hpp"
 #include "rounding.hpp"
@@ -21,15 +22,21 @@ constexpr int STALLED = 4, LOST = 60;
 // Compliance of the contacts, relative to the Delassus diagonal: a proximal term of the iteration only; 1e-10 would stall
 // jammed ones.
 constexpr double RIGID = 1e-14;
+// Compliance, in the same unit, of contacts whose percussions are nearly those of least energy, and the residual to which
+// they are followed.
+constexpr double SOFT = 1e-9;
+// From the last point with a larger error another path may go on.
+constexpr double MIDWAY = 1e-3;
 // To this residual the path is followed before its closed contacts are tried, in so many rounds.
 constexpr double NEARLY = 1e-7;
 constexpr int TRIES = 4;
 
 // Storage of an iteration.
 struct Work {
-    Vector wanted;     // (k) m/s, C u − b − ελ/κ
+    Vector wanted;     // (k) m/s, C u − b − cλ
     Vector theta;      // (k) kg
     Vector push, v;    // (k)
+    Vector inverse_slack, inverse_reaction;  // (k) 1/s, 1/λ
     Vector target;     // (k) m/s, what the corrector takes from the slack, (ΔsΔλ − σμ)/λ
     Vector dual;       // (n·d) N·s, Â(u − û) + Cᵀλ
     Vector size;       // (n) N·s
@@ -40,7 +47,26 @@ struct Missed {
     double error, mean;
     bool valid;
 };
-Missed missed(const System& s, const PathPoint& point, Work& work) {
+// wanted ← C u − b − cλ from C u; max |min(wλ, −wanted)| and Σ sλ, in one order on every machine.
+LEVELS std::pair<double, double> unserved(const double* offset, const double* inverse_mass, const double* slack, const double* reaction, const double* softness, double* wanted, int k) {
+    std::array<double, 8> worst{}, total{};
+    const auto one = [&](int c, int lane) {
+        const double push = reaction[c], open = offset[c] - wanted[c] + (softness ? softness[c] * push : 0.0), pressed = inverse_mass[c] * push;
+        const double size = std::abs(pressed < open ? pressed : open);
+        wanted[c] = -open;
+        worst[lane] = size > worst[lane] ? size : worst[lane];
+        total[lane] += slack[c] * push;
+    };
+    int c = 0;
+    for (; c + 8 <= k; c += 8)
+        for (int lane = 0; lane < 8; ++lane) one(c + lane, lane);
+    for (int lane = 0; c < k; ++c, ++lane) one(c, lane);
+    std::pair<double, double> all{0.0, 0.0};
+    for (int lane = 0; lane < 8; ++lane) all.first = std::max(all.first, worst[lane]), all.second += total[lane];
+    return all;
+}
+
+Missed missed(const System& s, const PathPoint& point, In softness, Work& work) {
     const int d = s.d;
     const Vector& u = point.velocity;
     if (s.dissipative()) {
@@ -51,113 +77,125 @@ Missed missed(const System& s, const PathPoint& point, Work& work) {
         for (std::size_t i = 0; i < u.size(); ++i) work.dual[i] = s.mass[i] * (u[i] - s.free[i]);
     }
     for (int i = 0; i < s.n; ++i) work.size[i] = s.mass[d * i] * s.scale;
-    double error = 0.0, total = 0.0;
-    const bool compound = s.compound();
+    add_reactions(s, point.reaction, 1.0, work.dual);
     for (int c = 0; c < s.k; ++c) {
-        const int i = s.first[c], j = s.second[c];
-        const double push = point.reaction[c], px = s.nx[c] * push, py = s.ny[c] * push;
-        double x = u[d * i], y = u[d * i + 1];
-        work.dual[d * i] += px, work.dual[d * i + 1] += py, work.size[i] += push;
-        if (j >= 0) {
-            x -= u[d * j], y -= u[d * j + 1];
-            work.dual[d * j] -= px, work.dual[d * j + 1] -= py, work.size[j] += push;
-        }
-        work.wanted[c] = s.nx[c] * x + s.ny[c] * y - s.offset[c];
-        if (compound) {
-            work.dual[3 * i + 2] += s.turn_first[c] * push, work.wanted[c] += s.turn_first[c] * u[3 * i + 2];
-            if (j >= 0) work.dual[3 * j + 2] += s.turn_second[c] * push, work.wanted[c] += s.turn_second[c] * u[3 * j + 2];
-        }
-        error = std::max(error, std::abs(std::min(s.inverse_mass[c] * push, -work.wanted[c])));
-        total += point.slack[c] * push;
+        work.size[s.first[c]] += point.reaction[c];
+        if (s.second[c] >= 0) work.size[s.second[c]] += point.reaction[c];
     }
-    error /= s.scale;
+    approach(s, u, work.wanted);
+    const auto [worst, total] = unserved(s.offset.data(), s.inverse_mass.data(), point.slack.data(), point.reaction.data(), softness.data(), work.wanted.data(), s.k);
+    double error = worst / s.scale;
     double sum = total;  // a maximum hides what is no number, a sum does not
     for (int i = 0; i < s.n; ++i)
         for (int a = 0; a < d; ++a) {
             const double imbalance = std::abs(work.dual[d * i + a]);
             if (a < 2) error = std::max(error, imbalance / work.size[i]);
-            else if (compound) error = std::max(error, imbalance / (work.size[i] * s.reach[i]));
+            else if (s.compound()) error = std::max(error, imbalance / (work.size[i] * s.reach[i]));
             sum += imbalance;
         }
     return {error, total / s.k, std::isfinite(sum)};
 }
 
-LEVELS void weigh(const double* slack, const double* reaction, const double* compliance, double* theta, int k) {
-    for (int c = 0; c < k; ++c) theta[c] = reaction[c] / (slack[c] + compliance[c] * reaction[c]);
+LEVELS void weigh(const double* slack, const double* reaction, const double* compliance, double* theta, double* inverse_slack, double* inverse_reaction, int k) {
+    for (int c = 0; c < k; ++c) {
+        theta[c] = reaction[c] / (slack[c] + compliance[c] * reaction[c]);
+        inverse_slack[c] = 1.0 / slack[c], inverse_reaction[c] = 1.0 / reaction[c];
+    }
+}
+
+LEVELS void push_by(const double* theta, const double* wanted, const double* target, double* push, int k) {
+    for (int c = 0; c < k; ++c) push[c] = theta[c] * (wanted[c] - target[c]);
+}
+LEVELS void changes(const double* theta, const double* v, const double* push, const double* slack, const double* target, const double* inverse, double* reaction, double* by, int k) {
+    for (int c = 0; c < k; ++c) {
+        reaction[c] = theta[c] * v[c] + push[c];
+        by[c] = -slack[c] - target[c] - slack[c] * reaction[c] * inverse[c];
+    }
 }
 
 // The step that takes away what is missed, to first order; sλ goes to 0, or to what the corrector wants.
 void newton(Factor& factor, const PathPoint& point, PathPoint& step, Work& work) {
     const System& s = factor.system();
-    for (int c = 0; c < s.k; ++c) work.push[c] = work.theta[c] * (work.wanted[c] - work.target[c]);
+    push_by(work.theta.data(), work.wanted.data(), work.target.data(), work.push.data(), s.k);
     for (std::size_t i = 0; i < work.dual.size(); ++i) step.velocity[i] = -work.dual[i];
     add_reactions(s, work.push, -1.0, step.velocity);
     factor.solve(step.velocity);
     approach(s, step.velocity, work.v);
-    for (int c = 0; c < s.k; ++c) {
-        const double change = work.theta[c] * work.v[c] + work.push[c];
-        step.reaction[c] = change;
-        step.slack[c] = -point.slack[c] - work.target[c] - point.slack[c] * change / point.reaction[c];
-    }
+    changes(work.theta.data(), work.v.data(), work.push.data(), point.slack.data(), work.target.data(), work.inverse_reaction.data(), step.reaction.data(), step.slack.data(), s.k);
 }
 
 // How far a step goes until s or λ is 0, at most 1.
-LEVELS double to_boundary(const double* slack, const double* by, const double* reaction, const double* push, int k) {
+LEVELS double to_boundary(const double* inverse_slack, const double* by, const double* inverse_reaction, const double* push, int k) {
     double maximum = 1.0;
     for (int c = 0; c < k; ++c) {
-        const double one = -by[c] / slack[c], other = -push[c] / reaction[c];
+        const double one = -by[c] * inverse_slack[c], other = -push[c] * inverse_reaction[c];
         const double both = one > other ? one : other;
         maximum = both > maximum ? both : maximum;
     }
     return 1.0 / maximum;
 }
 
-double to_boundary(const PathPoint& point, const PathPoint& step) {
-    return to_boundary(point.slack.data(), step.slack.data(), point.reaction.data(), step.reaction.data(), int(point.slack.size()));
+double to_boundary(const PathPoint& step, const Work& work) {
+    return to_boundary(work.inverse_slack.data(), step.slack.data(), work.inverse_reaction.data(), step.reaction.data(), int(step.slack.size()));
+}
+
+// Σ (s + tΔs)(λ + tΔλ), in one order on every machine.
+LEVELS double sum_after(const double* slack, const double* by, const double* reaction, const double* change, double length, int k) {
+    std::array<double, 8> sums{};
+    const auto one = [&](int c, int lane) { sums[lane] += (slack[c] + length * by[c]) * (reaction[c] + length * change[c]); };
+    int c = 0;
+    for (; c + 8 <= k; c += 8)
+        for (int lane = 0; lane < 8; ++lane) one(c + lane, lane);
+    for (int lane = 0; c < k; ++c, ++lane) one(c, lane);
+    double sum = 0.0;
+    for (double part : sums) sum += part;
+    return sum;
+}
+LEVELS void centre(const double* by, const double* change, const double* inverse, double wanted, double* target, int k) {
+    for (int c = 0; c < k; ++c) target[c] = (by[c] * change[c] - wanted) * inverse[c];
 }
 
 // Mehrotra's corrector: (ΔsΔλ − σμ)/λ (k), σ from how far the predictor gets.
-void aim(const PathPoint& point, const PathPoint& step, double length, double mean, Vector& target) {
-    const std::size_t k = target.size();
-    double after = 0.0;
-    for (std::size_t c = 0; c < k; ++c)
-        after += (point.slack[c] + length * step.slack[c]) * (point.reaction[c] + length * step.reaction[c]);
+void aim(const PathPoint& point, const PathPoint& step, double length, double mean, Work& work) {
+    const int k = int(work.target.size());
+    const double after = sum_after(point.slack.data(), step.slack.data(), point.reaction.data(), step.reaction.data(), length, k);
     const double fraction = after / (double(k) * mean);
     double centring = fraction * fraction * fraction;
     if (length < 0.1) centring = std::max(centring, 0.3);
-    for (std::size_t c = 0; c < k; ++c) target[c] = (step.slack[c] * step.reaction[c] - centring * mean) / point.reaction[c];
+    centre(step.slack.data(), step.reaction.data(), work.inverse_reaction.data(), centring * mean, work.target.data(), k);
 }
 
 }  // namespace
 
-Followed follow(Factor& factor, double tolerance, In compliance, PathPoint point) {
+Followed follow(Factor& factor, double tolerance, In compliance, bool soft, PathPoint point) {
     const System& s = factor.system();
-    Followed best{point.reaction, point.velocity, INFINITE, 0, {}, {}};
-    if (s.scale < NOTHING) return {Vector(s.k, 0.0), s.free, INFINITE, 0, {}, {}};
+    Followed best{point.reaction, point.velocity, INFINITE, 0, {}, point};
+    if (s.scale < NOTHING) return {Vector(s.k, 0.0), s.free, INFINITE, 0, {}, std::move(point)};
     const std::size_t k = s.k, size = s.mass.size();
-    Work work{Vector(k), Vector(k), Vector(k), Vector(k), Vector(k), Vector(size), Vector(s.n)};
+    Work work{Vector(k), Vector(k), Vector(k), Vector(k), Vector(k), Vector(k), Vector(k), Vector(size), Vector(s.n)};
     PathPoint step{Vector(k), Vector(k), Vector(size)};
     int stalled = 0, iteration = 0;
     bool made = false;
     while (true) {
-        const Missed missing = missed(s, point, work);
+        const Missed missing = missed(s, point, soft ? compliance : In(), work);
         if (!missing.valid) break;
         stalled = missing.error < 0.9 * best.error ? 0 : stalled + 1;
         if (missing.error < best.error) {
             best.error = missing.error, best.iterations = iteration;
             best.reaction = point.reaction, best.velocity = point.velocity;
         }
+        if (soft && missing.error > MIDWAY) best.last = point;
         const int enough = best.error < NEAR_END ? STALLED : LOST;
         if (best.error <= tolerance || stalled > enough || iteration == MOST_ITERATIONS) break;
         ++iteration;
-        weigh(point.slack.data(), point.reaction.data(), compliance.data(), work.theta.data(), s.k);
+        weigh(point.slack.data(), point.reaction.data(), compliance.data(), work.theta.data(), work.inverse_slack.data(), work.inverse_reaction.data(), s.k);
         made = factor.factorise(work.theta);
         if (!made) break;
         std::fill(work.target.begin(), work.target.end(), 0.0);
         newton(factor, point, step, work);
-        aim(point, step, to_boundary(point, step), missing.mean, work.target);
+        aim(point, step, to_boundary(step, work), missing.mean, work);
         newton(factor, point, step, work);
-        const double length = to_boundary(point, step) * std::min(std::max(0.995, 1.0 - 10.0 * missing.error), 0.99999);
+        const double length = to_boundary(step, work) * std::min(std::max(0.995, 1.0 - 10.0 * missing.error), 0.99999);
         for (std::size_t i = 0; i < size; ++i) point.velocity[i] += length * step.velocity[i];
         for (std::size_t c = 0; c < k; ++c) {
             point.slack[c] = std::max(point.slack[c] + length * step.slack[c], LEAST);
@@ -165,7 +203,7 @@ Followed follow(Factor& factor, double tolerance, In compliance, PathPoint point
         }
     }
     if (made) best.theta = std::move(work.theta);
-    best.last = std::move(point);
+    if (!soft) best.last = std::move(point);
     return best;
 }
 
@@ -199,36 +237,44 @@ PathPoint away_from(const System& s, In reaction, In u, double tolerance, double
 
 Found solve_by_path(Factor& factor, const WarmStart& warm_start, double tolerance, bool canonical) {
     const System& s = factor.system();
-    Vector compliance = s.stiffness();
-    for (double& c : compliance) c = RIGID / c;
     const bool exactly = canonical && s.even();
     int spent = 0;
     Mask closed;
-    const double first = exactly ? std::max(NEARLY, 0.5 * tolerance) : 0.5 * tolerance;
-    Followed path = follow(factor, first, compliance,
-                           warm_start.reaction.empty() ? cold_start(s) : away_from(s, warm_start.reaction, warm_start.velocity, first, warm_start.away));
-    spent += path.iterations;
-    double residual = press(s, path.reaction, path.velocity, {}, closed);
-    if (exactly && std::isfinite(path.error)) {
-        path.theta.clear();  // the factor is another one from here on
-        if (std::count(closed.begin(), closed.end(), 1) <= 2 * s.n) {  // no more than unknowns: they tell the reactions
-            Closed exact = active_set_solve(factor, closed, true, CLOSED, TRIES);
-            spent += exact.rounds;
-            if (exact.settled && exact.error <= tolerance)
-                return {std::move(exact.reaction), std::move(exact.velocity), spent, true, std::move(exact.cached)};
-        }
-        if (path.error > 0.5 * tolerance) {
-            path = follow(factor, 0.5 * tolerance, compliance, std::move(path.last));
-            spent += path.iterations;
-            residual = press(s, path.reaction, path.velocity, {}, closed);
-        }
-    }
-    if (residual > tolerance) {  // velocities without squares have no path
-        Closed exact = active_set_solve(factor, closed, true);
-        spent += exact.rounds;
-        if (accuracy(s, exact.reaction, exact.velocity) < accuracy(s, path.reaction, path.velocity))
-            return {std::move(exact.reaction), std::move(exact.velocity), spent, exact.settled && s.even(), std::move(exact.cached)};
+    const double enough = 0.5 * tolerance, first = exactly ? std::max(NEARLY, enough) : enough;
+    Followed path;
+    path.last = warm_start.reaction.empty() ? cold_start(s) : away_from(s, warm_start.reaction, warm_start.velocity, first, warm_start.away);
+    Found found;
+    // the factor is another one after that
+    const auto close = [&](int tries) {
         path.theta.clear();
+        Closed exact = active_set_solve(factor, closed, true, CLOSED, tries);
+        spent += exact.rounds;
+        const bool settled = exact.settled && exact.error <= tolerance;
+        found = {std::move(exact.reaction), std::move(exact.velocity), spent, settled && s.even(), std::move(exact.cached)};
+        return settled;
+    };
+    double residual = INFINITE;
+    const auto go_on = [&](double error, double compliance, bool soft) {
+        Vector each = s.stiffness();
+        for (double& c : each) c = compliance / c;
+        path = follow(factor, error, each, soft, std::move(path.last));
+        spent += path.iterations;
+        residual = press(s, path.reaction, path.velocity, soft ? In(each) : In(), closed);
+        return std::isfinite(path.error);
+    };
+    if (exactly) {
+        if (!warm_start.reaction.empty()) press(s, warm_start.reaction, warm_start.velocity, {}, closed);
+        const bool redundant = std::count(closed.begin(), closed.end(), 1) > 2 * s.n;
+        if (redundant) {
+            if (go_on(SOFT, SOFT, true) && close(TRIES)) return found;
+            path.error = INFINITE;
+        } else if (go_on(first, RIGID, false) && std::count(closed.begin(), closed.end(), 1) <= 2 * s.n && close(TRIES))
+            return found;  // no more than unknowns: they tell the reactions
+    }
+    if (path.error > enough) go_on(enough, RIGID, false);
+    if (residual > tolerance) {  // velocities without squares have no path
+        close(12);
+        if (accuracy(s, found.reaction, found.velocity) < accuracy(s, path.reaction, path.velocity)) return found;
     }
     return {std::move(path.reaction), std::move(path.velocity), spent, false, {std::move(path.theta), {}}};
 }

@@ -21,8 +21,8 @@ struct Followed {
 
 // Follow the path of min ½(u−û)·Â(u−û) + ½ Σ cλ², C u + s = b + cλ, s ≥ 0, to the tolerance or where rounding stops it.
 // One factorisation of Â + CᵀΘC an iteration, Θ = 1/(s/λ + c), and two solutions.
-// compliance: (k) s/kg, c: a proximal term of the matrix only, which does not change the answer
-Followed follow(Factor& factor, double tolerance, In compliance, PathPoint start);
+// compliance: (k) s/kg, c; where not `soft`, a proximal term of the matrix only, which does not change the answer
+Followed follow(Factor& factor, double tolerance, In compliance, bool soft, PathPoint start);
 
 // The start s = √w, λ = 1/√w (times one constant), which makes unequal masses harmless.
 PathPoint cold_start(const System& s);

@@ -176,9 +176,9 @@ void add_reactions(const System& s, In reaction, double factor, Out b) {
     const int d = s.d;
     for (int c = 0; c < s.k; ++c) {
         const int i = d * s.first[c], j = d * s.second[c];
-        const double push = factor * reaction[c], x = s.nx[c] * push, y = s.ny[c] * push;
-        b[i] += x, b[i + 1] += y;
-        if (j >= 0) b[j] -= x, b[j + 1] -= y;
+        const Two push = Two{s.nx[c], s.ny[c]} * (factor * reaction[c]);
+        store(&b[i], load<Two>(&b[i]) + push);
+        if (j >= 0) store(&b[j], load<Two>(&b[j]) - push);
     }
     if (!s.compound()) return;
     for (int c = 0; c < s.k; ++c) {

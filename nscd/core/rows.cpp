@@ -1,7 +1,6 @@
 #include "rows.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <numeric>
 
 #include "levels.hpp"
@@ -10,51 +9,41 @@ namespace nscd {
 
 namespace {
 
-// Blocks of L: a row's columns are the paths in the elimination tree from its neighbours up to it.
+// Blocks of L: a column's rows are its later neighbours and the rows of its children in the elimination tree. Turned over
+// twice, rows and columns are sorted.
 void structure_of(Rows& rows, const Graph& graph, const Ordering& ordering) {
     const int n = int(ordering.order.size());
-    Indices parent(n, -1), ancestor(n, -1), mark(n, -1), path;
-    const auto for_earlier = [&](int k, auto&& visit) {
+    Indices child(n, -1), sibling(n, -1), mark(n, -1), found;
+    rows.start.assign(n + 1, 0), rows.row_start.assign(n + 1, 0);
+    for (int k = 0; k < n; ++k) {
+        Index parent = n;
+        const auto visit = [&](Index i) {
+            if (i <= k || mark[i] == k) return;
+            mark[i] = k, parent = std::min(parent, i);
+            found.push_back(i), ++rows.row_start[i + 1];
+        };
         const Index disk = ordering.order[k];
         for (auto e = graph.start[disk]; e < graph.start[disk + 1]; ++e) visit(ordering.index[graph.neighbour[e]]);
-    };
-    for (int k = 0; k < n; ++k)
-        for_earlier(k, [&](Index i) {
-            while (i != -1 && i < k) {
-                const Index following = ancestor[i];
-                ancestor[i] = k;
-                if (following == -1) parent[i] = k;
-                i = following;
-            }
-        });
-    const auto walk = [&](int k, auto&& visit) {
-        mark[k] = k;
-        for_earlier(k, [&](Index i) {
-            for (; i < k && mark[i] != k; i = parent[i]) {
-                mark[i] = k;
-                visit(i);
-            }
-        });
-    };
-    rows.start.assign(n + 1, 0), rows.row_start.assign(n + 1, 0);
-    for (int k = 0; k < n; ++k) walk(k, [&](Index i) { ++rows.start[i + 1], ++rows.row_start[k + 1]; });
-    std::partial_sum(rows.start.begin(), rows.start.end(), rows.start.begin());
-    std::partial_sum(rows.row_start.begin(), rows.row_start.end(), rows.row_start.begin());
-    rows.row.resize(rows.start[n]), rows.column.resize(rows.start[n]), rows.slot.resize(rows.start[n]);
-    Starts at(rows.start.begin(), rows.start.end() - 1);
-    std::fill(mark.begin(), mark.end(), -1);
-    for (int k = 0; k < n; ++k) {
-        path.clear();
-        walk(k, [&](Index i) { path.push_back(i); });
-        std::sort(path.begin(), path.end());
-        auto q = rows.row_start[k];
-        for (Index i : path) {
-            rows.column[q] = i;
-            rows.slot[q++] = at[i];
-            rows.row[at[i]++] = k;
-        }
+        for (Index c = child[k]; c >= 0; c = sibling[c])
+            for (auto q = rows.start[c]; q < rows.start[c + 1]; ++q) visit(found[q]);
+        rows.start[k + 1] = std::int64_t(found.size());
+        if (parent < n) sibling[k] = child[parent], child[parent] = k;
     }
+    std::partial_sum(rows.row_start.begin(), rows.row_start.end(), rows.row_start.begin());
+    rows.row.resize(found.size()), rows.column.resize(found.size()), rows.slot.resize(found.size());
+    Starts at(rows.row_start.begin(), rows.row_start.end() - 1);
+    for (int k = 0; k < n; ++k)
+        for (auto q = rows.start[k]; q < rows.start[k + 1]; ++q) rows.column[at[found[q]]++] = k;
+    at.assign(rows.start.begin(), rows.start.end() - 1);
+    for (int k = 0; k < n; ++k)
+        for (auto q = rows.row_start[k]; q < rows.row_start[k + 1]; ++q) {
+            rows.slot[q] = at[rows.column[q]]++;
+            rows.row[rows.slot[q]] = k;
+        }
 }
+
+// A 2 × 2 block at once, by columns (x₀₀ x₁₀ x₀₁ x₁₁).
+typedef double Four __attribute__((vector_size(32)));
 
 // A += weight · row_iᵀ row_j in a d × d block.
 template <int D>
@@ -65,8 +54,9 @@ template <int D>
 
 template <int D>
 [[gnu::always_inline]] inline void assemble(const System& s, Rows& rows, const double* theta) {
-    double *A = rows.matrix.data(), *B = rows.matrix_diagonal.data();
-    std::fill(rows.matrix.begin(), rows.matrix.end(), 0.0);
+    AlignedVector& pairs = D == 2 ? rows.block : rows.matrix;
+    double *A = pairs.data(), *B = rows.matrix_diagonal.data();
+    std::fill(pairs.begin(), pairs.end(), 0.0);
     std::fill(rows.matrix_diagonal.begin(), rows.matrix_diagonal.end(), 0.0);
     for (int i = 0; i < s.n; ++i)
         for (int a = 0; a < D; ++a) B[D * D * i + (D + 1) * a] = s.mass[D * i + a];
@@ -82,7 +72,10 @@ template <int D>
             add_block<D>(B + D * D * j, other, other, by);
             add_block<D>(beside, i > j ? one : other, i > j ? other : one, by);
         };
-        const auto add_block = [&](double* at, double sign) { at[0] += sign * xx, at[1] += sign * xy, at[D] += sign * xy, at[D + 1] += sign * yy; };
+        const auto add_block = [&](double* at, double sign) {
+            if constexpr (D == 2) store(at, load<Four>(at) + sign * Four{xx, xy, xy, yy});
+            else at[0] += sign * xx, at[1] += sign * xy, at[D] += sign * xy, at[D + 1] += sign * yy;
+        };
         if (D == 3 && s.compound()) {
             const double one[3] = {x, y, s.turn_first[c]}, other[3] = {-x, -y, s.turn_second[c]};
             add(one, other, weight);
@@ -106,17 +99,6 @@ template <int D>
         }
 }
 
-// A 2 × 2 block at once, (x₀₀ x₀₁ x₁₀ x₁₁), and a half of it.
-typedef double Four __attribute__((vector_size(32)));
-typedef double Two __attribute__((vector_size(16)));
-
-template <class Vector>
-[[gnu::always_inline]] inline Vector load(const double* from) {
-    Vector v;
-    std::memcpy(&v, from, sizeof v);
-    return v;
-}
-[[gnu::always_inline]] inline void store(double* to, auto v) { std::memcpy(to, &v, sizeof v); }
 [[gnu::always_inline]] inline Four twice(const double* from) {
     const Two half = load<Two>(from);
     return __builtin_shufflevector(half, half, 0, 1, 0, 1);
@@ -126,16 +108,8 @@ struct Pair {  // l₀₀ l₀₀ l₁₀ l₁₀ and l₀₁ l₀₁ l₁₁ l�
     Four one, other;
 };
 
-// x − l · mᵀ, m by columns.
-[[gnu::always_inline]] inline Four less_product(Four x, const Pair& l, const double* m) {
-    return x - l.one * twice(m) - l.other * twice(m + 2);
-}
-
-// x L⁻ᵀ, L⁻¹ by columns.
-[[gnu::always_inline]] inline Pair divided(Four x, const double* inverse) {
-    const Four even = __builtin_shufflevector(x, x, 0, 0, 2, 2), odd = __builtin_shufflevector(x, x, 1, 1, 3, 3);
-    return {even * inverse[0], even * inverse[1] + odd * inverse[3]};
-}
+// m lᵀ
+[[gnu::always_inline]] inline Four product(const double* m, const Pair& l) { return twice(m) * l.one + twice(m + 2) * l.other; }
 
 LEVELS bool factorise_three(const System& s, Rows& rows, const double* theta) {
     constexpr int D = 3, S = D * D, X = 4;  // rows stand four apart in x
@@ -237,40 +211,32 @@ LEVELS void solve_three(const Rows& rows, double* __restrict b) {
     }
 }
 
-// The same for 2 × 2 blocks by vectors; diagonal blocks of L are stored inverted.
+// 2 × 2 blocks, column by column: each is taken off the blocks right of it at once, which do not wait for each other.
 LEVELS bool factorise_two(const System& s, Rows& rows, const double* theta) {
     assemble<2>(s, rows, theta);
-    double* __restrict x = rows.work.data();
     double* __restrict L = rows.block.data();
-    double* __restrict diagonal = rows.diagonal.data();
-    const double *A = rows.matrix.data(), *B = rows.matrix_diagonal.data();
-    const Index* row = rows.row.data();
+    double *diagonal = rows.diagonal.data(), *B = rows.matrix_diagonal.data();
+    const Index *row = rows.row.data(), *target = rows.target.data();
     for (int k = 0; k < s.n; ++k) {
-        for (auto p = rows.a_start[k]; p < rows.a_start[k + 1]; ++p) {
-            double* to = x + 4 * rows.a_column[p];
-            store(to, load<Four>(to) + load<Four>(A + 4 * p));
+        const double a = B[4 * k], b = B[4 * k + 1], determinant = a * B[4 * k + 3] - b * b;
+        if (!(a > 0.0 && determinant > 0.0)) return false;
+        const double one = 1.0 / std::sqrt(a), other = std::sqrt(a / determinant), across = -b * one * one * other;
+        store(diagonal + 4 * k, Four{one, across, 0.0, other});
+        const auto end = rows.start[k + 1];
+        for (auto p = rows.start[k]; p < end; ++p) {
+            const Four x = load<Four>(L + 4 * p);
+            store(L + 4 * p, __builtin_shufflevector(x, x, 0, 1, 0, 1) * Four{one, one, across, across} + x * Four{0.0, 0.0, other, other});
         }
-        Four own = load<Four>(B + 4 * k);
-        for (auto q = rows.row_start[k]; q < rows.row_start[k + 1]; ++q) {
-            const Index i = rows.column[q];
-            const Pair l = divided(load<Four>(x + 4 * i), diagonal + 4 * i);
-            store(x + 4 * i, Four{});
-            const auto slot = rows.slot[q];
-            for (auto p = rows.start[i]; p < slot; ++p) {
-                double* to = x + 4 * row[p];
-                store(to, less_product(load<Four>(to), l, L + 4 * p));
+        for (auto p = rows.start[k]; p < end; ++p) {
+            const Four x = load<Four>(L + 4 * p);
+            const Pair l{__builtin_shufflevector(x, x, 0, 0, 1, 1), __builtin_shufflevector(x, x, 2, 2, 3, 3)};
+            double* own = B + 4 * row[p];
+            store(own, load<Four>(own) - product(L + 4 * p, l));
+            for (auto q = p + 1; q < end; ++q) {
+                double* to = L + 4 * std::size_t(*target++);
+                store(to, load<Four>(to) - product(L + 4 * q, l));
             }
-            store(L + 4 * slot, __builtin_shufflevector(l.one, l.other, 0, 2, 4, 6));
-            own -= l.one * __builtin_shufflevector(l.one, l.one, 0, 2, 0, 2);
-            own -= l.other * __builtin_shufflevector(l.other, l.other, 0, 2, 0, 2);
         }
-        const double one = 1.0 / std::sqrt(own[0]), below = own[2] * one, rest = own[3] - below * below;
-        if (!(own[0] > 0.0 && rest > 0.0)) {
-            std::fill(rows.work.begin(), rows.work.end(), 0.0);
-            return false;
-        }
-        const double other = 1.0 / std::sqrt(rest);
-        store(diagonal + 4 * k, Four{one, -below * one * other, 0.0, other});
     }
     return true;
 }
@@ -302,6 +268,31 @@ LEVELS void solve_two(const Rows& rows, double* __restrict b) {
     }
 }
 
+// Where the products of each column's blocks go, and the contacts between disks: to blocks of L.
+void aim_columns(Rows& rows, const Indices& first, const Indices& second) {
+    const int n = int(rows.start.size()) - 1;
+    Starts begin(n + 1, 0);
+    for (int k = 0; k < n; ++k) {
+        const auto count = rows.start[k + 1] - rows.start[k];
+        begin[k + 1] = begin[k] + count * (count - 1) / 2;
+    }
+    rows.target.resize(begin[n]);
+    Indices place(n);
+    for (int j = 0; j < n; ++j) {
+        for (auto p = rows.start[j]; p < rows.start[j + 1]; ++p) place[rows.row[p]] = Index(p);
+        for (auto p = rows.a_start[j]; p < rows.a_start[j + 1]; ++p) {
+            const Index c = rows.a_column[p];
+            rows.pair_block[c] = place[std::max(first[c], second[c])];
+        }
+        for (auto q = rows.row_start[j]; q < rows.row_start[j + 1]; ++q) {
+            const Index k = rows.column[q];
+            Index* to = rows.target.data() + begin[k];
+            begin[k] += rows.start[k + 1] - rows.slot[q] - 1;
+            for (auto p = rows.slot[q] + 1; p < rows.start[k + 1]; ++p) *to++ = place[rows.row[p]];
+        }
+    }
+}
+
 }  // namespace
 
 Rows rows_of(const Graph& graph, const Ordering& ordering, const Indices& first, const Indices& second, int d) {
@@ -309,24 +300,27 @@ Rows rows_of(const Graph& graph, const Ordering& ordering, const Indices& first,
     rows.d = d;
     structure_of(rows, graph, ordering);
     const int n = int(ordering.order.size()), k = int(first.size());
+    // contacts between disks by their later one, or by their earlier one where columns are eliminated
+    const auto by = [&](int c) { return d == 2 ? std::min(first[c], second[c]) : std::max(first[c], second[c]); };
     rows.a_start.assign(n + 1, 0);
     for (int c = 0; c < k; ++c)
-        if (second[c] >= 0) ++rows.a_start[std::max(first[c], second[c]) + 1];
+        if (second[c] >= 0) ++rows.a_start[by(c) + 1];
     std::partial_sum(rows.a_start.begin(), rows.a_start.end(), rows.a_start.begin());
     rows.a_column.resize(rows.a_start[n]);
     rows.pair_block.assign(k, -1);
     Starts at(rows.a_start.begin(), rows.a_start.end() - 1);
     for (int c = 0; c < k; ++c)
         if (second[c] >= 0) {
-            const auto p = at[std::max(first[c], second[c])]++;
+            const auto p = at[by(c)]++;
             rows.pair_block[c] = p;
-            rows.a_column[p] = std::min(first[c], second[c]);
+            rows.a_column[p] = d == 2 ? c : std::min(first[c], second[c]);
         }
+    if (d == 2) aim_columns(rows, first, second);
     const std::size_t size = std::size_t(d) * d;
-    rows.matrix.resize(size * rows.a_column.size()), rows.matrix_diagonal.resize(size * n);
+    rows.matrix.resize(d == 2 ? 0 : size * rows.a_column.size()), rows.matrix_diagonal.resize(size * n);
     // the last column of a block of three is read as four numbers
     rows.block.resize(size * rows.row.size() + 1), rows.diagonal.resize(size * n);
-    rows.work.resize(std::size_t(d == 3 ? 12 : 4) * n);
+    rows.work.resize(d == 2 ? 0 : 12 * std::size_t(n));
     std::fill(rows.work.begin(), rows.work.end(), 0.0);
     return rows;
 }

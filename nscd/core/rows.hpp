@@ -18,6 +18,7 @@ struct Rows {
     Starts row_start;      // (n+1) and L by rows; slot is where each block lies by columns
     Indices column;
     Starts slot;
+    Indices target;        // d = 2: the blocks of L from which products of a column's blocks are taken, in their order
     AlignedVector matrix, matrix_diagonal;  // A, blocks by rows
     AlignedVector block, diagonal;          // L, blocks by columns; its diagonal blocks, inverted (d = 3: their diagonals only)
     AlignedVector work;                     // (n·d²), rows of three four apart; zero between calls
