@@ -357,7 +357,7 @@ Solution solve_contacts(const System& s, const Options& options) {
                 restricted.velocity[i] = options.velocity[std::size_t(remaining.disk[i / s.d]) * s.d + i % s.d];
         }
         ImpactSolver solver(subproblem, restricted, &remaining);
-        subproblem = {};  // the solver has its own, in order of elimination
+        if (!options.full) subproblem = {};  // the solver has its own, in order of elimination
         found = solver.solve(found.method);
     }
     const std::size_t k = remaining.contact.size(), n = remaining.disk.size();
