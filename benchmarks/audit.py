@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from analysis.dumps import open_bodies
-from analysis.dumps.own_contacts import open_contacts
+from analysis.dumps.listed_contacts import open_contacts
 from analysis.engines import engine
 from analysis.percussions.audit.judge import judge
 from analysis.studies.audit import open_record

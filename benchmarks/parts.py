@@ -33,11 +33,11 @@ import scipy.sparse as sparse
 
 from analysis.engines.programs.rigid import RENEWED_S, motion_of
 from analysis.engines.run import simulate
+from analysis.percussions.contact_rows import is_parquet
 from analysis.percussions.setting import setting_beside
-from analysis.percussions.solving import DumpToSolve, solve_dump
-from analysis.percussions.table import is_parquet
+from analysis.percussions.solve_dump import DumpToSolve, solve_dump
 from analysis.scene.drive import Drive
-from analysis.scene.rooms import Crowd, room
+from analysis.scene.new_scene import Crowd, room
 from analysis.scene.scene import Scene, read_scene
 from analysis.scene.shipped_scenes import make
 from benchmarks.machine import describe, in_process, in_turn, options, shortest_time, table, timed

@@ -23,7 +23,7 @@ from scipy import stats
 from analysis.engines.programs.rigid import motion_of
 from analysis.engines.rigid import timing
 from analysis.scene.anthropometry import Varied
-from analysis.scene.rooms import Crowd, room
+from analysis.scene.new_scene import Crowd, room
 from analysis.scene.scene import Scene, read_scene
 from analysis.scene.shipped_scenes import make, variant
 from analysis.studies.exposure.loads import passed

@@ -32,7 +32,7 @@ UNIT = 1e-6
 # Coordinates up to so many of the smallest radius: gaps are then known to 10⁻⁶ of it.
 FARTHEST = 1e9
 # So many pairs take about 1 GB.
-MOST_PAIRS = _core.MOST_PAIRS
+MAX_PAIRS = _core.MAX_PAIRS
 NO_WALLS = Walls(start=np.empty((0, 2)), end=np.empty((0, 2)))
 
 
@@ -225,7 +225,7 @@ def find_contacts(snapshot: Snapshot, walls: Walls | None = None, *, tolerance: 
     if found.pairs < 0:
         reach = 2 * float(snapshot.radius.max()) + tolerance
         raise ValueError(
-            f"tolerance: more than {MOST_PAIRS:g} pairs of disks are within {reach:g} m of each "
+            f"tolerance: more than {MAX_PAIRS:g} pairs of disks are within {reach:g} m of each "
             "other, the largest diameter and the tolerance"
         )
     first, second = found.first, found.second

@@ -96,7 +96,7 @@ class Percussions:
     residual: dimensionless, max|min(wλ, −v⁺)| / ‖u⁻‖∞ with w = 1/m_i + 1/m_j, v⁺ = C u⁺; with
         friction its natural map
     velocity_error: m/s, a proven bound of √(Σ m |u⁺ − exact|² / Σ m), spins included, see
-        `nscd/core/bound.hpp`; inf where none is known, as with friction. It holds for positions as
+        `nscd/core/error_bound.hpp`; inf where none is known, as with friction. It holds for positions as
         they are rounded: of bodies that fit exactly between two walls 1e-16 in a normal can decide
     momentum_error: dimensionless, the largest |m(u⁺−u⁻) + Dᵀp| of a disk, relative to the momentum
         that it has and receives

@@ -15,7 +15,7 @@ from nscd.contacts import Contacts
 if TYPE_CHECKING:
     import pandas as pd
 
-    from nscd.frames import Found
+    from nscd.solve_frames import FrameSolutions
 
 WIDEST = 5.0  # points
 # Rows of a table in a notebook.
@@ -24,7 +24,7 @@ SHOWN = 10
 
 def arrays(
     ids: Indices,
-    contacts: Contacts | Found,
+    contacts: Contacts | FrameSolutions,
     reaction: Floats,
     impulse: Floats,
     window: float | None = None,

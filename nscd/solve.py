@@ -24,23 +24,23 @@ FIRST_ORDER = ("projected_gradient", "gauss_seidel")
 CHOICES = {
     Method.NO_CONTACTS: ("none", "no contacts"),
     Method.NOTHING_PRESSES: ("closed_form", "nothing presses"),
-    Method.ALONE: ("closed_form", "each pressed contact is alone: closed form"),
+    Method.SINGLE_CONTACTS: ("closed_form", "each pressed contact is alone: closed form"),
     Method.TREE: ("tree", "the contacts of {n} disks form trees: linear time"),
     Method.GUESS: ("active_set", "corrects the guess"),
     Method.DESCENT: ("active_set", "{n} disks of even masses: descent found the closed contacts"),
-    Method.FIRMER: ("active_set", "{n} bodies of even masses: contacts made firmer step by step"),
-    Method.MARGINAL: ("interior_point", "{n} disks: descent does not find the closed contacts exactly"),
-    Method.UNEVEN: ("interior_point", "{n} disks, masses far apart"),
-    Method.DISSIPATIVE: ("interior_point", "{n} disks, dissipative contacts"),
+    Method.AUGMENTED_LAGRANGIAN: ("active_set", "{n} bodies of even masses: contacts made firmer step by step"),
+    Method.INTERIOR_POINT_MARGINAL: ("interior_point", "{n} disks: descent does not find the closed contacts exactly"),
+    Method.INTERIOR_POINT_UNEVEN_MASSES: ("interior_point", "{n} disks, masses far apart"),
+    Method.INTERIOR_POINT_DISSIPATIVE: ("interior_point", "{n} disks, dissipative contacts"),
     Method.MAINTAINED: ("maintained", "every contact stays closed"),
-    Method.ASKED_FOR: ("", "asked for"),
-    Method.GRADIENT: ("projected_gradient", "a loose tolerance: descent alone"),
+    Method.BY_NAME: ("", "asked for"),
+    Method.PROJECTED_GRADIENT: ("projected_gradient", "a loose tolerance: descent alone"),
     Method.LEFT_VELOCITY: ("closed_form", "nothing presses: u⁻ is an answer"),
-    Method.SETS: ("sets", "Newton's method on the sets of open, stuck and sliding contacts"),
-    Method.PROXIMAL: ("proximal", "proximal steps of Newton's method, smoothed by Gauss–Seidel sweeps"),
+    Method.NEWTON: ("sets", "Newton's method on the sets of open, stuck and sliding contacts"),
+    Method.PROXIMAL_NEWTON: ("proximal", "proximal steps of Newton's method, smoothed by Gauss–Seidel sweeps"),
     Method.PROXIMAL_POINT: ("proximal_point", "proximal point method, each step a path of pivots"),
-    Method.SWEEPS: ("sweeps", "Gauss–Seidel sweeps, some accelerated"),
-    Method.PATH: ("path", "a path from the answer of Gauss–Seidel sweeps"),
+    Method.GAUSS_SEIDEL: ("sweeps", "Gauss–Seidel sweeps, some accelerated"),
+    Method.PIVOTS: ("path", "a path from the answer of Gauss–Seidel sweeps"),
     Method.NONE: ("none", "no method reached the tolerance"),
 }  # fmt: skip
 
@@ -132,7 +132,7 @@ def solve(
             raise ValueError(f"solver: {solver} is for disks, not for bodies of several")
         arguments |= {"bodies": compound.as_core_arguments(compound.mass), "spin": snapshot.spin}
     if not law.plain:
-        arguments |= _core_arguments(snapshot, contacts, _left_velocity(snapshot, left), law, solver) | {"starts": starts}
+        arguments |= _arguments_of_law(snapshot, contacts, _left_velocity(snapshot, left), law, solver) | {"starts": starts}
     fields = _core.solve_impact(
         contacts.first, contacts.second, contacts.is_wall, contacts.normal, snapshot.position,
         snapshot.radius, snapshot.mass, left, tolerance=tolerance, canonical=canonical,
@@ -181,7 +181,7 @@ def _friction_part(of: _core.FrictionSolution, coefficient: Floats, starts: int)
     return FrictionPart(coefficient=coefficient, start=start, starts=starts, **parts)
 
 
-def _core_arguments(
+def _arguments_of_law(
     snapshot: Snapshot, contacts: Contacts, left: Floats, law: ContactLaw, solver: str
 ) -> dict[str, Any]:
     """What the core is told of a law with dissipation or friction: μ (k,), k_n and k_t (k,) kg of
@@ -189,13 +189,13 @@ def _core_arguments(
     contacts.check_disks(len(snapshot))
     if (compound := snapshot.compound) is not None:
         left = compound.of_disks(compound.motion(snapshot, left), snapshot.position)
-    along, across = law.active_dissipation(contacts, inverse_masses(snapshot, contacts), left)
+    normal, tangential = law.active_dissipation(contacts, inverse_masses(snapshot, contacts), left)
     arguments: dict[str, Any] = {"maintained": law.maintained}
-    if along.any() or across.any():
+    if normal.any() or tangential.any():
         if solver in FIRST_ORDER:
             raise ValueError(f"solver: {solver} is for contacts without dissipation")
-        arguments |= {"along": along, "across": across}
-    if across.any() or law.frictional:
+        arguments |= {"normal_dashpot": normal, "tangential_dashpot": tangential}
+    if tangential.any() or law.frictional:
         arguments["spin"] = snapshot.spin
     if law.frictional:
         arguments["friction"] = law.frictions(contacts.is_wall)

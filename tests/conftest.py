@@ -34,7 +34,7 @@ subprocess.Popen.communicate = communicate
 
 # what the commands import when they are called, so that forks have it
 IMPORTED = (
-    "compare.study", "percussions.solving", "scene.real.import_crowd", "studies.advice.choice",
+    "compare.study", "percussions.solve_dump", "scene.real.import_crowd", "studies.advice.choice",
     "studies.audit", "studies.film.page", "studies.paper.page", "studies.report.page",
     "studies.stability.page", "studies.work_precision.page", "studies.work_precision.whole_runs",
 )  # fmt: skip

@@ -28,7 +28,7 @@ NAMED = re.compile(
 )
 MADE_EXACTLY = """analysis/scene/**/*.py analysis/studies/explore/*.py analysis/engines/rigid.py analysis/engines/record.py
     analysis/engines/programs/rigid.py benchmarks/problems/families.py nscd/stepping/*.py nscd/[ab]*.py
-    nscd/segments.py nscd/contacts.py nscd/laws.py nscd/frames.py nscd/solve.py"""
+    nscd/segments.py nscd/contacts.py nscd/laws.py nscd/solve_frames.py nscd/solve.py"""
 # Force laws of soft bodies, fields and social forces, how people look: numbers that are shown, or compared
 # with a tolerance.
 SHOWN = {"law.py", "plausible.py", "coarse_grain.cpp", "soft.cpp"}

@@ -48,7 +48,7 @@ class Guard:
         of = disks.bodies
         moving, spinning = of.mass @ (of.velocity**2).sum(1), of.inertia @ of.spin**2
         self.start = 0.5 * float(moving + spinning) + stored
-        self.given, self.power = 0.0, self._power(0.5 * float(moving))
+        self.energy_input, self.power = 0.0, self._power(0.5 * float(moving))
         self.margin = ENERGY_SHARE * (self.start + self.desired) + 1e-12
         self.weight = disks.mass[:, None] * acceleration(scene)
         walls = np.array([(wall["start_m"], wall["end_m"]) for wall in scene.get("walls", [])])
@@ -69,7 +69,7 @@ class Guard:
             return "finite", "the kinetic energy is not a finite number"
         moving = 0.5 * self.disks.bodies.mass @ (centres() ** 2).sum(1) if self.turns else kinetic
         power = self._power(moving)
-        self.given += 0.5 * (self.power + power) * self.interval * self.penalty.time_step
+        self.energy_input += 0.5 * (self.power + power) * self.interval * self.penalty.time_step
         self.power = power
         return (
             self._lost(position)
@@ -85,7 +85,7 @@ class Guard:
         return 2 * (math.sqrt(self.desired * kinetic) - kinetic) / self.relaxation_time
 
     def _energy(self, kinetic, position):
-        maximum, margin = self.start + self.given, self.margin
+        maximum, margin = self.start + self.energy_input, self.margin
         if self.weight.any():
             fallen = float((self.weight * (position() - self.disks.position)).sum())
             maximum, margin = maximum + fallen, margin + ENERGY_SHARE * abs(fallen)

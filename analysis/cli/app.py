@@ -117,10 +117,10 @@ def progress() -> Iterator[Progress]:
     with Bars(console=console, transient=True) as bars:
         tasks: dict[str, Any] = {}
 
-        def report(label: str, share: float) -> None:
+        def report(label: str, fraction: float) -> None:
             if label not in tasks:
                 tasks[label] = bars.add_task(label, total=1.0)
-            bars.update(tasks[label], completed=share)
+            bars.update(tasks[label], completed=fraction)
 
         yield report
 
@@ -132,13 +132,13 @@ class _Lines:
     def __init__(self) -> None:
         self.started = time.monotonic()
         self.first: dict[str, tuple[float, float]] = {}  # time and share of a label's first report
-        self.label, self.share, self.at = "", 0.0, self.started
+        self.label, self.fraction, self.at = "", 0.0, self.started
 
     def report(self, label: str, fraction: float) -> None:
         now = time.monotonic()
         self.first.setdefault(label, (now, fraction))
-        if (label, fraction) != (self.label, self.share):
-            self.label, self.share, self.at = label, fraction, now
+        if (label, fraction) != (self.label, self.fraction):
+            self.label, self.fraction, self.at = label, fraction, now
 
     def beat(self, ended: threading.Event) -> None:
         while not ended.wait(BETWEEN_LINES_S):
@@ -147,10 +147,10 @@ class _Lines:
     def line(self, now: float) -> str:
         """What is said at a time (s). Nothing of the time to go where only one share is known, or
         where the pace would have brought the end by now."""
-        words = f"{self.share:.0%}, {lasting(now - self.started)} so far"
-        began, done = self.first.get(self.label, (now, self.share))
-        if done < self.share < 1 and self.at > began:
-            left = (1 - self.share) * (self.at - began) / (self.share - done) - (now - self.at)
+        words = f"{self.fraction:.0%}, {lasting(now - self.started)} so far"
+        began, done = self.first.get(self.label, (now, self.fraction))
+        if done < self.fraction < 1 and self.at > began:
+            left = (1 - self.fraction) * (self.at - began) / (self.fraction - done) - (now - self.at)
             words += f", about {lasting(left)} to go" if left > 0 else ""
         return f"{self.label}: {words}" if self.label else words
 

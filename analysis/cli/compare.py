@@ -154,7 +154,7 @@ def _by_files(files: list[Path], of_file: OfFile, radius: float | None, out: Pat
     from analysis.studies.film.frame import ENGINE, RIGID
     from analysis.studies.motion.pairwise import compare_frames, write_frames
 
-    sources = [open_any(file, of_file.given(radius)) for file in files]
+    sources = [open_any(file, of_file.file_options(radius)) for file in files]
     made = []
     for one in sources:
         if one.engine:
@@ -447,7 +447,7 @@ def _reels_of(
     from analysis.studies.film import export as exports
     from analysis.studies.film.files import open_any
 
-    file_options = of_file.given(radii[0] if radii else None)
+    file_options = of_file.file_options(radii[0] if radii else None)
     source = open_any(file, file_options)
     if source.recording is None:
         return exports.film_dump(source, chosen, **how)
@@ -491,8 +491,8 @@ def exposure(
     from analysis.studies.exposure.limits import LimitError, known_limits
     from analysis.studies.exposure.sensors import write_sensors
 
-    known = known_limits(limits or [])
-    if stops and stops not in (names := [limit.name for limit in known]):
+    chosen_limits = known_limits(limits or [])
+    if stops and stops not in (names := [limit.name for limit in chosen_limits]):
         raise LimitError(f"--stops {stops}: unknown limit. There are: {', '.join(names)}")
     if is_run(run):
         of_file.refuse_run(radius=radius, out=out)
@@ -511,18 +511,18 @@ def exposure(
             f"forces are those of {len(found.time)} single frames, not sums of impulses. It lasts"
         )
     written = [write_sensors(run, sensors)] if sensors else []
-    written += [*loads.write_exposure(found, known, folder), *positions.write_along(found, folder)]
+    written += [*loads.write_exposure(found, chosen_limits, folder), *positions.write_along(found, folder)]
     if found.scene.walls:
         try:
             written.append(_draw_walls(found, folder))
         except ImportError as error:
             warn(missing_extra(error) or str(error))
     title = f"{found.scene.title}: {what} {found.time[-1]:g} s"
-    show(loads.HEAD, loads.exposure_rows(found, known), numbers_from=len(loads.HEAD), title=title)
+    show(loads.HEAD, loads.exposure_rows(found, chosen_limits), numbers_from=len(loads.HEAD), title=title)
     if where := positions.place_words(found):
         print(f"Largest load on any metre of walls: {where}")
-    print(*loads.sources_of(known), sep="\n")
-    for limit in (one for one in known if one.name == stops):
+    print(*loads.sources_of(chosen_limits), sep="\n")
+    for limit in (one for one in chosen_limits if one.name == stops):
         count, path = loads.write_stops(found, limit, run.resolve().parent)
         print(f"{count} people stop. An assumption, no medicine")
         written.append(path)
@@ -546,7 +546,7 @@ def _loads_of(file: Path, of_file: OfFile, radius: float | None) -> RunLoads:
     from analysis.studies.film.files import open_any
     from analysis.studies.film.frame import ENGINE, RIGID
 
-    source, model = open_any(file, of_file.given(radius)), ENGINE if of_file.contacts else RIGID
+    source, model = open_any(file, of_file.file_options(radius)), ENGINE if of_file.contacts else RIGID
     with progress():
         windows = [one.window(file, model) for one in source.frames(of_file.frames)]
     if len(windows) < 2:

@@ -116,7 +116,7 @@ Replicates = Annotated[int, typer.Option(min=0, max=1000)]
 Out = Annotated[Path, _path]
 InputFile = Annotated[Path, _input_file]
 RigidLaw = Annotated[Any, typer.Option(parser=_law, metavar="LAW")]
-Openness = Literal["none", "determined", "ranges", "ensemble"]
+Indeterminacy = Literal["none", "determined", "ranges", "ensemble"]
 Unit = Literal["m", "cm"]
 
 
@@ -287,7 +287,7 @@ class OfFile(OfDump):
         selected = vars(self) | {"fixed_type": self.fixed_type or None}
         refuse("only of a dump or a trajectory file", **selected, **others)
 
-    def given(self, radius: float | None = None) -> Any:
+    def file_options(self, radius: float | None = None) -> Any:
         """Give it as `analysis.studies.film.files.FileOptions`, with the radius (m) of heads."""
         from analysis.studies.film.files import FileOptions
 

@@ -24,7 +24,7 @@ from analysis.cli.app import (
     show_page,
     warn,
 )
-from analysis.cli.designs import NOT_COMPARED, Comparing
+from analysis.cli.compare_designs import NOT_COMPARED, Comparing
 from analysis.cli.options import (
     InputFile,
     NotNegative,
@@ -352,9 +352,9 @@ def advise(
         raise typer.Exit(not soft.engine)
     ladder = []
     if chosen.drive:
-        known = not chosen.drive.keeps_distance  # it was measured with who pushes for ever
+        is_measured = not chosen.drive.keeps_distance  # it was measured with who pushes for ever
         ladder = ["", *distance_lines(chosen.drive)]
-        ladder += whole_runs.ladder_lines(chosen) if known else []
+        ladder += whole_runs.ladder_lines(chosen) if is_measured else []
     if quantity in whole_runs.QUANTITIES:
         if against:
             raise ValueError("--against: only of the quantities of an instant")

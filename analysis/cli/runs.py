@@ -16,8 +16,8 @@ from analysis.cli.options import (
     Count,
     DumpOptions,
     Factor,
+    Indeterminacy,
     InputFile,
-    Openness,
     Out,
     Positive,
     Processes,
@@ -27,7 +27,7 @@ from analysis.cli.options import (
 
 if TYPE_CHECKING:
     from analysis.percussions import Setting, SnapshotPercussions
-    from analysis.percussions.solving import DumpToSolve, SolvedDump
+    from analysis.percussions.solve_dump import DumpToSolve, SolvedDump
     from analysis.scene.scene import Room
 
 
@@ -114,7 +114,7 @@ def solve(
     contacts_columns: str | None = None,
     contacts_factor: Factor | None = None,
     restitution: Share | None = None,
-    openness: Openness = "determined",
+    openness: Indeterminacy = "determined",
     workers: Processes = 1,
     threads: Count = 1,
     scheduler: str | None = None,
@@ -140,9 +140,9 @@ def solve(
 
     Example: percussions solve out/arch/lammps_hooke_k1e+06/bodies.dump --left-velocity desired
     --out contacts.csv"""
+    from analysis.percussions.contact_rows import is_parquet
     from analysis.percussions.setting import room_beside
-    from analysis.percussions.solving import DumpToSolve, solve_dump, solve_in_chunks
-    from analysis.percussions.table import is_parquet
+    from analysis.percussions.solve_dump import DumpToSolve, solve_dump, solve_in_chunks
     from analysis.studies.exchange.problem import is_hdf5
 
     file = one_dump(dump)
@@ -188,10 +188,10 @@ def _listed(
     job: DumpToSolve, room: Room | None, contacts: Path, columns: str | None, factor: float | None
 ) -> DumpToSolve:
     """The job with the contacts that came with its dump."""
-    from analysis.studies.film.files import own_contacts
+    from analysis.studies.film.files import listed_contacts
 
     setting = job.setting.of_dump(trajectory := job.trajectory)
-    return replace(job, setting=setting, own=own_contacts(trajectory, contacts, room, setting, columns, factor))
+    return replace(job, setting=setting, listed_contacts=listed_contacts(trajectory, contacts, room, setting, columns, factor))
 
 
 def _rows(found: SolvedDump, fixed: bool, listed: bool) -> list[list[str]]:
@@ -206,8 +206,8 @@ def _rows(found: SolvedDump, fixed: bool, listed: bool) -> list[list[str]]:
     return [*rows, ["worst residual", f"{found.residual:.1e}"]]
 
 
-def _solve_problem(problem: Path, out: Path, tolerance: float, indeterminacy: Openness) -> None:
-    from analysis.percussions.table import is_parquet
+def _solve_problem(problem: Path, out: Path, tolerance: float, indeterminacy: Indeterminacy) -> None:
+    from analysis.percussions.contact_rows import is_parquet
     from analysis.studies.exchange.fclib import solve_file
 
     if is_parquet(out):
@@ -236,7 +236,7 @@ def export(
     dump_options: DumpOptions,
     frame: int | None = None,
     local: bool = False,
-    openness: Openness = "ranges",
+    openness: Indeterminacy = "ranges",
 ) -> None:
     """Write the contact problem of one instant as an FCLIB file, with its answer.
 

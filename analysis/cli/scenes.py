@@ -17,7 +17,7 @@ from analysis.cli.options import Count, InputFile, NotNegative, Out, Positive, S
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from analysis.scene.plans import Floor
+    from analysis.scene.plan_roles import Floor
     from analysis.scene.real.import_crowd import ImportedCrowd
     from analysis.scene.scene import Scene
     from analysis.scene.waiting import Doorway
@@ -170,7 +170,7 @@ def _doors_of_room(
 
 def _floor(geometry: Path, doors: list[str], stream: bool) -> Floor:
     """The floor of a file with its doors, or with those that are given."""
-    from analysis.scene.floors import read_floor
+    from analysis.scene.floor_files import read_floor
 
     if stream:
         raise ValueError("stream: only of a --room. Give the doors of a floor by --door")

@@ -10,10 +10,10 @@ import numpy as np
 
 from analysis import dumps
 from analysis.dumps.contacts import arm_rows, integrate_contacts
-from analysis.dumps.own_contacts import checked_contacts
+from analysis.dumps.listed_contacts import checked_contacts
 from analysis.engines.record import RunRecord, read_finished
 from analysis.percussions.setting import FORCE, Setting
-from analysis.percussions.snapshot import SnapshotPercussions, openness_of, percussions_of_frames
+from analysis.percussions.snapshot import SnapshotPercussions, bounds_of, percussions_of_frames
 from analysis.scene.anthropometry import separated
 from analysis.scene.scene import Scene, SceneError
 from analysis.support.columns import Columns
@@ -263,15 +263,15 @@ def compare_run(
         balance = _driven_balance(snapshot, trajectory.ts.data, engine, np.array(scene.acceleration()))
     if not len(found.contacts) and not len(engine):
         raise dumps.NoContactError(f"{folder}: no contact at all at {snapshot.time:g} s")
-    known = determinacy(found.contacts, len(snapshot), snapshot)
+    by_balance = determinacy(found.contacts, len(snapshot), snapshot)
     return Comparison(
         scene=scene,
         record=record,
-        match=match_contacts(found, engine, _determined(found, known)),
+        match=match_contacts(found, engine, _determined(found, by_balance)),
         balance=balance,
         percussions=found,
         law=law,
-        by_balance=known,
+        by_balance=by_balance,
     )
 
 
@@ -298,15 +298,15 @@ class OpenRun:
         return cls(record=record, scene=scene, universe=universe, index=index)
 
 
-def _determined(found: SnapshotPercussions, known: Determinacy) -> Mask:
+def _determined(found: SnapshotPercussions, by_balance: Determinacy) -> Mask:
     """(k,): whether every admissible percussion is the same at a contact, friction included; with
     friction False where that was not found."""
     solution = found.solution
     if solution.friction is not None:
-        every: Mask = openness_of(found, False).determined == 1
+        every: Mask = bounds_of(found, False).determined == 1
         return every
     if solution.status == "failed":
-        return known.determined
+        return by_balance.determined
     return admissible_determinacy(found.contacts, solution).determined
 
 
@@ -465,7 +465,7 @@ def statistics(comparison: Comparison) -> dict[str, float | int]:
 
     Relative difference: rms(rigid − penalty) / rms(penalty), of normal components; correlation:
     Pearson's, NaN where it has no meaning."""
-    match, known = comparison.match, comparison.by_balance
+    match, by_balance = comparison.match, comparison.by_balance
     penalty, rigid = match.normal_parts()
     both = match.in_penalty & match.in_rigid
     fixed = both & match.determined
@@ -474,10 +474,10 @@ def statistics(comparison: Comparison) -> dict[str, float | int]:
         "contacts_only_penalty": int((match.in_penalty & ~match.in_rigid).sum()),
         "contacts_only_rigid": int((~match.in_penalty & match.in_rigid).sum()),
         "rigid_contacts": int(match.in_rigid.sum()),
-        "rank": known.rank,
-        "redundant": known.redundant,
+        "rank": by_balance.rank,
+        "redundant": by_balance.redundant,
         "determined_contacts": int(match.determined.sum()),
-        "determined_by_balance_alone": int(known.determined.sum()),
+        "determined_by_balance_alone": int(by_balance.determined.sum()),
         "penalty_mean": _mean(penalty[match.in_penalty]),
         "rigid_mean": _mean(rigid[match.in_rigid]),
         "penalty_max": float(penalty.max()),

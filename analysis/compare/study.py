@@ -28,7 +28,7 @@ ALIKE = 0.01
 
 def remarks(comparison: Comparison) -> Iterator[str]:
     """Say where the two models are not alike, and which numbers are not sharp."""
-    record, law, known = comparison.record, comparison.law, comparison.match.determined
+    record, law, determined = comparison.record, comparison.law, comparison.match.determined
     contact, impact = comparison.scene.contact, comparison.percussions.window is None
     deep, error = deep_overlap(comparison), comparison.balance.closure_error
     rigid, requested = law.restitution or 0.0, contact.restitution
@@ -46,7 +46,7 @@ def remarks(comparison: Comparison) -> Iterator[str]:
     elif law.frictional:
         yield (
             f"both models have friction {law.friction:g}: the balance leaves forces open where "
-            f"contacts stick, {int(known.sum())} of {len(known)} are determined"
+            f"contacts stick, {int(determined.sum())} of {len(determined)} are determined"
         )
     if not impact and deep > DEEP:
         yield (

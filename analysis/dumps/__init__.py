@@ -8,9 +8,9 @@ from analysis.dumps.contacts import (
     index_contacts,
     read_contacts,
 )
-from analysis.dumps.frames import DumpError, NoContactError
+from analysis.dumps.find_frames import DumpError, NoContactError
 from analysis.dumps.index import DumpIndex, index_dump
-from analysis.dumps.reader import open_bodies, snapshot_of
+from analysis.dumps.open_dump import open_bodies, snapshot_of
 
 __all__ = [
     "CONTACT_COLUMNS", "Bodies", "DumpError", "DumpIndex", "EngineContacts", "NoContactError",

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from analysis.dumps.digits import LEAST_PLACE, Digits, LastDigit, largest_of
-from analysis.dumps.frames import LARGEST_LENGTH, DumpError
+from analysis.dumps.find_frames import LARGEST_LENGTH, DumpError
 from analysis.dumps.index import DumpIndex
+from analysis.dumps.last_digits import LEAST_PLACE, Digits, LastDigit, largest_of
 from analysis.scene.lammps_data import volumes
 from analysis.support.reading import LARGEST_WHOLE
 from nscd import Snapshot
@@ -77,7 +77,7 @@ class Stated:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Standing:
+class FixedDisks:
     """Hold disks that do not move: ids (m,), position (m,2) m, radius (m,) m."""
 
     ids: Indices
@@ -87,7 +87,7 @@ class Standing:
     def __len__(self) -> int:
         return len(self.ids)
 
-    def stays(self, now: Standing) -> bool:
+    def stays(self, now: FixedDisks) -> bool:
         """Tell whether these are the same disks at the same places."""
         if not np.array_equal(self.ids, now.ids):
             return False
@@ -112,7 +112,7 @@ class BodyColumns:
     place: tuple[str, str, str]  # names of x, y, z (z: may be missing)
     scaled: bool  # whether these are shares of the box
     stated: Stated
-    standing: list[Standing] = field(default_factory=list)
+    fixed_disks: list[FixedDisks] = field(default_factory=list)
 
     @classmethod
     def of(cls, index: DumpIndex, stated: Stated | None = None) -> BodyColumns:
@@ -211,12 +211,12 @@ class BodyColumns:
         for frame in range(len(numbers)):
             rows = order[fixed[order] & (frame_of[order] == frame)]
             position = np.column_stack([data["x"][rows], data["y"][rows]])
-            now = Standing(data["id"][rows].astype(np.int64), position, data["radius"][rows])
-            if not self.standing:
+            now = FixedDisks(data["id"][rows].astype(np.int64), position, data["radius"][rows])
+            if not self.fixed_disks:
                 if not set(self.stated.fixed_type) <= set(data["type"]):
                     raise DumpError(f"{self.index.path}: type: no disk of a fixed type is there")
-                self.standing.append(now)
-            if not self.standing[0].stays(now):
+                self.fixed_disks.append(now)
+            if not self.fixed_disks[0].stays(now):
                 where = f"{self.index.path}, step {self.index.steps[numbers[frame]]}"
                 raise DumpError(
                     f"{where}: disks of a fixed type are others, or elsewhere, than before"

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from analysis.dumps.frames import DumpError
+from analysis.dumps.find_frames import DumpError
 from analysis.dumps.index import DumpIndex, index_dump
-from analysis.dumps.reader import open_bodies, snapshot_of
+from analysis.dumps.open_dump import open_bodies, snapshot_of
 from analysis.support.files import whole_file
-from analysis.support.frames import write_frame
+from analysis.support.write_frames import write_frame
 from nscd import Contacts, Snapshot, Walls
 from nscd.arrays import Floats, Indices, Mask
 from nscd.contacts import connected, sum_at_disks

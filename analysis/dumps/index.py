@@ -11,7 +11,7 @@ from typing import IO
 
 import numpy as np
 
-from analysis.dumps.frames import BEGIN, BinaryFrames, DumpError, Frame, TextFrames, is_binary
+from analysis.dumps.find_frames import BEGIN, BinaryFrames, DumpError, Frame, TextFrames, is_binary
 from analysis.support.reading import DAMAGED, NUMBER, UnreadableError, open_file
 from nscd import _core
 from nscd.arrays import Floats, Indices, Mask

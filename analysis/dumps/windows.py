@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from analysis.dumps.frames import DumpError
+from analysis.dumps.find_frames import DumpError
 from analysis.dumps.index import DumpIndex, index_dump
-from analysis.dumps.reader import open_bodies, snapshot_of
+from analysis.dumps.open_dump import open_bodies, snapshot_of
 from analysis.scene.rigid_bodies import people_of
-from analysis.support.frames import IMPULSE_COLUMNS
+from analysis.support.write_frames import IMPULSE_COLUMNS
 from nscd import Snapshot
 from nscd.arrays import Floats, Indices, Mask
 

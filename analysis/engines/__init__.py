@@ -42,10 +42,10 @@ def installed(name: str) -> str:
             f"{chosen.TITLE} (the command {chosen.COMMAND}) is not found. "
             f"Install it with: {chosen.INSTALL}"
         )
-    known = _version(name, path)
-    if known is None:
+    version = _version(name, path)
+    if version is None:
         raise EngineError(f"{why_not(chosen)}. Reinstall it with: {chosen.INSTALL}")
-    return known
+    return version
 
 
 def why_not(chosen: Engine) -> str:

@@ -74,11 +74,11 @@ def _python() -> Finding:
     return _finding("Python", platform.python_version(), Path(sys.executable))
 
 
-def _engine(known: Engine, advice: str, extra: str = "") -> Finding:
-    path, version = known.find(), known.version()
+def _engine(engine: Engine, advice: str, extra: str = "") -> Finding:
+    path, version = engine.find(), engine.version()
     if path is not None and version is None:
-        advice = f"{why_not(known)}. {advice}"
-    return _finding(known.TITLE, version, path, advice=advice, extra=extra)
+        advice = f"{why_not(engine)}. {advice}"
+    return _finding(engine.TITLE, version, path, advice=advice, extra=extra)
 
 
 def _library(extra: Extra, library: str) -> Finding:

@@ -19,7 +19,7 @@ from analysis.engines.penalty import penalty_of
 from analysis.engines.record import RunRecord
 from analysis.scene.scene import Scene
 from analysis.support.columns import Columns
-from analysis.support.frames import write_frame
+from analysis.support.write_frames import write_frame
 from nscd import Snapshot, _core
 from nscd.arrays import Floats, Indices
 from nscd.stepping.arms import Neighbours

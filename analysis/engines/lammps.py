@@ -27,8 +27,8 @@ from analysis.scene.scene import Drive, Scene, Wall
 from analysis.scene.way import Way
 from analysis.support.extras import install
 from analysis.support.files import whole_file, write_text
-from analysis.support.frames import write_frame
 from analysis.support.lammps_process import DISTANCE, WALLS
+from analysis.support.write_frames import write_frame
 from nscd import _core
 from nscd.arrays import Floats
 from nscd.bodies import Bodies

@@ -36,7 +36,7 @@ IMPULSES = {
 def expected_seconds(scene: Scene, engine: str) -> float:
     """Return about how long the engine takes to run the scene (CPU s)."""
     work = len(scene.snapshot) * engine_named(engine).timing(scene).steps
-    known = [PRICES.get((engine, scene.contact.law)) or PRICES[engine, "hooke"]]
+    prices = [PRICES.get((engine, scene.contact.law)) or PRICES[engine, "hooke"]]
     if scene.run.impulses and engine in IMPULSES:
-        known.append(IMPULSES[engine])
-    return sum(cost.of(work) for cost in known)
+        prices.append(IMPULSES[engine])
+    return sum(cost.of(work) for cost in prices)

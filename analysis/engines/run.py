@@ -222,8 +222,8 @@ def staged(folder: Path, resume: RunRecord | None = None) -> Iterator[Path]:
             yield staging
         except guard.RunStoppedError as end:
             # another stopped run is all that one may replace
-            known = _record_in(folder, even_stopped=True)
-            if known.exit_state in (STOPPED, FAILED) if known else not folder.exists():
+            record = _record_in(folder, even_stopped=True)
+            if record.exit_state in (STOPPED, FAILED) if record else not folder.exists():
                 end.record.write(staging)
                 _publish(staging, folder)
             raise

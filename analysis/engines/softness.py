@@ -73,7 +73,7 @@ def rigid_over_soft(softest: float, hardest: float) -> Mapping[str, RigidOver] |
 
     Between the crowds that were measured it is read in log s; below s = 0.35 it is that of 0.35."""
     table = _file()["soft_over_rigid"]
-    known = np.log(table["s"])
+    log_softness = np.log(table["s"])
     if softest > table["s"][-1]:
         return None
     inside = (s for s in table["s"] if hardest < s < softest)
@@ -82,7 +82,7 @@ def rigid_over_soft(softest: float, hardest: float) -> Mapping[str, RigidOver] |
     for one in table["quantity"]:
         # the end of the least is that of the most over it
         mean, low, high = (
-            1 / (1 + np.interp(positions, known, one[key])) for key in ("mean", "high", "low")
+            1 / (1 + np.interp(positions, log_softness, one[key])) for key in ("mean", "high", "low")
         )
         found[one["name"]] = RigidOver(
             words=one["words"],

@@ -10,15 +10,15 @@ from analysis.scene.scene import Scene
 def ladder(scene: Scene) -> tuple[list[tuple[str, str, str]], list[list[str]]]:
     """Give each source of stiffness, softest first, with kN/m and s of a driven crowd, and a row
     per quantity: its name, and by how much rigid disks are above such bodies."""
-    known = rigid_over_soft(1.0, 1.0)
-    assert known is not None
-    bodies, rows = [], [[one.words] for one in known.values()]
+    rigid_over_soft_of = rigid_over_soft(1.0, 1.0)
+    assert rigid_over_soft_of is not None
+    bodies, rows = [], [[one.words] for one in rigid_over_soft_of.values()]
     for body in known_bodies().values():
         hardest, softest = softness_of(scene, body)
         stiffness = interval([end / 1000 for end in (body.low_N_per_m, body.high_N_per_m)])
         bodies.append((body.words, stiffness, interval((hardest, softest), 2)))
         found = rigid_over_soft(softest, hardest)
-        for row, key in zip(rows, known, strict=True):
+        for row, key in zip(rows, rigid_over_soft_of, strict=True):
             if found is None:
                 row.append(f"not measured: {judged(softest).split(':')[0]}")
             else:

@@ -67,7 +67,7 @@ class Chart:
             step * scale for step in (1, 1.5, 2, 3, 4, 5, 6, 8, 10) if step * scale >= highest
         )
 
-    def share(self, value: float) -> float:
+    def fraction(self, value: float) -> float:
         """Give the place of a value on the axis, in per cent."""
         return round(100 * min(max(value / self.top, 0.0), 1.0), 2) if math.isfinite(value) else 0.0
 

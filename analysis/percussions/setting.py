@@ -11,9 +11,9 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from analysis.dumps import Bodies, DumpError, open_bodies, snapshot_of
-from analysis.dumps.bodies import Standing
-from analysis.dumps.digits import Digits
-from analysis.dumps.frames import has_period
+from analysis.dumps.bodies import FixedDisks
+from analysis.dumps.find_frames import has_period
+from analysis.dumps.last_digits import Digits
 from analysis.engines.record import FILE, RunRecord
 from analysis.scene.scene import Drive, Room, Scene, SceneError, means_of, read_room
 from analysis.scene.unused import CROWD, note_unused_keys
@@ -75,7 +75,7 @@ class Setting:
     largest_overlap: float = LARGEST_OVERLAP
     left_velocity: LeftVelocity | None = None
     window: float | None = None
-    standing: Standing | None = None
+    fixed_disks: FixedDisks | None = None
     digits: Digits | None = None
     listed: Contacts | None = None
 
@@ -134,7 +134,7 @@ class Setting:
 
         Raises DumpError where its box and the period of the room contradict, and for arms beside disks
         that do not move."""
-        path, index, standing = trajectory.filename, trajectory.index, trajectory.standing
+        path, index, fixed_disks = trajectory.filename, trajectory.index, trajectory.fixed_disks
         digits = trajectory.digits
         low, high = (self.walls and self.walls.period_x) or (0.0, 0.0)
         for frame in index.frames if low < high and index.periodic else ():
@@ -144,7 +144,7 @@ class Setting:
                     f"{path}, step {frame.step}: its box is periodic from x = {x0:g} to {x1:g} m, and "
                     f"period_x_m of the room is from {low:g} to {high:g} m"
                 )
-        if standing is not None and self.arms:
+        if fixed_disks is not None and self.arms:
             raise DumpError(f"{path}: fixed types (--fixed-type) are not for people with arms")
         if digits != self.digits and digits is not None and (wrong := digits.rounding()) > TOUCH:
             message = f"positions have {digits.position.digits} digits, so gaps may be wrong by {wrong:.2g} m"
@@ -154,10 +154,10 @@ class Setting:
             elif inputs < wrong:
                 note(path, f"{message}. The contact tolerance {inputs:g} m is finer")
         names = self.wall_names
-        if standing is not None and self.standing is None:
+        if fixed_disks is not None and self.fixed_disks is None:
             names = names or tuple(map(str, range(1, 1 + len(self.walls or ()))))
-            names += tuple(f"disk_{one}" for one in standing.ids)
-        return replace(self, standing=standing, digits=digits, wall_names=names)
+            names += tuple(f"disk_{one}" for one in fixed_disks.ids)
+        return replace(self, fixed_disks=fixed_disks, digits=digits, wall_names=names)
 
     def touch(self, position: Floats, radius: Floats) -> tuple[float, bool]:
         """Give the gap (m) up to which disks at (n,2) m of radii (n,) m are in contact, and whether that
@@ -224,7 +224,7 @@ class Setting:
 
     def find(self, snapshot: Snapshot, touch: float) -> Contacts:
         """Find contacts up to a gap (m), those with disks that do not move as those with walls behind the others."""
-        fixed = self.standing
+        fixed = self.fixed_disks
         if fixed is None or not len(fixed):
             return find_contacts(snapshot, self.walls, tolerance=touch)
         n, bodies = len(snapshot), snapshot.bodies

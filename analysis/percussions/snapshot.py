@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 import numpy as np
 
 from analysis.dumps import DumpError, snapshot_of
+from analysis.percussions.contact_rows import OWN, Column, Indeterminacy, table_columns, with_nulls
 from analysis.percussions.setting import FORCE, IMPULSE, Setting
-from analysis.percussions.table import OWN, Column, Openness, known, table_columns
 from analysis.scene.scene import Scene
 from nscd import ContactLaw, Contacts, Percussions, Snapshot, solve
 from nscd.arrays import Floats, Indices, Mask
@@ -82,7 +82,7 @@ class SnapshotPercussions:
         return float(np.hypot(*self.pressing[on].T).sum())
 
     def columns(
-        self, indeterminacy: Openness = "none", *, time: float | None = None, step: int | None = None,
+        self, indeterminacy: Indeterminacy = "none", *, time: float | None = None, step: int | None = None,
         own: Floats | None = None,
     ) -> dict[str, Column]:  # fmt: skip
         """Name the columns of k rows, those of contacts.csv that have something to say: arrays, or
@@ -92,19 +92,19 @@ class SnapshotPercussions:
         if solution.friction is not None:
             cells |= solution.friction.columns()
         if own is not None:
-            cells |= {name: known(force) for name, force in zip(OWN, own.T, strict=True)}
+            cells |= {name: with_nulls(force) for name, force in zip(OWN, own.T, strict=True)}
         if indeterminacy != "none":
-            found = openness_of(self, indeterminacy == "ranges")
-            cells["determined"] = known(found.determined, found.determined >= 0)
+            found = bounds_of(self, indeterminacy == "ranges")
+            cells["determined"] = with_nulls(found.determined, found.determined >= 0)
         if indeterminacy == "ranges":
             names = OPEN_COLUMNS[: 2 if solution.friction is None else 4]
-            cells |= {name: known(ends) for name, ends in zip(names, found[1:], strict=False)}
+            cells |= {name: with_nulls(ends) for name, ends in zip(names, found[1:], strict=False)}
         if indeterminacy == "ensemble":
             cells |= ensemble_cells(self)
         certificate = str(solution.status), solution.residual, solution.velocity_error
         return table_columns(cells, self.setting, contacts, (time, step), certificate)
 
-    def to_dataframe(self, time: float | None = None, indeterminacy: Openness = "determined") -> pd.DataFrame:
+    def to_dataframe(self, time: float | None = None, indeterminacy: Indeterminacy = "determined") -> pd.DataFrame:
         """Return one row per contact, with the columns of contacts.csv."""
         frame = as_frame(self.columns(indeterminacy, time=time))
         return frame if indeterminacy == "none" else frame.astype({"determined": "Int64"})
@@ -201,7 +201,7 @@ def _alike(before: SnapshotPercussions, contacts: Contacts, left: Floats) -> boo
     return same and bool(np.abs(left - pressed).max() <= ALIKE * np.abs(left).max())
 
 
-class Open(NamedTuple):
+class ReactionBounds(NamedTuple):
     """Say what the mechanics leaves open of k reactions.
 
     determined: (k,) 1 where every admissible percussion has the same reaction (and friction), 0
@@ -232,12 +232,12 @@ def intervals_of(found: SnapshotPercussions) -> tuple[Mask, Intervals]:
     return determinacy_of(constrained).determined, Intervals(constrained)
 
 
-def openness_of(found: SnapshotPercussions, ranges: bool) -> Open:
+def bounds_of(found: SnapshotPercussions, ranges: bool) -> ReactionBounds:
     """Find what the balance and reactions that only push leave open; `ranges`: and how far.
 
     Nothing is known where the answer is not solved, or no linear program proves it."""
     k, contacts, solution = len(found.contacts), found.contacts, found.solution
-    nothing = Open(np.full(k, -1), *np.full((4, k), np.nan))
+    nothing = ReactionBounds(np.full(k, -1), *np.full((4, k), np.nan))
     if solution.status != Status.SOLVED or not k:
         return nothing
     ends, frictional = np.full((4, k), np.nan), solution.friction is not None
@@ -252,7 +252,7 @@ def openness_of(found: SnapshotPercussions, ranges: bool) -> Open:
                     ends[2:, row] = intervals.ends(weights, tangential=True)
     except (ProgramError, ValueError):
         return nothing
-    return Open(determined.astype(int), *np.where(np.isfinite(ends), ends, np.nan))
+    return ReactionBounds(determined.astype(int), *np.where(np.isfinite(ends), ends, np.nan))
 
 
 # Flights of a chain: a jam of 594 people with friction needs about 100, each of 0.03 s.

@@ -9,9 +9,9 @@ from MDAnalysis.analysis.base import AnalysisBase
 from MDAnalysis.analysis.results import Results, ResultsGroup
 
 from analysis.dumps import DumpError, snapshot_of
+from analysis.percussions.contact_rows import Indeterminacy
 from analysis.percussions.setting import Setting, setting_beside
 from analysis.percussions.snapshot import SnapshotPercussions, percussions_of
-from analysis.percussions.table import Openness
 from analysis.scene.scene import Scene
 from analysis.support.extras import load
 from nscd import ContactLaw
@@ -98,7 +98,7 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
         if setting is None:  # a trajectory in memory has nothing beside it
             file = self._filename
             setting = setting_beside(Path(file), **parts) if file else Setting(**parts)
-        if hasattr(trajectory, "standing"):  # opened by `open_bodies`
+        if hasattr(trajectory, "fixed_disks"):  # opened by `open_bodies`
             setting = setting.of_dump(trajectory)
         self.setting = setting
         self._law, self._tolerance, self._solver = law, tolerance, solver
@@ -151,7 +151,7 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
         """Return one row per frame and contact, with the columns of contacts.csv."""
         return self._table("determined")
 
-    def _table(self, indeterminacy: Openness) -> pd.DataFrame:
+    def _table(self, indeterminacy: Indeterminacy) -> pd.DataFrame:
         pandas = load("pandas")
         frames = zip(self.results.frames, self.results.times, self.results.steps, strict=True)
         tables = [one.to_dataframe(time, indeterminacy).assign(step=step) for one, time, step in frames]

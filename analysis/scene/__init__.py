@@ -1,8 +1,8 @@
 """What a crowd is: scenes, their disks, rooms and packings."""
 
-from analysis.scene.floors import read_floor
-from analysis.scene.plans import Floor
-from analysis.scene.rooms import Crowd, Inside, from_geometry, room
+from analysis.scene.floor_files import read_floor
+from analysis.scene.new_scene import Crowd, Inside, from_geometry, room
+from analysis.scene.plan_roles import Floor
 from analysis.scene.scene import Drive, Room, Scene, SceneError, read_room, read_scene, scene_names
 from analysis.scene.schema import Analysis, ContactModel, Run, Wall
 from analysis.scene.waiting import Doorway, opposing

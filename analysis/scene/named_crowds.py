@@ -30,7 +30,7 @@ class NamedCrowd:
     label: str
     does: str
     drive: Mapping[str, float]
-    shares: tuple[float, ...]
+    fractions: tuple[float, ...]
 
 
 CROWDS = {
@@ -51,7 +51,7 @@ CROWDS = {
 def keys_of(name: str, fraction: float | None = None) -> dict[str, float]:
     """Give the keys of a named crowd's drive, with a share of push or the first of its own."""
     crowd = CROWDS[name]
-    own = crowd.shares[0] if fraction is None else fraction
+    own = crowd.fractions[0] if fraction is None else fraction
     return {**crowd.drive, "push_share": own} if crowd.drive else {}
 
 
@@ -78,7 +78,7 @@ def distance_lines(drive: Drive) -> Iterator[str]:
 def crowd_label(name: str, fraction: float) -> str:
     """Name a crowd in a page, with its share of push where others of that name have another."""
     crowd = CROWDS[name]
-    return f"{crowd.label}, p = {fraction:g}" if len(crowd.shares) > 1 else crowd.label
+    return f"{crowd.label}, p = {fraction:g}" if len(crowd.fractions) > 1 else crowd.label
 
 
 def with_crowd(scene: Scene, name: str, fraction: float | None = None) -> Scene:
@@ -97,7 +97,7 @@ def crowds_beside(scene: Scene) -> Iterator[tuple[str, float, bool]]:
     """Yield each named crowd with each of its shares of push, and whether it is that of the scene."""
     assert scene.drive is not None
     for name, crowd in CROWDS.items():
-        for fraction in crowd.shares:
+        for fraction in crowd.fractions:
             same = with_crowd(scene, name, fraction).drive
             yield name, fraction, same is not None and same.model_dump() == scene.drive.model_dump()
 

@@ -12,8 +12,8 @@ import shapely
 from analysis.scene.anthropometry import Varied, bodies_of, separated
 from analysis.scene.drive import Stop
 from analysis.scene.fields import Point
-from analysis.scene.floors import walled
-from analysis.scene.rooms import Crowd, Inside, from_geometry
+from analysis.scene.floor_files import walled
+from analysis.scene.new_scene import Crowd, Inside, from_geometry
 from analysis.scene.scene import Drive, Room, Scene, SceneError, Wall, read_room, read_scene
 from analysis.scene.waiting import Doorway
 from nscd import Snapshot
@@ -235,8 +235,8 @@ def make(name: str, disks: int | None = None, seed: int = 1) -> Scene:
 
     Raises SceneError for an unknown name, a number of disks that the
     scene cannot have, or a negative seed."""
-    if name not in (known := (*OF_FIXED_SIZE, *MAKERS)):
-        raise SceneError(f"unknown scene {name!r} to make. There are: {', '.join(known)}")
+    if name not in (choices := (*OF_FIXED_SIZE, *MAKERS)):
+        raise SceneError(f"unknown scene {name!r} to make. There are: {', '.join(choices)}")
     if disks is not None and (name in OF_FIXED_SIZE or disks < 2):
         raise SceneError(
             f"--disks {disks}: {name} "

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from analysis.scene.plans import Floor, PlanPart, longest_shared, polygon_of
+from analysis.scene.plan_roles import Floor, PlanPart, longest_shared, polygon_of
 from analysis.scene.scene import SceneError
 from analysis.scene.waiting import Doorway
 from analysis.support.reading import note_unused

@@ -11,9 +11,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from analysis.dumps import DumpError, open_bodies
-from analysis.dumps.foreign import wall_fixes
 from analysis.dumps.index import index_dump
-from analysis.dumps.own_contacts import OwnContacts, open_contacts
+from analysis.dumps.listed_contacts import ListedContacts, open_contacts
+from analysis.dumps.unused_columns import wall_fixes
 from analysis.pages import drawing
 from analysis.pages.html import render, write_pictures
 from analysis.pages.numbers import significant
@@ -21,7 +21,7 @@ from analysis.pages.section import Picture, Section, Table
 from analysis.percussions.audit.hypotheses import WORDS
 from analysis.percussions.audit.judge import Audit
 from analysis.percussions.audit.record import Record
-from analysis.percussions.own import read_record
+from analysis.percussions.listed_contacts import read_record
 from analysis.percussions.setting import Setting, room_beside
 from analysis.studies.film.files import bare, empty
 from analysis.studies.film.frame import FrameRange
@@ -45,7 +45,7 @@ def open_record(
     setting = setting.of_dump(trajectory)
     impulses = path in own[:1]
     index = index_dump(path, "ENTRIES") if impulses else open_contacts(path, columns, trajectory)
-    checked = OwnContacts(index, empty(found or bare(file), "dump"), False, setting.standing)
+    checked = ListedContacts(index, empty(found or bare(file), "dump"), False, setting.fixed_disks)
     checked.wall_fixes = wall_fixes(() if "is_wall" in index.columns else trajectory.ts.data)
     numbers = FrameRange.parse(frames or "::1").of(range(int(trajectory.n_frames)), file)
     if missing := {trajectory.steps[k] for k in numbers} - {*index.steps}:
@@ -60,7 +60,7 @@ def open_record(
             needed = record.needed()
             push = float(np.nansum(needed * record.sums(record.force)[: len(needed)]))
         if push < 0:
-            checked.sign, others = 1.0, checked.wall_fixes or checked.standing is not None
+            checked.sign, others = 1.0, checked.wall_fixes or checked.fixed_disks is not None
             record = read_record(checked, trajectory, setting, numbers, **how) if others else replace(record, force=-record.force)
         if push:
             note(path, f"fx fy read as the force on the {'second' if checked.sign > 0 else 'first'}, as contacts push")

@@ -19,7 +19,7 @@ import shapely
 
 from analysis.engines.programs.rigid import motion_of
 from analysis.scene.anthropometry import Varied
-from analysis.scene.rooms import Crowd, room
+from analysis.scene.new_scene import Crowd, room
 from analysis.scene.scene import Scene
 from analysis.scene.waiting import opposing
 from nscd import Snapshot

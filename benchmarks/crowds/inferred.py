@@ -17,7 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from analysis.scene.rooms import Crowd, from_geometry
+from analysis.scene.new_scene import Crowd, from_geometry
 from analysis.scene.scene import SceneError
 from analysis.studies.infer.crowd import (
     AFTER_S,

@@ -31,7 +31,7 @@ class Engine:
     """An engine of engines.toml, its environment in a folder. Without pip, npm and command it is this Python's."""
 
     def __init__(self, name: str, arguments: dict[str, Any], installed: Path) -> None:
-        self.name, self.given, self.folder = name, arguments, installed.resolve() / name
+        self.name, self.arguments, self.folder = name, arguments, installed.resolve() / name
         self.variants = arguments.get("variants", ["default"])
         self.script = next(HERE.glob(f"{name}_.*"))
         python = self.folder / "bin" / "python"
@@ -43,16 +43,16 @@ class Engine:
     @property
     def install_lines(self) -> list[list[str]]:
         """Give the commands that install it; none for what the system or this project brings."""
-        if "npm" in self.given:
-            return [["npm", "install", "--silent", "--prefix", str(self.folder), *self.given["npm"]]]
-        pip = [str(self.folder / "bin" / "python"), "-m", "pip", "install", "-q", *self.given.get("pip", [])]
-        return [[sys.executable, "-m", "venv", str(self.folder)], pip] if "pip" in self.given else []
+        if "npm" in self.arguments:
+            return [["npm", "install", "--silent", "--prefix", str(self.folder), *self.arguments["npm"]]]
+        pip = [str(self.folder / "bin" / "python"), "-m", "pip", "install", "-q", *self.arguments.get("pip", [])]
+        return [[sys.executable, "-m", "venv", str(self.folder)], pip] if "pip" in self.arguments else []
 
     @property
     def is_installed(self) -> bool:
         """Whether it can run."""
-        there = (self.folder / "node_modules").exists() if "npm" in self.given else shutil.which(self.command[0])
-        module = self.given.get("module")  # of a Python that is there anyway
+        there = (self.folder / "node_modules").exists() if "npm" in self.arguments else shutil.which(self.command[0])
+        module = self.arguments.get("module")  # of a Python that is there anyway
         if there and module:
             return not subprocess.run([*self.command, "-c", f"import {module}"], capture_output=True, check=False).returncode
         return bool(there)
@@ -110,7 +110,7 @@ def main() -> None:
             for line in engine.install_lines:
                 subprocess.run(line, check=False)
         if not engine.is_installed:
-            how = " && ".join(map(" ".join, engine.install_lines)) or engine.given["install"]
+            how = " && ".join(map(" ".join, engine.install_lines)) or engine.arguments["install"]
             print(f"{engine.name}: not installed: {how}")
             continue
         for variant in engine.variants:

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, Field, ValidationError
 
 from analysis.percussions import Setting, SnapshotPercussions, percussions_of
-from analysis.percussions.table import Openness
+from analysis.percussions.contact_rows import Indeterminacy
 from analysis.studies.exchange.fclib import write_problem
 from analysis.studies.exchange.problem import ExchangeError
 from analysis.support.extras import load
@@ -77,7 +77,7 @@ class Problem:
         setting = dataclasses.replace(Setting.of(crowd.scene), friction=self.friction)
         return percussions_of(setting, crowd.scene.snapshot, tolerance=TOLERANCE)
 
-    def indeterminacy(self, disks: int) -> Openness:
+    def indeterminacy(self, disks: int) -> Indeterminacy:
         """Choose what is said of forces that balance may leave open."""
         maximum = INTERVALS_WITH_FRICTION if self.friction else INTERVALS
         return "ranges" if disks <= maximum else "determined"

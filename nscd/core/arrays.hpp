@@ -46,6 +46,6 @@ using AlignedVector = std::vector<double, Aligned<double>>;
 inline double length(double x, double y) { return std::sqrt(x * x + y * y); }
 
 // The larger of two, or the one that is no number.
-inline double larger(double a, double b) { return a >= b || a != a ? a : b; }
+inline double max_or_nan(double a, double b) { return a >= b || a != a ? a : b; }
 
 }  // namespace nscd

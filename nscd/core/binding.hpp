@@ -53,12 +53,12 @@ inline void need_disks(std::size_t n, const ArrayArg<Index, 1>& first, const Arr
 
 // first, second (−1: a wall), normal, position, radius, mass, for parts of the solvers in tests and measurements.
 using Pairs = std::tuple<ArrayArg<Index, 1>, ArrayArg<Index, 1>, MatrixArg, MatrixArg, VectorArg, VectorArg>;
-inline System system_of_pairs(const Pairs& pairs, In left, In spin) {
+inline ImpactProblem impact_problem_of_pairs(const Pairs& pairs, In left_velocity, In spin) {
     const auto& [first, second, normal, position, radius, mass] = pairs;
     const std::size_t n = mass.size();
     need_disks(n, first, second);
-    need(normal.size() == 2 * first.size() && position.size() == 2 * n && radius.size() == n && left.size() == 2 * n, "pairs: shapes differ");
-    return system_of({span(position), left, span(radius), span(mass), spin}, {first.data(), first.data() + first.size()},
+    need(normal.size() == 2 * first.size() && position.size() == 2 * n && radius.size() == n && left_velocity.size() == 2 * n, "pairs: shapes differ");
+    return impact_problem_of({span(position), left_velocity, span(radius), span(mass), spin}, {first.data(), first.data() + first.size()},
                      {second.data(), second.data() + second.size()}, span(normal));
 }
 

@@ -20,7 +20,7 @@ using Key = std::tuple<std::ptrdiff_t, std::ptrdiff_t, double, double>;
 struct nscd_crowd {
     Vector position, velocity, radius, mass, spin, normal;
     Indices first, second;
-    double friction = 0.0, along = 0.0, across = 0.0;
+    double friction = 0.0, normal_dashpot = 0.0, tangential_dashpot = 0.0;
     Vector percussion, right, right_spin;
     double error = INFINITE;
     std::set<Key> listed;
@@ -67,9 +67,9 @@ double answered(nscd_crowd& crowd, double tolerance) {
     const std::size_t n = crowd.radius.size(), k = crowd.first.size();
     Vector spin = crowd.spin;
     spin.resize(n, 0.0);
-    const bool frictional = crowd.friction > 0.0, turns = !frictional && crowd.across > 0.0;
-    System s = system_of({crowd.position, crowd.velocity, crowd.radius, crowd.mass, turns ? In(spin) : In()}, crowd.first, crowd.second, crowd.normal);
-    if (crowd.along > 0.0 || crowd.across > 0.0) s.along.assign(k, crowd.along), s.across.assign(k, crowd.across);
+    const bool frictional = crowd.friction > 0.0, turns = !frictional && crowd.tangential_dashpot > 0.0;
+    ImpactProblem s = impact_problem_of({crowd.position, crowd.velocity, crowd.radius, crowd.mass, turns ? In(spin) : In()}, crowd.first, crowd.second, crowd.normal);
+    if (crowd.normal_dashpot > 0.0 || crowd.tangential_dashpot > 0.0) s.normal_dashpot.assign(k, crowd.normal_dashpot), s.tangential_dashpot.assign(k, crowd.tangential_dashpot);
     crowd.right.resize(2 * n), crowd.right_spin = spin;
     const auto take = [&](const Vector& u, int d) {
         for (std::size_t i = 0; i < n; ++i) {
@@ -78,20 +78,20 @@ double answered(nscd_crowd& crowd, double tolerance) {
         }
     };
     if (!frictional) {
-        const Solution found = solve_one_sided(s, {.tolerance = tolerance, .bounded = false, .reaction = {}, .velocity = {}, .sizes = {}});
-        Certificate certificate = certified(s, found.reaction, found.velocity);
+        const Solution found = solve_one_sided(s, {.tolerance = tolerance, .with_error_bound = false, .reaction = {}, .velocity = {}, .sizes = {}});
+        Certificate certificate = certificate_of(s, found.reaction, found.velocity);
         crowd.percussion = std::move(certificate.impulse);
         take(found.velocity, s.d);
-        return certificate.finite ? larger(certificate.residual, certificate.momentum_error) : INFINITE;
+        return certificate.finite ? max_or_nan(certificate.residual, certificate.momentum_error) : INFINITE;
     }
     Vector inertia(n);
     for (std::size_t i = 0; i < n; ++i) inertia[i] = 0.5 * crowd.mass[i] * crowd.radius[i] * crowd.radius[i];
     FrictionProblem p = friction_problem_of(s, crowd.radius, spin, inertia, Vector(k, crowd.friction));
     const FrictionResult found = solve_friction(p, {tolerance});
-    FrictionCertificate certificate = certified(p, found.solution);
+    FrictionCertificate certificate = certificate_of(p, found.solution);
     crowd.percussion = std::move(certificate.impulse);
-    take(found.solution.u, 3);
-    return larger(certificate.natural_map, certificate.momentum_error);
+    take(found.solution.velocity, 3);
+    return max_or_nan(certificate.natural_map, certificate.momentum_error);
 }
 
 }  // namespace
@@ -125,7 +125,7 @@ int nscd_friction(nscd_crowd* crowd, double coefficient, const double* spin) {
 
 int nscd_dissipation(nscd_crowd* crowd, double normal, double tangential) {
     if (!(normal >= 0.0 && tangential >= 0.0 && std::isfinite(normal + tangential))) return refuse("dissipation: 0 or more is needed");
-    crowd->along = normal, crowd->across = tangential;
+    crowd->normal_dashpot = normal, crowd->tangential_dashpot = tangential;
     return 1;
 }
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "closing.hpp"
+#include "active_set.hpp"
 
 namespace nscd {
 
@@ -21,17 +21,17 @@ double dot(In a, In b) {
 }  // namespace
 
 Vector least_energy(Factor& factor, In input, In u, double tolerance) {
-    const System& s = factor.system();
+    const ImpactProblem& s = factor.problem();
     const std::size_t k = s.k, size = u.size();
     Vector v(k), best(k, 0.0), momentum(size, 0.0), y(size, 0.0), residual(size), reaction(k), theta(k), moved(k);
     Mask may(k), pressed(k), before(k, 0);
     approach(s, u, v);
     for (std::size_t c = 0; c < k; ++c) {
-        may[c] = s.offset[c] - v[c] <= tolerance * s.scale;
+        may[c] = s.max_approach[c] - v[c] <= tolerance * s.scale;
         if (may[c]) best[c] = input[c];
     }
     add_reactions(s, best, 1.0, momentum);
-    const double full = std::max(largest(momentum), 1e-300);
+    const double full = std::max(max_abs(momentum), 1e-300);
     double heaviest = 0.0, best_error = INFINITE;
     for (int i = 0; i < s.n; ++i) heaviest = std::max(heaviest, s.mass[s.d * i]);
     const double stiff = STIFF * heaviest;
@@ -48,7 +48,7 @@ Vector least_energy(Factor& factor, In input, In u, double tolerance) {
         }
         residual = momentum;
         add_reactions(s, reaction, -1.0, residual);
-        const double error = largest(residual) / full;
+        const double error = max_abs(residual) / full;
         const bool same = pressed == before;
         if (error < best_error) best = reaction, best_error = error;
         if (error < 1e-13 || (error < 1e-10 && error > 0.5 * best_error && same)) return best;
@@ -69,13 +69,13 @@ Vector least_energy(Factor& factor, In input, In u, double tolerance) {
 
 bool settle_energy(Factor& factor, Vector& reaction, In u, double tolerance) {
     Vector better = least_energy(factor, reaction, u, tolerance);
-    if (accuracy(factor.system(), better, u) <= tolerance) {
+    if (solution_error(factor.problem(), better, u) <= tolerance) {
         reaction = std::move(better);
         return true;
     }
     // the given ones serve where they are the same but for rounding
     double difference = 0.0;
-    for (std::size_t c = 0; c < better.size(); ++c) difference = larger(difference, std::abs(better[c] - reaction[c]));
+    for (std::size_t c = 0; c < better.size(); ++c) difference = max_or_nan(difference, std::abs(better[c] - reaction[c]));
     return difference <= UNIQUE * *std::max_element(better.begin(), better.end());
 }
 

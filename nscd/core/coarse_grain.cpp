@@ -10,7 +10,7 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr int MOST_CELLS = 512;  // along the longer side of the points
+constexpr int MAX_CELLS = 512;   // along the longer side of the points
 // Below this length, in widths, a branch is a point: erf's difference would lose more than the midpoint does.
 constexpr double SHORT = 1e-5;
 
@@ -21,7 +21,7 @@ public:
         const std::size_t m = points.size() / 2;
         double high[2] = {-INFINITE, -INFINITE};
         for (std::size_t i = 0; i < 2 * m; ++i) low_[i & 1] = std::min(low_[i & 1], points[i]), high[i & 1] = std::max(high[i & 1], points[i]);
-        side_ = std::max(reach, std::max(high[0] - low_[0], high[1] - low_[1]) / MOST_CELLS);
+        side_ = std::max(reach, std::max(high[0] - low_[0], high[1] - low_[1]) / MAX_CELLS);
         for (int a : {0, 1}) count_[a] = m ? std::int64_t((high[a] - low_[a]) / side_) + 1 : 0;
         begins_.assign(count_[0] * count_[1] + 1, 0);
         std::vector<std::int64_t> cell(m);

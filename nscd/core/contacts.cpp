@@ -46,7 +46,7 @@ void push(ContactPairs& found, std::size_t a, std::size_t b, double dx, double d
     found.distance.push_back(distance), found.gap.push_back(gap);
 }
 
-// Pairs; false where more than MOST_PAIRS are within reach.
+// Pairs; false where more than MAX_PAIRS are within reach.
 bool find_pairs(ContactPairs& found, In position, In radius, double max_gap, std::span<const Index> body) {
     const Nearby candidates = nearby(position, radius, max_gap, body);
     for (std::size_t a = 0; a + 1 < candidates.start.size(); ++a)
@@ -112,7 +112,7 @@ Nearby nearby(In position, In radius, double max_gap, std::span<const Index> bod
         entries[filled[cells.of(i, j)]++] = me;
         if (!body.empty()) size = std::size_t(std::remove_if(&early[first], &early[0] + size, [&](Index a) { return body[a] == body[b]; }) - &early[0]);
         for (std::size_t k = first; k < size; ++k) ++count[early[k] + 1];
-        if (size > MOST_PAIRS) return candidates;
+        if (size > MAX_PAIRS) return candidates;
         from[b + 1] = Index(size);
     }
     for (std::size_t a = 0; a < n; ++a) count[a + 1] += count[a];

@@ -8,7 +8,7 @@ namespace nscd {
 // A grid never has more cells than this times the number of disks: who has left the room may be far.
 inline constexpr int CELLS_PER_DISK = 8;
 // So many pairs take about 1 GB.
-inline constexpr std::int64_t MOST_PAIRS = 50'000'000;
+inline constexpr std::int64_t MAX_PAIRS = 50'000'000;
 // The search goes this much farther than asked, since it rounds; the gap decides.
 inline constexpr double MARGIN = 1.0 + 1e-12;
 // Coordinates up to so many of the smallest radius: gaps are then known to 10⁻⁶ of it.
@@ -18,7 +18,7 @@ struct ContactPairs {
     std::vector<std::int64_t> first, second;  // (k) a disk, and another or, from `pairs` on, a wall
     Vector vector;                           // (k·2) m, from the centre to the other, or to the wall
     Vector distance, gap;                    // (k) m, its length; less what the radii fill
-    std::int64_t pairs = 0;                   // how many are of two disks; −1 where MOST_PAIRS are within reach
+    std::int64_t pairs = 0;                   // how many are of two disks; −1 where MAX_PAIRS are within reach
     std::size_t size() const { return gap.size(); }
 };
 
@@ -32,7 +32,7 @@ ContactPairs find_contact_pairs(In position, In radius, const Segments& walls, d
 ContactPairs find_wall_contacts(In position, In radius, const Segments& walls, double max_gap);
 
 // Of each disk those behind it in number, rising, whose gap may be at most `max_gap` m, and with MARGIN a little more: of disk i
-// other[start[i]] to other[start[i + 1]]. No start where MOST_PAIRS are within reach.
+// other[start[i]] to other[start[i + 1]]. No start where MAX_PAIRS are within reach.
 struct Nearby {
     Starts start;  // (n + 1)
     Indices other;

@@ -41,9 +41,9 @@ struct Measured {
     double* u = s.u.data();
     for (auto c = begin; c < end; ++c) {
         double *i = u + 2 * s.first[c], *j = u + 2 * s.second[c];
-        const Two push = load<Two>(&s.normal[2 * c]) * reaction[c];
-        store(i, load<Two>(i) + push);
-        store(j, load<Two>(j) - push);
+        const Vec2 push = load<Vec2>(&s.normal[2 * c]) * reaction[c];
+        store(i, load<Vec2>(i) + push);
+        store(j, load<Vec2>(j) - push);
     }
 }
 
@@ -51,18 +51,18 @@ struct Measured {
 void gather_at(Scaled& s, std::int64_t low, std::int64_t high, std::int64_t begin) {
     for (auto c = begin; c < std::int64_t(s.v.size()); ++c) {
         const std::int64_t i = s.first[c], j = s.second[c];
-        const Two push = load<Two>(&s.normal[2 * c]) * s.ahead[c];
-        if (low <= i && i < high) store(&s.u[2 * i], load<Two>(&s.u[2 * i]) + push);
-        if (low <= j && j < high) store(&s.u[2 * j], load<Two>(&s.u[2 * j]) - push);
+        const Vec2 push = load<Vec2>(&s.normal[2 * c]) * s.ahead[c];
+        if (low <= i && i < high) store(&s.u[2 * i], load<Vec2>(&s.u[2 * i]) + push);
+        if (low <= j && j < high) store(&s.u[2 * j], load<Vec2>(&s.u[2 * j]) - push);
     }
 }
 
 // v of contacts begin … end, two at a time.
 [[gnu::always_inline]] inline void approach_scaled(const Scaled& s, double* v, std::int64_t begin, std::int64_t end) {
     const double *u = s.u.data(), *normal = s.normal.data();
-    const auto product = [&](std::int64_t c) { return load<Two>(normal + 2 * c) * (load<Two>(u + 2 * s.first[c]) - load<Two>(u + 2 * s.second[c])); };
+    const auto product = [&](std::int64_t c) { return load<Vec2>(normal + 2 * c) * (load<Vec2>(u + 2 * s.first[c]) - load<Vec2>(u + 2 * s.second[c])); };
     for (; begin + 2 <= end; begin += 2) {
-        const Two one = product(begin), other = product(begin + 1);
+        const Vec2 one = product(begin), other = product(begin + 1);
         store(v + begin, __builtin_shufflevector(one, other, 0, 2) + __builtin_shufflevector(one, other, 1, 3));
     }
     if (begin < end) v[begin] = product(begin)[0] + product(begin)[1];
@@ -138,7 +138,7 @@ double norm(Scaled& s) {
     return 1.02 * size() / before;
 }
 
-Scaled scaled_of(const System& s, const Parts& parts) {
+Scaled scaled_of(const ImpactProblem& s, const Parts& parts) {
     Scaled scaled;
     const int count = parts.count();
     scaled.first.resize(s.k), scaled.second.resize(s.k), scaled.normal.resize(2 * std::size_t(s.k)), scaled.root.resize(s.k);
@@ -156,14 +156,14 @@ Scaled scaled_of(const System& s, const Parts& parts) {
     }
     scaled.pull.resize(s.k), scaled.v.resize(s.k);
     approach_scaled(scaled, scaled.pull.data(), 0, s.k);
-    for (int c = 0; c < s.k; ++c) scaled.pull[c] -= s.offset[c] / scaled.root[c];
+    for (int c = 0; c < s.k; ++c) scaled.pull[c] -= s.max_approach[c] / scaled.root[c];
     scaled.closed.assign(s.k, 0);
     return scaled;
 }
 
 }  // namespace
 
-Descended descend(const System& s, const Parts& parts, Team& team, const Descent& limits) {
+DescentResult descend(const ImpactProblem& s, const Parts& parts, Team& team, const DescentLimits& limits) {
     Scaled scaled = scaled_of(s, parts);
     const double step = 1.0 / norm(scaled), tolerance = limits.tolerance * s.scale;
     const double redundant = 2.0 * s.n * limits.redundant;
@@ -219,7 +219,7 @@ Descended descend(const System& s, const Parts& parts, Team& team, const Descent
             }
         }
     });
-    Descended found{Vector(s.k), s.free, sweeps};
+    DescentResult found{Vector(s.k), s.free, sweeps};
     for (int c = 0; c < s.k; ++c) {
         scaled.ahead[c] = std::max(scaled.ahead[c], 0.0);
         found.reaction[c] = scaled.ahead[c] / scaled.root[c];

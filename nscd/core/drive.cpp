@@ -291,7 +291,7 @@ struct Drive::View {
     ContactPairs pairs;            // with a period, in place of it
     Some others;               // whom one sees
     Seen visited;
-    bool plain = false;        // whether all those go to one's door, and nobody has stopped or is near a wall
+    bool all_alike = false;    // whether all those go to one's door, and nobody has stopped or is near a wall
     ContactPairs at;           // walls
     Starts of_walls = Starts(n + 1, 0);
     std::vector<Person, Aligned<Person>> people = std::vector<Person, Aligned<Person>>(n);
@@ -403,7 +403,7 @@ struct Drive::View {
     void look_around(std::size_t i, std::size_t k) {
         Person& me = people[i];
         const Mine mine = see(i, k);
-        if (plain) {
+        if (all_alike) {
             double x = me.walk[0], y = me.walk[1];
             for (std::size_t c = 0; c < k; ++c) x -= visited.turn_x[c], y -= visited.turn_y[c];
             me.walk[0] = x, me.walk[1] = y;
@@ -425,8 +425,8 @@ struct Drive::View {
         const Person& me = people[i];
         const Some& o = others;
         const double minimum = find_before(k, &o.x[0], &o.y[0], &o.left[0], &o.radius[0], &visited.gap[0], max_gap, mine, me.walk, &visited.free[0]);
-        if (plain) ahead[i] = minimum;
-        for (std::size_t c = 0; c < k && !plain; ++c)
+        if (all_alike) ahead[i] = minimum;
+        for (std::size_t c = 0; c < k && !all_alike; ++c)
             if (visited.free[c] < ahead[i]) anticipate(i, std::size_t(others.number[c]), others.x[c], others.y[c], visited.free[c]);
     }
     void turn_one_by_one(std::size_t i, std::size_t k) {
@@ -504,12 +504,12 @@ struct Drive::View {
         Index* const who = &others.number[0];
         const double x0 = x[one], y0 = y[one], reach = radius[one] + far, here = double(one);
         std::size_t count = 0;
-        plain = !(some.odd[one / WORD] & BIT[one % WORD]);
+        all_alike = !(some.odd[one / WORD] & BIT[one % WORD]);
         for (std::size_t begin = 0; begin < k; begin += WORD) {
             std::uint64_t bits = within(std::min(k - begin, WORD), some, begin, x0, y0, reach);
             if (k - begin < WORD) bits &= BIT[k - begin] - 1;
             if (begin == one / WORD * WORD) bits &= ~BIT[one % WORD];
-            plain &= !(bits & some.odd[begin / WORD]);
+            all_alike &= !(bits & some.odd[begin / WORD]);
             for (; bits; bits &= bits - 1, ++count) {
                 const std::size_t c = begin + std::size_t(std::countr_zero(bits));
                 dx[count] = x[c] - x0, dy[count] = y[c] - y0, lefts[count] = left[c], who[count] = number[c];

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "friction_paths.hpp"
+#include "friction_pivots.hpp"
 #include "levels.hpp"
 #include "rounding.hpp"
 

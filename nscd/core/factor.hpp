@@ -3,8 +3,8 @@
 
 #include <optional>
 
-#include "fronts.hpp"
-#include "rows.hpp"
+#include "cholesky_fronts.hpp"
+#include "cholesky_rows.hpp"
 
 namespace nscd {
 
@@ -18,20 +18,20 @@ struct Sizes {
 class Factor {
 public:
     // Order the disks of a problem. kept: the order of a crowd, of which these are disks `disk`.
-    Factor(const System& problem, Team& team, const Sizes& sizes, ReusableOrder* reusable = nullptr, std::span<const Index> disk = {});
+    Factor(const ImpactProblem& problem, Team& team, const Sizes& sizes, ReusableOrder* reusable = nullptr, std::span<const Index> disk = {});
 
-    const System& system() const { return system_; }  // the problem in elimination order
+    const ImpactProblem& problem() const { return problem_; }  // the problem in elimination order
     const Parts& parts() const { return parts_; }
     Team& team() const { return team_; }
     const Ordering& ordering() const { return ordering_; }
 
-    bool factorise(In theta, bool bare = false);  // Â + CᵀΘC, or M + CᵀΘC; false where rounding left it indefinite
+    bool factorise(In theta, bool mass_only = false);  // Â + CᵀΘC, or M + CᵀΘC; false where rounding left it indefinite
     void solve(Out b);                            // b ← (L Lᵀ)⁻¹ b, (n·d)
 
-    Vector contacts_ordered(In values) const;     // (k) from the given order
-    Vector disks_ordered(In values) const;        // (n·d) from the given order
-    Vector contacts_given(In ordered) const;     // and back
-    Vector disks_given(In ordered) const;
+    Vector contacts_in_elimination_order(In values) const;  // (k) from the given order
+    Vector disks_in_elimination_order(In values) const;  // (n·d) from the given order
+    Vector contacts_in_input_order(In ordered) const;  // and back
+    Vector disks_in_input_order(In ordered) const;
 
 private:
     void plan();
@@ -41,11 +41,11 @@ private:
     Ordering ordering_;
     Indices contact_;  // (k) the contact at each row, neighbours in memory as in the crowd
     Parts parts_;
-    System system_, bare_;
+    ImpactProblem problem_, mass_only_;
     std::optional<Rows> rows_;
     std::optional<Fronts> fronts_;
-    Vector made_;  // (k) kg, Θ of the factor in storage; empty where there is none
-    bool made_bare_ = false;
+    Vector factored_theta_;  // (k) kg, Θ of the factor in storage; empty where there is none
+    bool factored_mass_only_ = false;
 };
 
 }  // namespace nscd

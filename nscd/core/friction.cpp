@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "closed.hpp"
+#include "closed_form.hpp"
 
 namespace nscd {
 
@@ -29,8 +29,8 @@ void imbalance_of_disks(const FrictionProblem& p, In pn, In pt, In residual, Tel
     }
     if (p.compound()) lever = p.reach;
     for (int i = 0; i < p.n; ++i) {
-        double imbalance = larger(std::abs(residual[3 * i]), std::abs(residual[3 * i + 1]));
-        if (lever[i] > 0.0) imbalance = larger(imbalance, std::abs(residual[3 * i + 2]) / lever[i]);
+        double imbalance = max_or_nan(std::abs(residual[3 * i]), std::abs(residual[3 * i + 1]));
+        if (lever[i] > 0.0) imbalance = max_or_nan(imbalance, std::abs(residual[3 * i + 2]) / lever[i]);
         tell(i, imbalance / size[i]);
     }
 }
@@ -39,9 +39,9 @@ void imbalance_of_disks(const FrictionProblem& p, In pn, In pt, In residual, Tel
 
 void FrictionProblem::prepare() {
     d = 3;
-    free = left;
-    if (along.empty()) along.assign(k, 0.0), across.assign(k, 0.0);
-    inverse_mass.resize(k), tangent_inverse.resize(k), left_v.resize(k), left_s.resize(k);
+    free = left_velocity;
+    if (normal_dashpot.empty()) normal_dashpot.assign(k, 0.0), tangential_dashpot.assign(k, 0.0);
+    inverse_mass.resize(k), tangent_inverse.resize(k), left_approach.resize(k), left_sliding.resize(k);
     dissipates = false;
     for (int c = 0; c < k; ++c) {
         const int i = 3 * first[c], j = 3 * second[c];
@@ -49,25 +49,25 @@ void FrictionProblem::prepare() {
         tangent_inverse[c] = inverse_mass[c] + lever_first[c] * lever_first[c] / mass[i + 2];
         if (j >= 0) tangent_inverse[c] += lever_second[c] * lever_second[c] / mass[j + 2];
         if (compound()) inverse_mass[c] += turn_first[c] * turn_first[c] / mass[i + 2] + (j >= 0 ? turn_second[c] * turn_second[c] / mass[j + 2] : 0.0);
-        dissipates = dissipates || along[c] != 0.0 || across[c] != 0.0;
+        dissipates = dissipates || normal_dashpot[c] != 0.0 || tangential_dashpot[c] != 0.0;
     }
-    contact_velocities(*this, left, left_v, left_s);
+    contact_velocities(*this, left_velocity, left_approach, left_sliding);
     islands = components(n, first, second, island);
 }
 
-FrictionProblem friction_problem_of(const System& flat, In radius, In spin, In inertia, Vector friction) {
+FrictionProblem friction_problem_of(const ImpactProblem& flat, In radius, In spin, In inertia, Vector friction) {
     FrictionProblem p;
-    static_cast<System&>(p) = flat;
+    static_cast<ImpactProblem&>(p) = flat;
     p.friction = std::move(friction);
     p.scale = std::max(p.scale, SLOWEST);
     if (p.compound()) {
         p.prepare();
         return p;
     }
-    p.mass.clear(), p.left.clear();
+    p.mass.clear(), p.left_velocity.clear();
     for (int i = 0; i < p.n; ++i) {
         p.mass.insert(p.mass.end(), {flat.mass[2 * i], flat.mass[2 * i + 1], inertia[i]});
-        p.left.insert(p.left.end(), {flat.left[2 * i], flat.left[2 * i + 1], spin[i]});
+        p.left_velocity.insert(p.left_velocity.end(), {flat.left_velocity[2 * i], flat.left_velocity[2 * i + 1], spin[i]});
         p.scale = std::max(p.scale, std::abs(spin[i]) * radius[i]);
     }
     p.lever_first.resize(p.k), p.lever_second.resize(p.k);
@@ -79,11 +79,11 @@ FrictionProblem friction_problem_of(const System& flat, In radius, In spin, In i
     return p;
 }
 
-FrictionProblem chosen(const FrictionProblem& full, std::span<const Index> contact, std::span<const Index> disk) {
+FrictionProblem restrict_to(const FrictionProblem& full, std::span<const Index> contact, std::span<const Index> disk) {
     Indices index(full.n, -1);
     for (std::size_t i = 0; i < disk.size(); ++i) index[disk[i]] = Index(i);
     FrictionProblem p;
-    static_cast<System&>(p) = chosen(static_cast<const System&>(full), contact, disk, index);
+    static_cast<ImpactProblem&>(p) = restrict_to(static_cast<const ImpactProblem&>(full), contact, disk, index);
     p.scale = full.scale;
     p.friction.resize(p.k);
     for (int c = 0; c < p.k; ++c) p.friction[c] = full.friction[contact[c]];
@@ -104,11 +104,11 @@ void contact_velocities(const FrictionProblem& p, In u, Out v, Out s) {
     }
 }
 
-void add_impulses(const FrictionProblem& p, In along, In across, double factor, Out b) {
+void add_impulses(const FrictionProblem& p, In normal, In tangential, double factor, Out b) {
     const bool compound = p.compound();
     for (int c = 0; c < p.k; ++c) {
         const int i = 3 * p.first[c], j = 3 * p.second[c];
-        const double one = factor * along[c], two = factor * across[c];
+        const double one = factor * normal[c], two = factor * tangential[c];
         const double x = p.nx[c] * one - p.ny[c] * two, y = p.ny[c] * one + p.nx[c] * two;
         b[i] += x, b[i + 1] += y, b[i + 2] += p.lever_first[c] * two;
         if (j >= 0) b[j] -= x, b[j + 1] -= y, b[j + 2] += p.lever_second[c] * two;
@@ -121,30 +121,30 @@ void add_impulses(const FrictionProblem& p, In along, In across, double factor, 
 void equilibrium_velocity(const FrictionProblem& p, In pn, In pt, Out u) {
     std::fill(u.begin(), u.end(), 0.0);
     add_impulses(p, pn, pt, -1.0, u);
-    for (std::size_t i = 0; i < u.size(); ++i) u[i] = p.left[i] + u[i] / p.mass[i];
+    for (std::size_t i = 0; i < u.size(); ++i) u[i] = p.left_velocity[i] + u[i] / p.mass[i];
 }
 
 void imbalance(const FrictionProblem& p, In u, In v, In s, In lam, In tau, Out out) {
-    for (std::size_t i = 0; i < out.size(); ++i) out[i] = p.mass[i] * (u[i] - p.left[i]);
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = p.mass[i] * (u[i] - p.left_velocity[i]);
     if (!p.dissipates) return add_impulses(p, lam, tau, 1.0, out);
     Vector pn(p.k), pt(p.k);
     for (int c = 0; c < p.k; ++c) {
         pn[c] = normal_push(p, c, v[c], lam[c]);
-        pt[c] = p.across[c] * (s[c] + p.left_s[c]) + tau[c];
+        pt[c] = p.tangential_dashpot[c] * (s[c] + p.left_sliding[c]) + tau[c];
     }
     add_impulses(p, pn, pt, 1.0, out);
 }
 
-Vector measure(const FrictionProblem& p, const FrictionSolution& solution) {
+Vector island_errors(const FrictionProblem& p, const FrictionSolution& solution) {
     Vector v(p.k), s(p.k), residual(p.mass.size()), pn(p.k), pt(p.k), error(p.islands, 0.0);
-    contact_velocities(p, solution.u, v, s);
-    imbalance(p, solution.u, v, s, solution.lam, solution.tau, residual);
+    contact_velocities(p, solution.velocity, v, s);
+    imbalance(p, solution.velocity, v, s, solution.reaction, solution.tangential, residual);
     for (int c = 0; c < p.k; ++c) {
-        pn[c] = normal_push(p, c, v[c], solution.lam[c]);
-        pt[c] = p.across[c] * (s[c] + p.left_s[c]) + solution.tau[c];
-        const NaturalMapResidual residual = natural_map(p, c, pn[c], solution.lam[c], solution.tau[c], v[c], s[c]);
+        pn[c] = normal_push(p, c, v[c], solution.reaction[c]);
+        pt[c] = p.tangential_dashpot[c] * (s[c] + p.left_sliding[c]) + solution.tangential[c];
+        const NaturalMapResidual residual = natural_map(p, c, pn[c], solution.reaction[c], solution.tangential[c], v[c], s[c]);
         double& worst = error[p.island[p.first[c]]];
-        worst = std::max(worst, infinite_if_none(larger(std::abs(residual.normal), std::abs(residual.tangential)) / p.scale));
+        worst = std::max(worst, infinite_if_none(max_or_nan(std::abs(residual.normal), std::abs(residual.tangential)) / p.scale));
     }
     imbalance_of_disks(p, pn, pt, residual, [&](int i, double residual) {
         double& worst = error[p.island[i]];
@@ -153,44 +153,44 @@ Vector measure(const FrictionProblem& p, const FrictionSolution& solution) {
     return error;
 }
 
-FrictionCertificate certified(const FrictionProblem& p, const FrictionSolution& solution) {
+FrictionCertificate certificate_of(const FrictionProblem& p, const FrictionSolution& solution) {
     FrictionCertificate certificate;
     Vector v(p.k), s(p.k), pn(p.k), pt(p.k), residual(p.mass.size());
-    contact_velocities(p, solution.u, v, s);
+    contact_velocities(p, solution.velocity, v, s);
     certificate.impulse.resize(2 * std::size_t(p.k)), certificate.state.assign(p.k, std::int8_t(Contact::OPEN));
     double missing = 0.0;
     for (int c = 0; c < p.k; ++c) {
-        pn[c] = normal_push(p, c, v[c], solution.lam[c]);
-        pt[c] = p.across[c] * (s[c] + p.left_s[c]) + solution.tau[c];
+        pn[c] = normal_push(p, c, v[c], solution.reaction[c]);
+        pt[c] = p.tangential_dashpot[c] * (s[c] + p.left_sliding[c]) + solution.tangential[c];
         const double limit = p.friction[c] * std::max(pn[c], 0.0), w = p.inverse_mass[c], wt = p.tangent_inverse[c];
-        const NaturalMapResidual residual = natural_map(p, c, pn[c], solution.lam[c], solution.tau[c], v[c], s[c]);
-        certificate.signorini = larger(certificate.signorini, std::abs(residual.normal));
-        certificate.natural_map = larger(certificate.natural_map, larger(std::abs(residual.normal), std::abs(residual.tangential)));
-        certificate.cone = larger(certificate.cone, wt * std::max(std::abs(solution.tau[c]) - limit, 0.0));
-        missing += std::abs(limit * std::abs(s[c]) - solution.tau[c] * s[c]);
-        certificate.work += pn[c] * (v[c] + p.left_v[c]) + pt[c] * (s[c] + p.left_s[c]);
+        const NaturalMapResidual residual = natural_map(p, c, pn[c], solution.reaction[c], solution.tangential[c], v[c], s[c]);
+        certificate.signorini = max_or_nan(certificate.signorini, std::abs(residual.normal));
+        certificate.natural_map = max_or_nan(certificate.natural_map, max_or_nan(std::abs(residual.normal), std::abs(residual.tangential)));
+        certificate.cone = max_or_nan(certificate.cone, wt * std::max(std::abs(solution.tangential[c]) - limit, 0.0));
+        missing += std::abs(limit * std::abs(s[c]) - solution.tangential[c] * s[c]);
+        certificate.work += pn[c] * (v[c] + p.left_approach[c]) + pt[c] * (s[c] + p.left_sliding[c]);
         certificate.impulse[2 * c] = pn[c] * p.nx[c] - pt[c] * p.ny[c];
         certificate.impulse[2 * c + 1] = pn[c] * p.ny[c] + pt[c] * p.nx[c];
-        if (!(w * solution.lam[c] > p.offset[c] - v[c] || p.along[c] * (v[c] + p.left_v[c]) > 0.0)) continue;
+        if (!(w * solution.reaction[c] > p.max_approach[c] - v[c] || p.normal_dashpot[c] * (v[c] + p.left_approach[c]) > 0.0)) continue;
         const bool slides = std::abs(s[c]) > SLIDING * p.scale || limit == 0.0;
         certificate.state[c] = std::int8_t(!slides ? Contact::STICK : s[c] >= 0.0 ? Contact::FORWARD : Contact::BACKWARD);
     }
     for (std::size_t i = 0; i < residual.size(); ++i) {
-        const double before = p.left[i], after = solution.u[i];
+        const double before = p.left_velocity[i], after = solution.velocity[i];
         residual[i] = p.mass[i] * (after - before);
         certificate.energy += 0.5 * p.mass[i] * before * before;
         certificate.change += 0.5 * p.mass[i] * (after - before) * (after + before);
     }
     add_impulses(p, pn, pt, 1.0, residual);
-    imbalance_of_disks(p, pn, pt, residual, [&](int, double residual) { certificate.momentum_error = larger(certificate.momentum_error, residual); });
+    imbalance_of_disks(p, pn, pt, residual, [&](int, double residual) { certificate.momentum_error = max_or_nan(certificate.momentum_error, residual); });
     certificate.signorini /= p.scale, certificate.natural_map /= p.scale, certificate.cone /= p.scale;
     certificate.dissipation = missing / (certificate.energy != 0.0 ? certificate.energy : 1.0);
     return certificate;
 }
 
-bool clamp_dashpots(FrictionProblem& p, const Vector& along, In u) {
-    const Vector before = std::exchange(p.along, pushing_dashpots(p, along, u));
-    return p.along != before;
+bool clamp_dashpots(FrictionProblem& p, const Vector& normal_dashpot, In u) {
+    const Vector before = std::exchange(p.normal_dashpot, pushing_dashpots(p, normal_dashpot, u));
+    return p.normal_dashpot != before;
 }
 
 }  // namespace nscd

@@ -8,10 +8,10 @@
 
 namespace nscd {
 
-struct FrictionProblem : System {      // three unknowns a disk; along and across always have k numbers; û = u⁻
+struct FrictionProblem : ImpactProblem {  // three unknowns a disk; dashpots always have k numbers; û = u⁻
     Vector friction;          // (k) μ
     Vector tangent_inverse;   // (k) 1/kg, w_t, what a unit percussion across does there; `inverse_mass` is w
-    Vector left_v, left_s;    // (k) m/s, C u⁻ and T u⁻
+    Vector left_approach, left_sliding;  // (k) m/s, C u⁻ and T u⁻
     Indices island;             // (n) number of the group of touching disks
     int islands = 0;
     bool dissipates = false;   // whether any k_n or k_t is not 0
@@ -21,22 +21,22 @@ struct FrictionProblem : System {      // three unknowns a disk; along and acros
 
 // Percussions λ, τ (k) N·s and velocities (n·3).
 struct FrictionSolution {
-    Vector lam, tau, u;
+    Vector reaction, tangential, velocity;
 };
 
 // The problem of disks that roll: of one without spins, with the radius, spin and inertia (n) of each, and μ (k). That of
 // wide bodies has these.
-FrictionProblem friction_problem_of(const System& flat, In radius, In spin, In inertia, Vector friction);
+FrictionProblem friction_problem_of(const ImpactProblem& flat, In radius, In spin, In inertia, Vector friction);
 
-FrictionProblem chosen(const FrictionProblem& full, std::span<const Index> contact, std::span<const Index> disk);
+FrictionProblem restrict_to(const FrictionProblem& full, std::span<const Index> contact, std::span<const Index> disk);
 
 void contact_velocities(const FrictionProblem& p, In u, Out v, Out s);  // v = C u, s = T u
-void add_impulses(const FrictionProblem& p, In along, In across, double factor, Out b);  // b += factor (Cᵀ along + Tᵀ across)
+void add_impulses(const FrictionProblem& p, In normal, In tangential, double factor, Out b);  // b += factor (Cᵀ normal + Tᵀ tangential)
 void equilibrium_velocity(const FrictionProblem& p, In pn, In pt, Out u);            // u = u⁻ − M⁻¹(Cᵀp_n + Tᵀp_t)
 // out = M(u − u⁻) + Cᵀp_n + Tᵀp_t for v, s = C u, T u.
 void imbalance(const FrictionProblem& p, In u, In v, In s, In lam, In tau, Out out);
 
-inline double normal_push(const FrictionProblem& p, int c, double v, double lam) { return p.along[c] * (v + p.left_v[c]) + lam; }
+inline double normal_push(const FrictionProblem& p, int c, double v, double lam) { return p.normal_dashpot[c] * (v + p.left_approach[c]) + lam; }
 
 // min(wλ, b − v) and w_t (τ − Π(τ + s/w_t)) of contact c, m/s; Π: onto |τ| ≤ μ max(p_n, 0).
 struct NaturalMapResidual {
@@ -45,12 +45,12 @@ struct NaturalMapResidual {
 inline NaturalMapResidual natural_map(const FrictionProblem& p, int c, double pn, double lam, double tau, double v, double s) {
     const double limit = p.friction[c] * std::max(pn, 0.0), wt = p.tangent_inverse[c];
     const double wanted = std::min(std::max(tau + s / wt, -limit), limit);
-    return {std::min(p.inverse_mass[c] * lam, p.offset[c] - v), wt * (tau - wanted)};
+    return {std::min(p.inverse_mass[c] * lam, p.max_approach[c] - v), wt * (tau - wanted)};
 }
 
 // The larger of natural map over the scale and momentum error of each island: the largest |M(u − u⁻) + Dᵀp| of a disk over
 // m · scale + Σ|p|, spins by inertia over lever. No number counts as infinite.
-Vector measure(const FrictionProblem& p, const FrictionSolution& solution);
+Vector island_errors(const FrictionProblem& p, const FrictionSolution& solution);
 
 enum class Contact : std::int8_t { OPEN, STICK, FORWARD, BACKWARD };  // as nscd.percussions.ContactState
 
@@ -62,9 +62,9 @@ struct FrictionCertificate {     // all recomputed from λ, τ and u
     double momentum_error = 0.0;
     double energy = 0.0, change = 0.0, work = 0.0;  // J, before, gained, and p·D(u⁺ + u⁻)
 };
-FrictionCertificate certified(const FrictionProblem& p, const FrictionSolution& solution);
+FrictionCertificate certificate_of(const FrictionProblem& p, const FrictionSolution& solution);
 
 // The problem in which k_n acts where it pushes at right velocities u, not where it would pull.
-bool clamp_dashpots(FrictionProblem& p, const Vector& along, In u);
+bool clamp_dashpots(FrictionProblem& p, const Vector& normal_dashpot, In u);
 
 }  // namespace nscd

@@ -14,18 +14,18 @@ constexpr int MANY = 1500, LEAF = 8;
 
 // A block of three columns, each padded to four numbers.
 constexpr int B = 12;
-typedef double Four __attribute__((vector_size(32)));
-[[gnu::always_inline]] inline Four load(const double* at) {
-    Four value;
+typedef double Vec4 __attribute__((vector_size(32)));
+[[gnu::always_inline]] inline Vec4 load(const double* at) {
+    Vec4 value;
     __builtin_memcpy(&value, __builtin_assume_aligned(at, 32), sizeof value);
     return value;
 }
-[[gnu::always_inline]] inline void store(double* at, Four value) {
+[[gnu::always_inline]] inline void store(double* at, Vec4 value) {
     __builtin_memcpy(__builtin_assume_aligned(at, 32), &value, sizeof value);
 }
 
 // LU of a block with row pivots: `order` the rows in their order; the diagonal of U inverted. Columns in `a`.
-[[gnu::always_inline]] inline bool split(const Four (&own)[3], double* to, std::uint8_t* order) {
+[[gnu::always_inline]] inline bool split(const Vec4 (&own)[3], double* to, std::uint8_t* order) {
     double a[3][3];  // rows
     for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c) a[r][c] = own[c][r];
@@ -53,11 +53,11 @@ typedef double Four __attribute__((vector_size(32)));
 }
 
 // l ← x D⁻¹.
-[[gnu::always_inline]] inline void divide(const Four (&x)[3], const double* d, const std::uint8_t* order, Four (&l)[3]) {
-    const Four z0 = x[0] * d[0];
-    const Four z1 = (x[1] - z0 * d[1]) * d[4];
-    const Four z2 = (x[2] - z0 * d[2] - z1 * d[5]) * d[8];
-    const Four m1 = z1 - z2 * d[7];
+[[gnu::always_inline]] inline void divide(const Vec4 (&x)[3], const double* d, const std::uint8_t* order, Vec4 (&l)[3]) {
+    const Vec4 z0 = x[0] * d[0];
+    const Vec4 z1 = (x[1] - z0 * d[1]) * d[4];
+    const Vec4 z2 = (x[2] - z0 * d[2] - z1 * d[5]) * d[8];
+    const Vec4 m1 = z1 - z2 * d[7];
     l[order[2]] = z2;
     l[order[1]] = m1;
     l[order[0]] = z0 - m1 * d[3] - z2 * d[6];
@@ -72,20 +72,20 @@ typedef double Four __attribute__((vector_size(32)));
             const std::size_t to = std::size_t(B) * rows.a_column[p], from = std::size_t(B) * p;
             for (int a = 0; a < B; ++a) x[to + a] += lower[from + a], y[to + a] += upper[from + a];
         }
-        Four own[3] = {load(middle + B * k), load(middle + B * k + 4), load(middle + B * k + 8)};
+        Vec4 own[3] = {load(middle + B * k), load(middle + B * k + 4), load(middle + B * k + 8)};
         for (auto q = rows.row_start[k]; q < rows.row_start[k + 1]; ++q) {
             const Index i = rows.column[q];
             double *xi = x + std::size_t(B) * i, *yi = y + std::size_t(B) * i;
-            const Four above[3] = {load(xi), load(xi + 4), load(xi + 8)};
-            const Four u[3] = {load(yi), load(yi + 4), load(yi + 8)};
+            const Vec4 above[3] = {load(xi), load(xi + 4), load(xi + 8)};
+            const Vec4 u[3] = {load(yi), load(yi + 4), load(yi + 8)};
             for (int a = 0; a < B; ++a) xi[a] = yi[a] = 0.0;
-            Four l[3];
+            Vec4 l[3];
             divide(above, pivot + 9 * i, order + 3 * i, l);
             const auto slot = rows.slot[q];
             for (auto p = rows.start[i]; p < slot; ++p) {
                 const std::size_t at = std::size_t(B) * row[p], from = std::size_t(B) * p;
                 const double* up = U + from;
-                const Four l0 = load(L + from), l1 = load(L + from + 4), l2 = load(L + from + 8);
+                const Vec4 l0 = load(L + from), l1 = load(L + from + 4), l2 = load(L + from + 8);
                 for (int b = 0; b < 3; ++b) {
                     double* to = x + at + 4 * b;
                     store(to, load(to) - l[0] * up[4 * b] - l[1] * up[4 * b + 1] - l[2] * up[4 * b + 2]);
@@ -120,7 +120,7 @@ template <int COUNT>
             }
         if (idle) continue;
         for (auto p = rows.start[k]; p < rows.start[k + 1]; ++p) {
-            const Four l0 = load(L + B * p), l1 = load(L + B * p + 4), l2 = load(L + B * p + 8);
+            const Vec4 l0 = load(L + B * p), l1 = load(L + B * p + 4), l2 = load(L + B * p + 8);
             for (int m = 0; m < COUNT; ++m) {
                 double* to = b + std::size_t(S) * row[p] + 4 * m;
                 store(to, load(to) - l0 * y[m][0] - l1 * y[m][1] - l2 * y[m][2]);
@@ -128,10 +128,10 @@ template <int COUNT>
         }
     }
     for (int k = n - 1; k >= 0; --k) {
-        Four sum[COUNT];
+        Vec4 sum[COUNT];
         for (int m = 0; m < COUNT; ++m) sum[m] = load(b + S * k + 4 * m);
         for (auto p = rows.start[k]; p < rows.start[k + 1]; ++p) {
-            const Four u0 = load(U + B * p), u1 = load(U + B * p + 4), u2 = load(U + B * p + 8);
+            const Vec4 u0 = load(U + B * p), u1 = load(U + B * p + 4), u2 = load(U + B * p + 8);
             for (int m = 0; m < COUNT; ++m) {
                 const double* from = b + std::size_t(S) * row[p] + 4 * m;
                 sum[m] -= u0 * from[0] + u1 * from[1] + u2 * from[2];
@@ -166,12 +166,12 @@ struct Row {
     double nx, ny, tx, ty, turn, nturn = 0.0;
 };
 void add_block(double* to, const Row& r, const Row& c, double alpha, double beta, double gamma, double delta) {
-    const double along[3] = {alpha * c.nx + delta * c.tx, alpha * c.ny + delta * c.ty, delta * c.turn + alpha * c.nturn};
-    const double across[3] = {gamma * c.nx + beta * c.tx, gamma * c.ny + beta * c.ty, beta * c.turn + gamma * c.nturn};
+    const double normal[3] = {alpha * c.nx + delta * c.tx, alpha * c.ny + delta * c.ty, delta * c.turn + alpha * c.nturn};
+    const double tangential[3] = {gamma * c.nx + beta * c.tx, gamma * c.ny + beta * c.ty, beta * c.turn + gamma * c.nturn};
     for (int b = 0; b < 3; ++b) {
-        to[4 * b] += r.nx * along[b] + r.tx * across[b];
-        to[4 * b + 1] += r.ny * along[b] + r.ty * across[b];
-        to[4 * b + 2] += r.turn * across[b] + r.nturn * along[b];
+        to[4 * b] += r.nx * normal[b] + r.tx * tangential[b];
+        to[4 * b + 1] += r.ny * normal[b] + r.ty * tangential[b];
+        to[4 * b + 2] += r.turn * tangential[b] + r.nturn * normal[b];
     }
 }
 
@@ -198,7 +198,7 @@ void FrictionFactor::assemble(const FrictionProblem& p, const Weights& weights) 
     for (int i = 0; i < p.n; ++i)
         for (int a = 0; a < 3; ++a) middle_[B * i + 5 * a] = p.mass[3 * i + a];
     for (int c = 0; c < p.k; ++c) {
-        const double alpha = weights.along[c], beta = weights.across[c], gamma = weights.turned[c], delta = weights.mixed[c];
+        const double alpha = weights.nn[c], beta = weights.tt[c], gamma = weights.tn[c], delta = weights.nt[c];
         if (alpha == 0.0 && beta == 0.0) continue;
         const int i = p.first[c], j = p.second[c];
         const double x = p.nx[c], y = p.ny[c];
@@ -245,12 +245,12 @@ void FrictionFactor::solve(Out one, Out two) {
 }
 
 Subproblem::Subproblem(const FrictionProblem& full, std::span<const Index> disks, std::span<const Index> contacts) {
-    const FrictionProblem some = chosen(full, contacts, disks);
+    const FrictionProblem some = restrict_to(full, contacts, disks);
     const Graph graph = graph_of(some.n, some.first, some.second);
     const Ordering ordering = ordering_of(some, graph);
     Parts one;
     const Indices row = by_parts(ordering.index, some.first, some.second, 1, one);
-    problem = chosen(some, row, ordering.order);
+    problem = restrict_to(some, row, ordering.order);
     factor = FrictionFactor(graph, ordering, problem.first, problem.second);
     disk.resize(disks.size()), contact.resize(contacts.size());
     for (std::size_t i = 0; i < disk.size(); ++i) disk[i] = disks[ordering.order[i]];

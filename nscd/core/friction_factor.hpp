@@ -6,14 +6,14 @@
 #pragma once
 
 #include "friction.hpp"
-#include "rows.hpp"
+#include "cholesky_rows.hpp"
 
 namespace nscd {
 
 // α n nᵀ + β t tᵀ + γ t nᵀ + δ n tᵀ of each contact, (k) kg; n and t: rows of C and T.
 struct Weights {
-    Vector along, across, turned, mixed;
-    explicit Weights(int k) : along(k, 0.0), across(k, 0.0), turned(k, 0.0), mixed(k, 0.0) {}
+    Vector nn, tt, tn, nt;
+    explicit Weights(int k) : nn(k, 0.0), tt(k, 0.0), tn(k, 0.0), nt(k, 0.0) {}
 };
 
 class FrictionFactor {

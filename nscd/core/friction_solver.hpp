@@ -6,7 +6,7 @@
 #pragma once
 
 #include "impact_solver.hpp"
-#include "friction_paths.hpp"
+#include "friction_pivots.hpp"
 
 namespace nscd {
 
@@ -20,20 +20,20 @@ struct FrictionResult {
     double spread = NAN; // m/s, how far apart the u⁺ of all searches are, spins times radius included; NaN for one alone
 };
 
-struct FrictionAsked {
+struct FrictionOptions {
     double tolerance;
     int starts = 1;         // how many searches, all but the first for other answers
     In radius{};            // (n) m, which makes spins speeds in the spread of their answers
     bool in_step = false;   // begin by sweeps from λ and τ (k, or none), which is cheap and may give another answer
-    In lam{}, tau{};
+    In reaction{}, tangential{};
 };
 
 // Solve a problem whose k_n act where they push, p_n = k_n max(C(u + u⁻), 0) + λ; `p` is left with the k_n that act. The
 // residual decides; the best answer met is given.
-FrictionResult solve_friction(FrictionProblem& p, const FrictionAsked& options);
+FrictionResult solve_friction(FrictionProblem& p, const FrictionOptions& options);
 
 // One method alone, from no percussions: for tests.
-enum class FrictionMethod { PROXIMAL, POINT, RANDOM };
+enum class FrictionMethod { PROXIMAL_NEWTON, PROXIMAL_POINT, RANDOM_START };
 FrictionResult solve_friction_by(const FrictionProblem& p, FrictionMethod method, double tolerance, int pivot_budget);
 
 }  // namespace nscd

@@ -34,47 +34,47 @@ double product(const double* one, const double* two, std::size_t size) {
 
 constexpr int LANES = 4;
 constexpr int APART = 2;  // a processor makes a batch while it waits for the results of the one before: 0.9 of the time; 3 fills fewer lanes
-typedef double Four __attribute__((vector_size(32)));
+typedef double Vec4 __attribute__((vector_size(32)));
 
-[[gnu::always_inline]] inline Four load(const double* from) {
-    Four all;
+[[gnu::always_inline]] inline Vec4 load(const double* from) {
+    Vec4 all;
     std::memcpy(&all, from, sizeof all);
     return all;
 }
 
 // Four bodies' (x, y, spin), each a row of u.
 struct Moving {
-    Four x, y, turn;
+    Vec4 x, y, turn;
 };
 [[gnu::always_inline]] inline Moving read(const double* u, const Index* at) {
-    Four row[LANES];
+    Vec4 row[LANES];
     for (int l = 0; l < LANES; ++l) row[l] = load(u + 4 * std::size_t(at[l]));
-    const Four xt = __builtin_shufflevector(row[0], row[1], 0, 4, 2, 6), y = __builtin_shufflevector(row[0], row[1], 1, 5, 3, 7);
-    const Four xt2 = __builtin_shufflevector(row[2], row[3], 0, 4, 2, 6), y2 = __builtin_shufflevector(row[2], row[3], 1, 5, 3, 7);
+    const Vec4 xt = __builtin_shufflevector(row[0], row[1], 0, 4, 2, 6), y = __builtin_shufflevector(row[0], row[1], 1, 5, 3, 7);
+    const Vec4 xt2 = __builtin_shufflevector(row[2], row[3], 0, 4, 2, 6), y2 = __builtin_shufflevector(row[2], row[3], 1, 5, 3, 7);
     return {__builtin_shufflevector(xt, xt2, 0, 1, 4, 5), __builtin_shufflevector(y, y2, 0, 1, 4, 5), __builtin_shufflevector(xt, xt2, 2, 3, 6, 7)};
 }
 [[gnu::always_inline]] inline void write(const Moving& now, double* u, const Index* at) {
-    const Four none{}, xy = __builtin_shufflevector(now.x, now.y, 0, 4, 2, 6), xy2 = __builtin_shufflevector(now.x, now.y, 1, 5, 3, 7);
-    const Four t = __builtin_shufflevector(now.turn, none, 0, 4, 2, 6), t2 = __builtin_shufflevector(now.turn, none, 1, 5, 3, 7);
-    const Four row[LANES] = {__builtin_shufflevector(xy, t, 0, 1, 4, 5), __builtin_shufflevector(xy2, t2, 0, 1, 4, 5),
+    const Vec4 none{}, xy = __builtin_shufflevector(now.x, now.y, 0, 4, 2, 6), xy2 = __builtin_shufflevector(now.x, now.y, 1, 5, 3, 7);
+    const Vec4 t = __builtin_shufflevector(now.turn, none, 0, 4, 2, 6), t2 = __builtin_shufflevector(now.turn, none, 1, 5, 3, 7);
+    const Vec4 row[LANES] = {__builtin_shufflevector(xy, t, 0, 1, 4, 5), __builtin_shufflevector(xy2, t2, 0, 1, 4, 5),
                              __builtin_shufflevector(xy, t, 2, 3, 6, 7), __builtin_shufflevector(xy2, t2, 2, 3, 6, 7)};
-    for (int l = 0; l < LANES; ++l) std::memcpy(u + 4 * std::size_t(at[l]), &row[l], sizeof(Four));
+    for (int l = 0; l < LANES; ++l) std::memcpy(u + 4 * std::size_t(at[l]), &row[l], sizeof(Vec4));
 }
 
 struct alignas(32) Pushes {
-    double along[LANES] = {}, across[LANES] = {};  // N·s, percussions of the contacts of a batch
+    double normal[LANES] = {}, tangential[LANES] = {};  // N·s, percussions of the contacts of a batch
 };
 
 // The law of a contact, all others given, in each lane.
 [[gnu::always_inline]] inline void sweep_four(const Sweeps::Batch& c, Pushes& push, double* u) {
-    const Four nx = load(c.nx), ny = load(c.ny), li = load(c.li), lj = load(c.lj), pn = load(push.along), pt = load(push.across);
+    const Vec4 nx = load(c.nx), ny = load(c.ny), li = load(c.li), lj = load(c.lj), pn = load(push.normal), pt = load(push.tangential);
     Moving a = read(u, c.i), b = read(u, c.j);
-    const Four x = a.x - b.x, y = a.y - b.y, turn = li * a.turn + lj * b.turn;
-    const Four v = nx * x + ny * y + load(c.w) * pn, s = nx * y - ny * x + turn + load(c.wt) * pt;  // without these percussions
-    const Four pressed = (v - load(c.offset)) * load(c.by_w), along = pressed < Four{} ? Four{} : pressed;
-    const Four limit = load(c.friction) * along, wanted = s * load(c.by_wt), above = wanted < -limit ? -limit : wanted, across = limit < above ? limit : above;
-    const Four one = along - pn, two = across - pt, dx = nx * one - ny * two, dy = ny * one + nx * two;
-    std::memcpy(push.along, &along, sizeof along), std::memcpy(push.across, &across, sizeof across);
+    const Vec4 x = a.x - b.x, y = a.y - b.y, turn = li * a.turn + lj * b.turn;
+    const Vec4 v = nx * x + ny * y + load(c.w) * pn, s = nx * y - ny * x + turn + load(c.wt) * pt;  // without these percussions
+    const Vec4 pressed = (v - load(c.max_approach)) * load(c.by_w), normal = pressed < Vec4{} ? Vec4{} : pressed;
+    const Vec4 limit = load(c.friction) * normal, wanted = s * load(c.by_wt), above = wanted < -limit ? -limit : wanted, tangential = limit < above ? limit : above;
+    const Vec4 one = normal - pn, two = tangential - pt, dx = nx * one - ny * two, dy = ny * one + nx * two;
+    std::memcpy(push.normal, &normal, sizeof normal), std::memcpy(push.tangential, &tangential, sizeof tangential);
     a.x -= dx * load(c.mi), a.y -= dy * load(c.mi), a.turn -= li * two * load(c.si);
     b.x += dx * load(c.mj), b.y += dy * load(c.mj), b.turn -= lj * two * load(c.sj);
     write(a, u, c.i), write(b, u, c.j);
@@ -124,8 +124,8 @@ Sweeps::Sweeps(const FrictionProblem& p) : p_(p) {
     for (int c = 0; c < p.k; ++c) {
         const int i = 3 * p.first[c], j = 3 * p.second[c];
         const double w = p.inverse_mass[c], wt = p.tangent_inverse[c];
-        touch_[c] = {i, j, p.nx[c], p.ny[c], p.lever_first[c], p.lever_second[c], w, wt, 1.0 / w, 1.0 / wt, p.friction[c], p.offset[c],
-                     p.along[c], p.across[c], p.left_v[c], p.left_s[c], 1.0 / p.mass[i], 1.0 / p.mass[i + 2],
+        touch_[c] = {i, j, p.nx[c], p.ny[c], p.lever_first[c], p.lever_second[c], w, wt, 1.0 / w, 1.0 / wt, p.friction[c], p.max_approach[c],
+                     p.normal_dashpot[c], p.tangential_dashpot[c], p.left_approach[c], p.left_sliding[c], 1.0 / p.mass[i], 1.0 / p.mass[i + 2],
                      j >= 0 ? 1.0 / p.mass[j] : 0.0, j >= 0 ? 1.0 / p.mass[j + 2] : 0.0};
         if (!p.compound()) continue;
         Touch& of = touch_[c];
@@ -142,25 +142,25 @@ template <bool Dissipates, bool Compound>
     double v = c.nx * x + c.ny * y + c.w * pn;  // without this contact's percussion
     if (Compound) v += c.ni * a[2] + (c.j >= 0 ? c.nj * b[2] : 0.0);
     double s = c.nx * y - c.ny * x + turn + c.wt * pt;
-    double along, across;
-    if (!Dissipates || (c.along == 0.0 && c.across == 0.0)) {
-        along = std::max((v - c.offset) * c.by_w, 0.0);
-        if (Compound) s -= c.both * (along - pn);
-        const double limit = c.friction * along;
-        across = std::min(std::max(s * c.by_wt, -limit), limit);
+    double normal, tangential;
+    if (!Dissipates || (c.normal_dashpot == 0.0 && c.tangential_dashpot == 0.0)) {
+        normal = std::max((v - c.max_approach) * c.by_w, 0.0);
+        if (Compound) s -= c.both * (normal - pn);
+        const double limit = c.friction * normal;
+        tangential = std::min(std::max(s * c.by_wt, -limit), limit);
     } else {
-        const double kn = c.along, kt = c.across;
-        v = (v - c.w * kn * c.left_v) / (1.0 + c.w * kn);
-        const double lam = std::max((v - c.offset) * (1.0 + c.w * kn) / c.w, 0.0);
-        along = kn * (std::min(v, c.offset) + c.left_v) + lam;
-        if (Compound) s -= c.both * (along - pn);
-        s = (s - c.wt * kt * c.left_s) / (1.0 + c.wt * kt);
-        const double limit = c.friction * std::max(along, 0.0);
+        const double kn = c.normal_dashpot, kt = c.tangential_dashpot;
+        v = (v - c.w * kn * c.left_approach) / (1.0 + c.w * kn);
+        const double lam = std::max((v - c.max_approach) * (1.0 + c.w * kn) / c.w, 0.0);
+        normal = kn * (std::min(v, c.max_approach) + c.left_approach) + lam;
+        if (Compound) s -= c.both * (normal - pn);
+        s = (s - c.wt * kt * c.left_sliding) / (1.0 + c.wt * kt);
+        const double limit = c.friction * std::max(normal, 0.0);
         const double tau = std::min(std::max(s * (1.0 + c.wt * kt) / c.wt, -limit), limit);
-        across = kt * (s - c.wt * tau / (1.0 + c.wt * kt) + c.left_s) + tau;
+        tangential = kt * (s - c.wt * tau / (1.0 + c.wt * kt) + c.left_sliding) + tau;
     }
-    const double one = along - pn, two = across - pt;
-    pn = along, pt = across;
+    const double one = normal - pn, two = tangential - pt;
+    pn = normal, pt = tangential;
     const double dx = c.nx * one - c.ny * two, dy = c.ny * one + c.nx * two;
     a[0] -= dx * c.mi, a[1] -= dy * c.mi, a[2] -= c.li * two * c.si;
     if (c.j >= 0) b[0] += dx * c.mj, b[1] += dy * c.mj, b[2] -= c.lj * two * c.sj;
@@ -195,7 +195,7 @@ void Sweeps::batches() {
         const double w = p_.inverse_mass[c], wt = p_.tangent_inverse[c];
         to.nx[l] = p_.nx[c], to.ny[l] = p_.ny[c], to.li[l] = p_.lever_first[c], to.lj[l] = p_.lever_second[c];
         to.w[l] = w, to.wt[l] = wt, to.by_w[l] = 1.0 / w, to.by_wt[l] = 1.0 / wt;
-        to.friction[l] = p_.friction[c], to.offset[l] = p_.offset[c];
+        to.friction[l] = p_.friction[c], to.max_approach[l] = p_.max_approach[c];
         to.mi[l] = 1.0 / p_.mass[3 * i], to.si[l] = 1.0 / p_.mass[3 * i + 2];
         if (j >= 0) to.mj[l] = 1.0 / p_.mass[3 * j], to.sj[l] = 1.0 / p_.mass[3 * j + 2];
     }
@@ -209,12 +209,12 @@ void Sweeps::run(Out pn, Out pt, Out u, int count) const {
         std::vector<Pushes> push(batch_.size());
         for (std::size_t b = 0; b < batch_.size(); ++b)
             for (int l = 0; l < LANES; ++l)
-                if (const Index c = batch_[b].contact[l]; c >= 0) push[b].along[l] = pn[c], push[b].across[l] = pt[c];
+                if (const Index c = batch_[b].contact[l]; c >= 0) push[b].normal[l] = pn[c], push[b].tangential[l] = pt[c];
         sweep_batches(batch_.data(), int(batch_.size()), push.data(), rows.data(), count);
         for (int i = 0; i < p_.n; ++i) std::copy_n(&rows[4 * i], 3, &u[3 * i]);
         for (std::size_t b = 0; b < batch_.size(); ++b)
             for (int l = 0; l < LANES; ++l)
-                if (const Index c = batch_[b].contact[l]; c >= 0) pn[c] = push[b].along[l], pt[c] = push[b].across[l];
+                if (const Index c = batch_[b].contact[l]; c >= 0) pn[c] = push[b].normal[l], pt[c] = push[b].tangential[l];
         return;
     }
     const auto all = [&]<bool Dissipates, bool Compound>() {
@@ -232,14 +232,14 @@ double Sweeps::natural_map_residual(In pn, In pt, In u) const {
     contact_velocities(p_, u, v, s);
     double worst = 0.0;
     for (int c = 0; c < p_.k; ++c) {
-        const double lam = pn[c] - p_.along[c] * (v[c] + p_.left_v[c]), tau = pt[c] - p_.across[c] * (s[c] + p_.left_s[c]);
+        const double lam = pn[c] - p_.normal_dashpot[c] * (v[c] + p_.left_approach[c]), tau = pt[c] - p_.tangential_dashpot[c] * (s[c] + p_.left_sliding[c]);
         const NaturalMapResidual residual = natural_map(p_, c, pn[c], lam, tau, v[c], s[c]);
-        worst = larger(worst, larger(std::abs(residual.normal), std::abs(residual.tangential)));
+        worst = max_or_nan(worst, max_or_nan(std::abs(residual.normal), std::abs(residual.tangential)));
     }
     return worst < INFINITE ? worst / p_.scale : INFINITE;
 }
 
-double Sweeps::plain(Out pn, Out pt, Out u, int max_count, double tolerance, int& done) const {
+double Sweeps::until_converged(Out pn, Out pt, Out u, int max_count, double tolerance, int& done) const {
     double error = INFINITE;
     for (int made = 0; made < max_count && !(error <= tolerance);) {
         equilibrium_velocity(p_, pn, pt, u);
@@ -317,25 +317,25 @@ double proximal_newton(const FrictionProblem& p, const Sweeps& sweeps, FrictionF
     // λ and τ of whole percussions, and these again
     const auto full = [&](FrictionSolution& some, double sign) {
         if (!p.dissipates) return;
-        contact_velocities(p, some.u, v, s);
+        contact_velocities(p, some.velocity, v, s);
         for (int c = 0; c < p.k; ++c) {
-            some.lam[c] += sign * p.along[c] * (v[c] + p.left_v[c]);
-            some.tau[c] += sign * p.across[c] * (s[c] + p.left_s[c]);
+            some.reaction[c] += sign * p.normal_dashpot[c] * (v[c] + p.left_approach[c]);
+            some.tangential[c] += sign * p.tangential_dashpot[c] * (s[c] + p.left_sliding[c]);
         }
     };
     const auto smooth = [&](FrictionSolution& some, int count) {
-        equilibrium_velocity(p, some.lam, some.tau, some.u);
-        sweeps.run(some.lam, some.tau, some.u, count);
-        equilibrium_velocity(p, some.lam, some.tau, some.u);
+        equilibrium_velocity(p, some.reaction, some.tangential, some.velocity);
+        sweeps.run(some.reaction, some.tangential, some.velocity, count);
+        equilibrium_velocity(p, some.reaction, some.tangential, some.velocity);
         full(some, -1.0);
         pairs += count;
     };
     // the natural map over the scale: its largest entry and its Euclidean norm
     const auto error_of = [&](const FrictionSolution& some) {
-        contact_velocities(p, some.u, v, s);
+        contact_velocities(p, some.velocity, v, s);
         double worst = 0.0, square = 0.0;
         for (int c = 0; c < p.k; ++c) {
-            const NaturalMapResidual residual = natural_map(p, c, normal_push(p, c, v[c], some.lam[c]), some.lam[c], some.tau[c], v[c], s[c]);
+            const NaturalMapResidual residual = natural_map(p, c, normal_push(p, c, v[c], some.reaction[c]), some.reaction[c], some.tangential[c], v[c], s[c]);
             worst = std::max({worst, std::abs(residual.normal), std::abs(residual.tangential)});
             square += residual.normal * residual.normal + residual.tangential * residual.tangential;
         }
@@ -349,8 +349,8 @@ double proximal_newton(const FrictionProblem& p, const Sweeps& sweeps, FrictionF
     FrictionSolution aim, tried = at;
     for (int round = 0; round < rounds; ++round) {
         if (error.first <= tolerance || !(error.first < INFINITE)) break;
-        contact_velocities(p, at.u, v, s);
-        find_states(p, v, s, at.lam, at.tau, states);
+        contact_velocities(p, at.velocity, v, s);
+        find_states(p, v, s, at.reaction, at.tangential, states);
         aim = at;
         bool taken_out = false;
         double length = 1.0;
@@ -360,10 +360,10 @@ double proximal_newton(const FrictionProblem& p, const Sweeps& sweeps, FrictionF
         for (int attempt = 0; settled && attempt < LENGTHS && !taken_out; ++attempt) {
             if (attempt > 0) length *= SHORTER;
             for (int c = 0; c < p.k; ++c) {  // back into the cones
-                const double along = std::max(at.lam[c] + length * (aim.lam[c] - at.lam[c]), 0.0), limit = p.friction[c] * along;
-                const double across = at.tau[c] + length * (aim.tau[c] - at.tau[c]);
-                tried.lam[c] = along;
-                tried.tau[c] = p.across[c] != 0.0 ? across : std::min(std::max(across, -limit), limit);
+                const double normal = std::max(at.reaction[c] + length * (aim.reaction[c] - at.reaction[c]), 0.0), limit = p.friction[c] * normal;
+                const double tangential = at.tangential[c] + length * (aim.tangential[c] - at.tangential[c]);
+                tried.reaction[c] = normal;
+                tried.tangential[c] = p.tangential_dashpot[c] != 0.0 ? tangential : std::min(std::max(tangential, -limit), limit);
             }
             smooth(tried, PAIRS);
             now = error_of(tried);
@@ -387,14 +387,14 @@ static std::array<double, 2> alone(const double (&own)[2][2], const double (&fre
     if (mu == 0.0) return {-free[0] / own[0][0], 0.0};
     const double det = own[0][0] * own[1][1] - own[0][1] * own[1][0];
     if (det > 1e-14 * own[0][0] * own[1][1]) {
-        const double along = (own[0][1] * free[1] - own[1][1] * free[0]) / det, across = (own[1][0] * free[0] - own[0][0] * free[1]) / det;
-        if (along >= 0.0 && std::abs(across) <= mu * along) return {along, across};
+        const double normal = (own[0][1] * free[1] - own[1][1] * free[0]) / det, tangential = (own[1][0] * free[0] - own[0][0] * free[1]) / det;
+        if (normal >= 0.0 && std::abs(tangential) <= mu * normal) return {normal, tangential};
     }
     for (double sign : {-1.0, 1.0}) {
         const double pressed = own[0][0] + sign * mu * own[0][1];
         if (!(pressed > 0.0)) continue;
-        const double along = -free[0] / pressed, slides = free[1] + (own[1][0] + sign * mu * own[1][1]) * along;
-        if (sign * slides <= 0.0) return {along, sign * mu * along};
+        const double normal = -free[0] / pressed, slides = free[1] + (own[1][0] + sign * mu * own[1][1]) * normal;
+        if (sign * slides <= 0.0) return {normal, sign * mu * normal};
     }
     return {-free[0] / own[0][0], 0.0};
 }
@@ -410,8 +410,8 @@ void planar_sweeps(std::span<const Index> start, std::span<const Index> column, 
                     else residual[a] += value[at] * r[column[at]];
                 }
             }
-            const auto [along, across] = alone(own, residual, friction[c]);
-            r[2 * c] = along, r[2 * c + 1] = across;
+            const auto [normal, tangential] = alone(own, residual, friction[c]);
+            r[2 * c] = normal, r[2 * c + 1] = tangential;
         }
 }
 

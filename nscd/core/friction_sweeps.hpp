@@ -2,7 +2,7 @@
 // on the sets, each smoothed by sweeps.
 #pragma once
 
-#include "friction_sets.hpp"
+#include "friction_newton.hpp"
 
 namespace nscd {
 
@@ -12,7 +12,7 @@ public:
     // Four contacts of which no two share a disk. A lane without one, and a wall, have places of their own behind the disks.
     struct alignas(32) Batch {
         Index i[4], j[4], contact[4];  // contact −1 for none
-        double nx[4], ny[4], li[4], lj[4], w[4], wt[4], by_w[4], by_wt[4], friction[4], offset[4], mi[4], si[4], mj[4], sj[4];
+        double nx[4], ny[4], li[4], lj[4], w[4], wt[4], by_w[4], by_wt[4], friction[4], max_approach[4], mi[4], si[4], mj[4], sj[4];
     };
 
     explicit Sweeps(const FrictionProblem& p);
@@ -22,7 +22,7 @@ public:
     // taken one after the other.
     void run(Out pn, Out pt, Out u, int count) const;
     // Up to `count` pairs from percussions; a natural map within the tolerance, which is returned, ends it.
-    double plain(Out pn, Out pt, Out u, int max_count, double tolerance, int& done) const;
+    double until_converged(Out pn, Out pt, Out u, int max_count, double tolerance, int& done) const;
     // Up to `blocks` blocks of `count` pairs, the starts of blocks combined by Anderson's method from the last ones; the best
     // answer met and its natural map. Walker & Ni, SIAM J. Numer. Anal. 49 (2011) 1715.
     double accelerated(Vector& pn, Vector& pt, Vector& u, int blocks, int per_block, double tolerance, int& done) const;
@@ -30,7 +30,7 @@ public:
 private:
     struct Touch {
         Index i, j;
-        double nx, ny, li, lj, w, wt, by_w, by_wt, friction, offset, along, across, left_v, left_s;
+        double nx, ny, li, lj, w, wt, by_w, by_wt, friction, max_approach, normal_dashpot, tangential_dashpot, left_approach, left_sliding;
         double mi, si, mj, sj;  // 1/kg, 1/(kg m²), inverse masses and inertias
         double ni = 0.0, nj = 0.0, both = 0.0;  // m, levers of n; 1/kg, what a unit percussion along n does across
     };

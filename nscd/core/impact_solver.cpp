@@ -9,23 +9,23 @@ namespace {
 
 // Sweeps of a descent, at most, before its closed contacts are tried; the same in a small crowd, where a factorisation is
 // cheap; from how many disks on a crowd is large (docs/results/solvers.md).
-constexpr int SWEEPS = 1600, FEW_SWEEPS = 75, LARGE = 2000;
+constexpr int DESCENT_SWEEPS = 1600, SMALL_DESCENT_SWEEPS = 75, LARGE_CROWD = 2000;
 // A descent has found the closed contacts once no more than this number and this share of all change between two looks.
-constexpr int STEADY = 2;
-constexpr double STEADY_SHARE = 1e-3;
+constexpr int UNCHANGED_CONTACTS = 2;
+constexpr double UNCHANGED_FRACTION = 1e-3;
 // Between these numbers of closed contacts per unknown a packing is marginal: it has soft modes, and active sets cycle.
 constexpr double ISOSTATIC = 1.0, REDUNDANT = 1.2;
 // Contacts count whose gap, over the step, is no more than this share of the speed of the fastest.
 constexpr double NEARLY_CLOSED = 0.02;
 // A reaction above this share of the largest is one of a closed contact.
-constexpr double PRESSED = 1e-9;
+constexpr double PRESSED_FRACTION = 1e-9;
 // From the answer of a crowd that was nearly the same, whose errors are few and large, the path begins this many times its
 // error away.
-constexpr double AFTER_ANOTHER = 1.0;
+constexpr double GUESS_DISTANCE = 1.0;
 // To this share of the tolerance contacts are closed where no bound of the error is asked for.
-constexpr double SHARE_OF_TOLERANCE = 1e-3;
+constexpr double GAP_FRACTION = 1e-3;
 // First-order solvers stop a little before the tolerance, so that rounding does not carry them beyond.
-constexpr double BEFORE = 0.9;
+constexpr double STOPPING_FRACTION = 0.9;
 // Rounds in which percussions between heavy and light disks are refined.
 constexpr int REFINEMENTS = 12;
 // Rounds of the one-sided law: few are needed, 5 in a crowd of 1,000. Halvings of a step that would raise Φ.
@@ -33,23 +33,23 @@ constexpr int ROUNDS = 60, HALVINGS = 40;
 
 // Projected Gauss–Seidel: what the field uses; kept as the baseline. Contact by contact λ ← max(0, λ + (Cu − b)/w), with
 // u updated at once. On a chain of n disks against a wall it contracts by cos²(π/(2n)) a sweep.
-Descended gauss_seidel(const System& s, double tolerance) {
-    Descended iterate{Vector(s.k, 0.0), s.free, MOST_SWEEPS};
+DescentResult gauss_seidel(const ImpactProblem& s, double tolerance) {
+    DescentResult iterate{Vector(s.k, 0.0), s.free, MAX_SWEEPS};
     Vector& u = iterate.velocity;
     const int d = s.d;
     const auto closing = [&](int c) {
         const int i = d * s.first[c], j = d * s.second[c];
-        double v = s.nx[c] * u[i] + s.ny[c] * u[i + 1] - s.offset[c];
+        double v = s.nx[c] * u[i] + s.ny[c] * u[i + 1] - s.max_approach[c];
         if (j >= 0) v -= s.nx[c] * u[j] + s.ny[c] * u[j + 1];
         return v;
     };
     const auto residual = [&](int c, double v) { return std::abs(std::min(s.inverse_mass[c] * iterate.reaction[c], -v)); };
-    for (int sweep = 1; sweep <= MOST_SWEEPS; ++sweep) {
+    for (int sweep = 1; sweep <= MAX_SWEEPS; ++sweep) {
         double error = 0.0;
         for (int c = 0; c < s.k; ++c) {
             const int i = d * s.first[c], j = d * s.second[c];
             const double v = closing(c);
-            error = larger(error, residual(c, v));
+            error = max_or_nan(error, residual(c, v));
             const double change = std::max(iterate.reaction[c] + v / s.inverse_mass[c], 0.0) - iterate.reaction[c];
             if (change == 0.0) continue;
             iterate.reaction[c] += change;
@@ -59,7 +59,7 @@ Descended gauss_seidel(const System& s, double tolerance) {
         // the error was measured along the sweep; where it is small the whole is measured before stopping
         if (error > tolerance) continue;
         double worst = 0.0;
-        for (int c = 0; c < s.k; ++c) worst = larger(worst, residual(c, closing(c)));
+        for (int c = 0; c < s.k; ++c) worst = max_or_nan(worst, residual(c, closing(c)));
         if (worst <= tolerance) {
             iterate.sweeps = sweep;
             break;
@@ -70,7 +70,7 @@ Descended gauss_seidel(const System& s, double tolerance) {
 
 // Â⁻¹ momentum with one refinement; all in elimination order.
 Vector velocity_of(Factor& factor, const Vector& momentum) {
-    const System& s = factor.system();
+    const ImpactProblem& s = factor.problem();
     factor.factorise(Vector(s.k, 0.0));
     Vector u = momentum, residual(u.size());
     factor.solve(u);
@@ -82,7 +82,7 @@ Vector velocity_of(Factor& factor, const Vector& momentum) {
 }
 
 // In the norm of Â, which the distance of an answer is in.
-double distance_of(const System& s, In one, In other) {
+double energy_norm_distance(const ImpactProblem& s, In one, In other) {
     Vector difference(one.size()), heavy(one.size());
     for (std::size_t i = 0; i < one.size(); ++i) difference[i] = one[i] - other[i];
     inertia(s, difference, heavy);
@@ -95,83 +95,83 @@ double distance_of(const System& s, In one, In other) {
 class ImpactSolver {
 public:
     // remaining: of which disks it is what is left
-    ImpactSolver(const System& problem, const Options& options, const Remainder* remaining = nullptr)
+    ImpactSolver(const ImpactProblem& problem, const Options& options, const RemainingContacts* remaining = nullptr)
         : problem_(problem), options_(options), remaining_(remaining), own_(options.team ? 1 : options.threads), team_(options.team ? *options.team : own_),
-          ordered_(std::in_place, problem, team_, options.sizes, options.reusable, disks()), factor_(*ordered_), s_(factor_.system()) {}
+          ordered_(std::in_place, problem, team_, options.sizes, options.reusable, disks()), factor_(*ordered_), s_(factor_.problem()) {}
 
     Solution solve(Method& method) {
-        method = find();
-        double distance = options_.bounded ? bound_by_factor(factor_, reaction_, velocity_, cached_) : 0.0;
-        if (s_.dissipative() && !s_.maintained) distance += recompute_velocity();
-        if (options_.canonical && !canonical_ && accuracy(s_, reaction_, velocity_) <= options_.tolerance)
+        method = solve_in_order();
+        double error_bound = options_.with_error_bound ? bound_by_factor(factor_, reaction_, velocity_, cached_) : 0.0;
+        if (s_.dissipative() && !s_.maintained) error_bound += recompute_velocity();
+        if (options_.canonical && !canonical_ && solution_error(s_, reaction_, velocity_) <= options_.tolerance)
             canonical_ = settle_energy(factor_, reaction_, velocity_, options_.tolerance);
-        if (options_.solver == Solver::AUTO && options_.bounded && !s_.even() && !s_.dissipative() && !s_.maintained) {
+        if (options_.solver == Solver::AUTO && options_.with_error_bound && !s_.even() && !s_.dissipative() && !s_.maintained) {
             Vector before = reaction_;
             refine();
-            if (accuracy(s_, reaction_, velocity_) > std::max(options_.tolerance, accuracy(s_, before, velocity_))) reaction_ = std::move(before);
+            if (solution_error(s_, reaction_, velocity_) > std::max(options_.tolerance, solution_error(s_, before, velocity_))) reaction_ = std::move(before);
         }
         const bool shared = s_.n >= options_.sizes.shared && s_.n >= options_.sizes.multifrontal;
-        return {factor_.contacts_given(reaction_), factor_.disks_given(velocity_), method, s_.n, iterations_,
-                shared ? team_.threads() : 1, canonical_, 0, added_, distance};
+        return {factor_.contacts_in_input_order(reaction_), factor_.disks_in_input_order(velocity_), method, s_.n, iterations_,
+                shared ? team_.threads() : 1, canonical_, 0, added_, error_bound};
     }
 
 private:
     // The first rung whose answer serves; the last one's in any case.
-    Method find() {
+    Method solve_in_order() {
         if (s_.maintained) {
-            take(solve_equalities(factor_));
+            store(solve_equalities(factor_));
             canonical_ = true;
             return Method::MAINTAINED;
         }
         if (options_.solver != Solver::AUTO) {
-            find_by_name();
-            return Method::ASKED_FOR;
+            solve_by_name();
+            return Method::BY_NAME;
         }
         const bool has_guess = !options_.reaction.empty(), even = s_.even();
         WarmStart warm_start;
-        if (has_guess && s_.compound()) warm_start.reaction = factor_.contacts_ordered(options_.reaction);
-        else if (has_guess && correct_guess(warm_start)) return Method::GUESS;
+        if (has_guess && s_.compound()) warm_start.reaction = factor_.contacts_in_elimination_order(options_.reaction);
+        else if (has_guess && solve_from_guess(warm_start)) return Method::GUESS;
         if (!s_.dissipative() && even && s_.compound()) {
-            if (firm_and_close(warm_start)) return Method::FIRMER;
-        } else if (!s_.dissipative() && even && !has_guess && descend_and_close(warm_start)) return Method::DESCENT;
+            if (solve_by_augmented_lagrangian(warm_start)) return Method::AUGMENTED_LAGRANGIAN;
+        } else if (!s_.dissipative() && even && !has_guess && solve_by_descent(warm_start)) return Method::DESCENT;
         if (s_.dissipative() || !even) warm_start = {};
-        Found found = solve_by_path(factor_, warm_start, options_.tolerance / stiffest(), options_.canonical);
+        InteriorPointResult found = solve_by_path(factor_, warm_start, options_.tolerance / max_stiffening(), options_.canonical);
         iterations_ += found.iterations;
-        take(std::move(found));
-        return s_.dissipative() ? Method::DISSIPATIVE : even ? Method::MARGINAL : Method::UNEVEN;
+        store(std::move(found));
+        return s_.dissipative() ? Method::INTERIOR_POINT_DISSIPATIVE : even ? Method::INTERIOR_POINT_MARGINAL : Method::INTERIOR_POINT_UNEVEN_MASSES;
     }
 
-    void find_by_name() {
+    void solve_by_name() {
         if (options_.solver == Solver::INTERIOR_POINT) {
-            Found found = solve_by_path(factor_, {}, options_.tolerance, options_.canonical);
+            InteriorPointResult found = solve_by_path(factor_, {}, options_.tolerance, options_.canonical);
             iterations_ = found.iterations;
-            take(std::move(found));
+            store(std::move(found));
         } else if (options_.solver == Solver::GAUSS_SEIDEL) {
-            take(nscd::gauss_seidel(s_, BEFORE * options_.tolerance * s_.scale));
+            store(nscd::gauss_seidel(s_, STOPPING_FRACTION * options_.tolerance * s_.scale));
         } else if (options_.solver == Solver::PROJECTED_GRADIENT) {
-            take(descend(s_, factor_.parts(), team_, {BEFORE * options_.tolerance, MOST_SWEEPS, -1, INFINITE}));
+            store(descend(s_, factor_.parts(), team_, {STOPPING_FRACTION * options_.tolerance, MAX_SWEEPS, -1, INFINITE}));
         } else if (s_.compound()) {
-            Closed found = augmented_lagrangian(factor_, reaction_, CLOSED, 0.0);
-            canonical_ = found.settled && s_.even();
-            take(std::move(found));
+            ActiveSetResult found = augmented_lagrangian(factor_, reaction_, CLOSED_TOLERANCE, 0.0);
+            canonical_ = found.converged && s_.even();
+            store(std::move(found));
         } else {  // the closed contacts by descent, however many there are
-            const Descended end = descend(s_, factor_.parts(), team_, {options_.tolerance, SWEEPS, unchanged_tolerance(), INFINITE});
+            const DescentResult end = descend(s_, factor_.parts(), team_, {options_.tolerance, DESCENT_SWEEPS, unchanged_tolerance(), INFINITE});
             Mask closed;
-            press(s_, end.reaction, end.velocity, {}, closed);
-            Closed found = active_set_solve(factor_, std::move(closed), false);
+            active_set_of(s_, end.reaction, end.velocity, {}, closed);
+            ActiveSetResult found = active_set_solve(factor_, std::move(closed), false);
             iterations_ = end.sweeps;
-            canonical_ = found.settled && s_.even();
-            take(std::move(found));
+            canonical_ = found.converged && s_.even();
+            store(std::move(found));
         }
     }
 
     // Close the contacts whose reactions were more than nothing in the guess. A set of another crowd may settle without
     // contacts that are nearly closed, which would change the reactions of least energy: gaps have to be known as well as
     // they are looked at.
-    bool correct_guess(WarmStart& warm_start) {
-        warm_start.reaction = factor_.contacts_ordered(options_.reaction);
-        warm_start.away = AFTER_ANOTHER;
-        const double minimum = PRESSED * *std::max_element(warm_start.reaction.begin(), warm_start.reaction.end());
+    bool solve_from_guess(WarmStart& warm_start) {
+        warm_start.reaction = factor_.contacts_in_elimination_order(options_.reaction);
+        warm_start.away = GUESS_DISTANCE;
+        const double minimum = PRESSED_FRACTION * *std::max_element(warm_start.reaction.begin(), warm_start.reaction.end());
         Mask closed(s_.k);
         for (int c = 0; c < s_.k; ++c) closed[c] = warm_start.reaction[c] > minimum;
         if (options_.velocity.empty()) {
@@ -180,68 +180,68 @@ private:
             add_reactions(s_, warm_start.reaction, 1.0, momentum);
             for (std::size_t i = 0; i < momentum.size(); ++i) warm_start.velocity[i] -= momentum[i] / s_.mass[i];
         } else {
-            warm_start.velocity = factor_.disks_ordered(options_.velocity);
+            warm_start.velocity = factor_.disks_in_elimination_order(options_.velocity);
         }
         if (std::none_of(closed.begin(), closed.end(), [](auto is) { return is; })) return false;
-        Closed found = active_set_solve(factor_, std::move(closed), false, enough());
+        ActiveSetResult found = active_set_solve(factor_, std::move(closed), false, gap_tolerance());
         iterations_ += found.rounds;
-        const bool exact = found.settled && found.error <= std::min(options_.tolerance, EXACT);
+        const bool exact = found.converged && found.error <= std::min(options_.tolerance, EXACT_TOLERANCE);
         if (!exact && (options_.canonical || !(found.error <= options_.tolerance))) return false;
         canonical_ = exact && s_.even();
-        take(std::move(found));
+        store(std::move(found));
         return true;
     }
 
     // Unsettled where the packing is marginal, so that the descent does not tell the closed contacts, or where the set would
     // not settle.
-    bool descend_and_close(WarmStart& warm_start) {
-        Descended end = descend(s_, factor_.parts(), team_, {options_.tolerance, s_.n >= LARGE ? SWEEPS : FEW_SWEEPS, unchanged_tolerance(), ISOSTATIC});
+    bool solve_by_descent(WarmStart& warm_start) {
+        DescentResult end = descend(s_, factor_.parts(), team_, {options_.tolerance, s_.n >= LARGE_CROWD ? DESCENT_SWEEPS : SMALL_DESCENT_SWEEPS, unchanged_tolerance(), ISOSTATIC});
         iterations_ += end.sweeps;
         Mask closed;
         if (options_.full) add_nearly_closed(end);
-        press(s_, end.reaction, end.velocity, {}, closed);
+        active_set_of(s_, end.reaction, end.velocity, {}, closed);
         warm_start.reaction = std::move(end.reaction), warm_start.velocity = std::move(end.velocity);
         const auto count = std::count(closed.begin(), closed.end(), 1);
         const double fraction = double(count) / (2.0 * s_.n);
         if (count == 0) return false;
         if (ISOSTATIC < fraction && fraction < REDUNDANT && !settle_penalties(factor_, closed, iterations_)) return false;
-        return settled(active_set_solve(factor_, std::move(closed), false, enough()));
+        return accept(active_set_solve(factor_, std::move(closed), false, gap_tolerance()));
     }
     // Add the unlikely contacts that a descent overlaps or nearly closes, which may change the order.
-    void add_nearly_closed(Descended& end) {
-        const System& full = *options_.full;
-        const Vector u = factor_.disks_given(end.velocity);
-        System all;
+    void add_nearly_closed(DescentResult& end) {
+        const ImpactProblem& full = *options_.full;
+        const Vector u = factor_.disks_in_input_order(end.velocity);
+        ImpactProblem all;
         for (Index c : options_.unlikely) {
             const Index i = remaining_->index[full.first[c]], j = full.second[c] < 0 ? -1 : remaining_->index[full.second[c]];
             if (i < 0 || (j < 0 && full.second[c] >= 0)) continue;
             const double x = u[2 * i] - (j < 0 ? 0.0 : u[2 * j]), y = u[2 * i + 1] - (j < 0 ? 0.0 : u[2 * j + 1]);
-            if (!(full.nx[c] * x + full.ny[c] * y - full.offset[c] > -NEARLY_CLOSED * s_.scale)) continue;
+            if (!(full.nx[c] * x + full.ny[c] * y - full.max_approach[c] > -NEARLY_CLOSED * s_.scale)) continue;
             if (added_.empty()) all = problem_;
             added_.push_back(c), ++all.k, all.first.push_back(i), all.second.push_back(j), all.nx.push_back(full.nx[c]);
-            all.ny.push_back(full.ny[c]), all.offset.push_back(full.offset[c]), all.inverse_mass.push_back(full.inverse_mass[c]);
+            all.ny.push_back(full.ny[c]), all.max_approach.push_back(full.max_approach[c]), all.inverse_mass.push_back(full.inverse_mass[c]);
         }
         if (added_.empty()) return;
-        Vector reaction = factor_.contacts_given(end.reaction);
+        Vector reaction = factor_.contacts_in_input_order(end.reaction);
         reaction.resize(all.k);
         ordered_.emplace(all, team_, options_.sizes, options_.reusable, disks());  // in the same place
-        end.reaction = factor_.contacts_ordered(reaction), end.velocity = factor_.disks_ordered(u);
+        end.reaction = factor_.contacts_in_elimination_order(reaction), end.velocity = factor_.disks_in_elimination_order(u);
     }
     std::span<const Index> disks() const { return remaining_ ? std::span<const Index>(remaining_->disk) : std::span<const Index>(); }
     // The same of bodies of several disks.
-    bool firm_and_close(WarmStart& warm_start) {
-        const double loose = options_.bounded || options_.canonical ? 0.0 : 0.5 * options_.tolerance;
-        Closed found = augmented_lagrangian(factor_, warm_start.reaction, enough(), loose);
+    bool solve_by_augmented_lagrangian(WarmStart& warm_start) {
+        const double error_tolerance = options_.with_error_bound || options_.canonical ? 0.0 : 0.5 * options_.tolerance;
+        ActiveSetResult found = augmented_lagrangian(factor_, warm_start.reaction, gap_tolerance(), error_tolerance);
         warm_start.velocity = found.velocity;
-        return settled(std::move(found));
+        return accept(std::move(found));
     }
     // contacts of a step need not be closed to rounding
-    double enough() const { return options_.bounded ? CLOSED : std::max(CLOSED, SHARE_OF_TOLERANCE * options_.tolerance); }
-    bool settled(Closed&& found) {
+    double gap_tolerance() const { return options_.with_error_bound ? CLOSED_TOLERANCE : std::max(CLOSED_TOLERANCE, GAP_FRACTION * options_.tolerance); }
+    bool accept(ActiveSetResult&& found) {
         iterations_ += found.rounds;
-        if (!(found.settled && found.error <= options_.tolerance)) return false;
+        if (!(found.converged && found.error <= options_.tolerance)) return false;
         canonical_ = true;
-        take(std::move(found));
+        store(std::move(found));
         return true;
     }
 
@@ -258,8 +258,8 @@ private:
             approach(s_, u, v);
             double error = 0.0;
             for (int c = 0; c < s_.k; ++c) {
-                const double pressed = s_.inverse_mass[c] * reaction[c], open = s_.offset[c] - v[c];
-                error = larger(error, std::abs(std::min(pressed, open)));
+                const double pressed = s_.inverse_mass[c] * reaction[c], open = s_.max_approach[c] - v[c];
+                error = max_or_nan(error, std::abs(std::min(pressed, open)));
                 if (round == 0 && !(pressed > open)) theta[c] = 0.0;
                 v[c] = -theta[c] * open;
             }
@@ -278,42 +278,42 @@ private:
     // error of u is momentum out of balance. How far they moved.
     double recompute_velocity() {
         cached_ = {};
-        Vector momentum = momentum_given(s_);
+        Vector momentum = free_momentum(s_);
         add_reactions(s_, reaction_, -1.0, momentum);
         Vector u = velocity_of(factor_, momentum);
-        if (!(accuracy(s_, reaction_, u) < accuracy(s_, reaction_, velocity_))) return 0.0;
-        const double moved = distance_of(s_, u, velocity_);
+        if (!(solution_error(s_, reaction_, u) < solution_error(s_, reaction_, velocity_))) return 0.0;
+        const double moved = energy_norm_distance(s_, u, velocity_);
         velocity_ = std::move(u);
         return moved;
     }
 
     // An error of C u is one of k C u in what a contact pushes: max 1 + wk.
-    double stiffest() const {
+    double max_stiffening() const {
         double maximum = 1.0;
-        for (std::size_t c = 0; c < s_.along.size(); ++c) maximum = std::max(maximum, 1.0 + s_.inverse_mass[c] * s_.along[c]);
+        for (std::size_t c = 0; c < s_.normal_dashpot.size(); ++c) maximum = std::max(maximum, 1.0 + s_.inverse_mass[c] * s_.normal_dashpot[c]);
         return maximum;
     }
-    int unchanged_tolerance() const { return STEADY + int(STEADY_SHARE * s_.k); }
-    void take(Closed&& found) {
+    int unchanged_tolerance() const { return UNCHANGED_CONTACTS + int(UNCHANGED_FRACTION * s_.k); }
+    void store(ActiveSetResult&& found) {
         reaction_ = std::move(found.reaction), velocity_ = std::move(found.velocity), cached_ = std::move(found.cached);
         if (options_.solver == Solver::ACTIVE_SET || s_.maintained) iterations_ += found.rounds;
     }
-    void take(Found&& found) {
+    void store(InteriorPointResult&& found) {
         reaction_ = std::move(found.reaction), velocity_ = std::move(found.velocity), cached_ = std::move(found.cached);
         canonical_ = found.canonical;
     }
-    void take(Descended&& found) {
+    void store(DescentResult&& found) {
         reaction_ = std::move(found.reaction), velocity_ = std::move(found.velocity), iterations_ = found.sweeps;
     }
 
-    const System& problem_;
+    const ImpactProblem& problem_;
     const Options& options_;
-    const Remainder* remaining_;
+    const RemainingContacts* remaining_;
     Team own_;
     Team& team_;
     std::optional<Factor> ordered_;
     Factor& factor_;
-    const System& s_;
+    const ImpactProblem& s_;
     Vector reaction_, velocity_;
     CachedFactor cached_;
     Indices added_;
@@ -323,27 +323,27 @@ private:
 
 }  // namespace
 
-Solution solve_contacts(const System& s, const Options& options) {
+Solution solve_contacts(const ImpactProblem& s, const Options& options) {
     Solution solution;
     if (s.k == 0) {
         solution.velocity = s.free;
         return solution;
     }
     if (options.solver != Solver::AUTO || s.maintained) return ImpactSolver(s, options).solve(solution.method);
-    const Remainder remaining = close_single(s, solution.reaction, solution.velocity);
-    solution.method = remaining.single ? Method::ALONE : Method::NOTHING_PRESSES;
+    const RemainingContacts remaining = solve_single_contacts(s, solution.reaction, solution.velocity);
+    solution.method = remaining.single ? Method::SINGLE_CONTACTS : Method::NOTHING_PRESSES;
     const bool all = int(remaining.contact.size()) == s.k && int(remaining.disk.size()) == s.n;
-    if (options.bounded && !all) solution.distance = bound_of_closed_form(s, solution.reaction, solution.velocity);
+    if (options.with_error_bound && !all) solution.error_bound = bound_of_closed_form(s, solution.reaction, solution.velocity);
     if (remaining.contact.empty()) return solution;
-    System subproblem = chosen(s, remaining.contact, remaining.disk, remaining.index);
+    ImpactProblem subproblem = restrict_to(s, remaining.contact, remaining.disk, remaining.index);
     Solution found;
     bool solved = false;
     if (remaining.forest && !s.dissipative() && !s.compound()) {
         const Branches branches = branches_of(subproblem);
         found.iterations = solve_tree(subproblem, branches, found.reaction, found.velocity);
         found.method = Method::TREE, found.disks = subproblem.n;
-        solved = accuracy(subproblem, found.reaction, found.velocity) <= options.tolerance;
-        if (solved && options.bounded) found.distance = bound_of_tree(subproblem, branches, found.reaction, found.velocity);
+        solved = solution_error(subproblem, found.reaction, found.velocity) <= options.tolerance;
+        if (solved && options.with_error_bound) found.error_bound = bound_of_tree(subproblem, branches, found.reaction, found.velocity);
     }
     if (!solved) {
         Options restricted = options;
@@ -365,7 +365,7 @@ Solution solve_contacts(const System& s, const Options& options) {
     for (std::size_t c = 0; c < k; ++c) solution.reaction[remaining.contact[c]] = found.reaction[c];
     for (std::size_t i = 0; i < n; ++i)
         for (int a = 0; a < s.d; ++a) solution.velocity[std::size_t(s.d) * remaining.disk[i] + a] = found.velocity[s.d * i + a];
-    found.distance = length(found.distance, solution.distance);
+    found.error_bound = length(found.error_bound, solution.error_bound);
     found.reaction = std::move(solution.reaction), found.velocity = std::move(solution.velocity);
     return found;
 }
@@ -373,52 +373,52 @@ Solution solve_contacts(const System& s, const Options& options) {
 namespace {
 
 // û of a problem from Â û = (M − DᵀKD) u⁻; it is u⁻ without dissipation.
-void free_velocity(System& s, const Options& options) {
+void free_velocity(ImpactProblem& s, const Options& options) {
     Team alone(1);
     Factor factor(s, alone, options.sizes);
-    s.free = factor.disks_given(velocity_of(factor, factor.disks_ordered(momentum_given(s))));
+    s.free = factor.disks_in_input_order(velocity_of(factor, factor.disks_in_elimination_order(free_momentum(s))));
 }
 
-double potential(const System& law, const Vector& along, In u) {
+double potential(const ImpactProblem& law, const Vector& normal_dashpot, In u) {
     Vector total(u.size()), v(law.k);
     double energy = 0.0;
     for (std::size_t i = 0; i < u.size(); ++i) {
-        total[i] = u[i] + law.left[i];
-        energy += law.mass[i] * (u[i] - law.left[i]) * (u[i] - law.left[i]);
+        total[i] = u[i] + law.left_velocity[i];
+        energy += law.mass[i] * (u[i] - law.left_velocity[i]) * (u[i] - law.left_velocity[i]);
     }
     approach(law, total, v);
-    for (int c = 0; c < law.k; ++c) energy += along[c] * std::max(v[c], 0.0) * std::max(v[c], 0.0);
+    for (int c = 0; c < law.k; ++c) energy += normal_dashpot[c] * std::max(v[c], 0.0) * std::max(v[c], 0.0);
     sliding(law, total, v);
-    for (int c = 0; c < law.k; ++c) energy += law.across[c] * v[c] * v[c];
+    for (int c = 0; c < law.k; ++c) energy += law.tangential_dashpot[c] * v[c] * v[c];
     return energy;
 }
 
 // C(u⁺ + u⁻) (k) m/s, and how exactly it is known.
-struct Closing {
+struct ClosingVelocity {
     Vector velocity, uncertainty;
 };
-Closing closing_of(const System& law, const Solution& found) {
+ClosingVelocity closing_velocity_of(const ImpactProblem& law, const Solution& found) {
     Vector total(found.velocity.size());
-    for (std::size_t i = 0; i < total.size(); ++i) total[i] = found.velocity[i] + law.left[i];
-    Closing closing{Vector(law.k), Vector(law.k)};
+    for (std::size_t i = 0; i < total.size(); ++i) total[i] = found.velocity[i] + law.left_velocity[i];
+    ClosingVelocity closing{Vector(law.k), Vector(law.k)};
     approach(law, total, closing.velocity);
-    const double speed = std::max(law.scale, largest(found.velocity));
+    const double speed = std::max(law.scale, max_abs(found.velocity));
     // n·(Â⁻¹ n) is at most w/(1 + wk), and the distance is known in the norm of Â
     for (int c = 0; c < law.k; ++c)
-        closing.uncertainty[c] = std::sqrt(law.inverse_mass[c] / (1.0 + law.inverse_mass[c] * law.along[c])) * found.distance + APPROACH_ROUNDING * speed;
+        closing.uncertainty[c] = std::sqrt(law.inverse_mass[c] / (1.0 + law.inverse_mass[c] * law.normal_dashpot[c])) * found.error_bound + APPROACH_ROUNDING * speed;
     return closing;
 }
 
 // How far (√kg m/s) the exact u⁺ of the law is from that of the problem with fixed k_n: nothing unless some C(u⁺ + u⁻) is so
 // near to 0 that its sign is not known. |u₁ − u₂|_M ≤ |Cᵀr|_M⁻¹ by strong monotonicity, r: what the fixed k_n say wrongly
 // of p_n at most.
-double dashpot_error(const System& law, const Vector& along, const Solution& found) {
-    const Closing closing = closing_of(law, found);
+double dashpot_error(const ImpactProblem& law, const Vector& normal_dashpot, const Solution& found) {
+    const ClosingVelocity closing = closing_velocity_of(law, found);
     Vector carried(law.n, 0.0);
     for (int c = 0; c < law.k; ++c) {
-        const double wrong = std::max((law.along[c] > 0.0 ? -closing.velocity[c] : closing.velocity[c]) + closing.uncertainty[c], 0.0);
-        carried[law.first[c]] += along[c] * wrong;
-        if (law.second[c] >= 0) carried[law.second[c]] += along[c] * wrong;
+        const double wrong = std::max((law.normal_dashpot[c] > 0.0 ? -closing.velocity[c] : closing.velocity[c]) + closing.uncertainty[c], 0.0);
+        carried[law.first[c]] += normal_dashpot[c] * wrong;
+        if (law.second[c] >= 0) carried[law.second[c]] += normal_dashpot[c] * wrong;
     }
     double square = 0.0;
     for (int i = 0; i < law.n; ++i) {
@@ -430,40 +430,40 @@ double dashpot_error(const System& law, const Vector& along, const Solution& fou
 
 }  // namespace
 
-Solution solve_one_sided(System& law, const Options& options) {
+Solution solve_one_sided(ImpactProblem& law, const Options& options) {
     if (!law.dissipative()) return solve_contacts(law, options);
-    const Vector along = law.along;
+    const Vector normal_dashpot = law.normal_dashpot;
     free_velocity(law, options);
     Solution found = solve_contacts(law, options);
-    if (law.maintained || largest(along) == 0.0) return found;
+    if (law.maintained || max_abs(normal_dashpot) == 0.0) return found;
     Vector u = found.velocity;
     bool full_step = true;  // whether u is what was found
     for (int round = 0; round < ROUNDS; ++round) {
-        const Vector pushing = pushing_dashpots(law, along, u);
-        const Closing closing = closing_of(law, found);
+        const Vector pushing = pushing_dashpots(law, normal_dashpot, u);
+        const ClosingVelocity closing = closing_velocity_of(law, found);
         bool changed = false;
         // those nearer to 0 than the velocities are known would change sides for ever
         for (int c = 0; c < law.k; ++c)
-            changed = changed || (pushing[c] != law.along[c] && (!full_step || std::abs(closing.velocity[c]) > closing.uncertainty[c]));
+            changed = changed || (pushing[c] != law.normal_dashpot[c] && (!full_step || std::abs(closing.velocity[c]) > closing.uncertainty[c]));
         if (!changed) break;
         const int rounds = found.rounds + 1;
-        law.along = pushing;
+        law.normal_dashpot = pushing;
         free_velocity(law, options);
         found = solve_contacts(law, options);
         found.rounds = rounds;
         // the first velocities with a lower Φ on the way back to those before
-        const double before = potential(law, along, u);
+        const double before = potential(law, normal_dashpot, u);
         Vector end = found.velocity;
         full_step = true;
-        for (int halving = 0; halving < HALVINGS && !(potential(law, along, end) < before); ++halving) {
+        for (int halving = 0; halving < HALVINGS && !(potential(law, normal_dashpot, end) < before); ++halving) {
             full_step = false;
             const double fraction = std::ldexp(1.0, -halving - 1);
             for (std::size_t i = 0; i < u.size(); ++i) end[i] = u[i] + fraction * (found.velocity[i] - u[i]);
         }
-        if (!full_step && !(potential(law, along, end) < before)) end = found.velocity, full_step = true;
+        if (!full_step && !(potential(law, normal_dashpot, end) < before)) end = found.velocity, full_step = true;
         u = std::move(end);
     }
-    found.distance += dashpot_error(law, along, found);
+    found.error_bound += dashpot_error(law, normal_dashpot, found);
     return found;
 }
 

@@ -14,7 +14,7 @@
 namespace nscd {
 
 // Two numbers at once.
-typedef double Two __attribute__((vector_size(16)));
+typedef double Vec2 __attribute__((vector_size(16)));
 
 template <class Vector>
 [[gnu::always_inline]] inline Vector load(const double* from) {

@@ -4,7 +4,7 @@
 #include "contacts.hpp"
 #include "dense.hpp"
 #include "drive.hpp"
-#include "frames.hpp"
+#include "solve_frames.hpp"
 #include "motion.hpp"
 #include "soft.hpp"
 
@@ -72,16 +72,16 @@ Members members_of(const CompoundArg& input, std::size_t n) {
 
 // A body force of no drive acts on all.
 Motion motion_of(const VectorArg& radius, const VectorArg& mass, const Segments& walls, const Law& law, double time,
-                 std::optional<CompoundArg> compound, std::optional<MatrixArg> moving) {
+                 std::optional<CompoundArg> compound, std::optional<MatrixArg> body_velocity) {
     Motion motion;
     motion.law = law;
     motion.walls = walls, motion.radius = vector(radius), motion.mass = vector(mass), motion.now.time = time;
     need(mass.size() == radius.size(), "motion: shapes differ");
     if (compound) {
         const Members of = members_of(*compound, radius.size());
-        need(moving && moving->size() == 3 * of.mass.size(), "bodies: shapes differ");
+        need(body_velocity && body_velocity->size() == 3 * of.mass.size(), "bodies: shapes differ");
         motion.body = indices(std::get<0>(*compound)), motion.body_mass = vector(std::get<2>(*compound)), motion.body_inertia = vector(std::get<3>(*compound));
-        motion.now.centre = vector(std::get<1>(*compound)), motion.now.moving = vector(*moving);
+        motion.now.centre = vector(std::get<1>(*compound)), motion.now.body_velocity = vector(*body_velocity);
     }
     return motion;
 }
@@ -131,13 +131,13 @@ struct Works {
     Made<double, 1> impact, friction;
 };
 Works works_of(const ArrayArg<Index, 1>& first, const ArrayArg<Index, 1>& second, const ArrayArg<Index, 1>& wall, const MatrixArg& normal, const VectorArg& gap,
-              const VectorArg& radius, const MatrixArg& moving, const VectorArg& along, const VectorArg& across) {
-    const std::size_t k = along.size(), n = radius.size();
+              const VectorArg& radius, const MatrixArg& mean_velocity, const VectorArg& normal_impulse, const VectorArg& tangential_impulse) {
+    const std::size_t k = normal_impulse.size(), n = radius.size();
     need_disks(n, first, second);
-    need(moving.size() == 3 * n && first.size() == k && normal.size() == 2 * k && gap.size() == k && across.size() == k, "works: shapes differ");
+    need(mean_velocity.size() == 3 * n && first.size() == k && normal.size() == 2 * k && gap.size() == k && tangential_impulse.size() == k, "works: shapes differ");
     const Neighbours neighbours{indices(first), indices(second), indices(wall), vector(normal), vector(gap)};
     Vector impact(k), friction(k);
-    works(neighbours, span(radius), span(moving), span(along), span(across), impact, friction);
+    works(neighbours, span(radius), span(mean_velocity), span(normal_impulse), span(tangential_impulse), impact, friction);
     return {give(std::move(impact)), give(std::move(friction))};
 }
 
@@ -178,14 +178,14 @@ struct FilmContacts {
     Made<double, 2> impulse;
     Made<double, 1> residual, velocity_error;
 };
-FilmContacts film(const IntegerArg& start, const IntegerArg& ids, const MatrixArg& position, const MatrixArg& left, const VectorArg& radius, const VectorArg& mass,
+FilmContacts film(const IntegerArg& start, const IntegerArg& ids, const MatrixArg& position, const MatrixArg& left_velocity, const VectorArg& radius, const VectorArg& mass,
           const Segments& walls, double gap, double deepest, double tolerance, bool canonical) {
     need_bodies(position, radius);
     const auto n = std::int64_t(radius.size());
     bool rising = start.size() > 0 && start(0) == 0 && start(start.size() - 1) == n;
     for (std::size_t f = 1; f < start.size(); ++f) rising = rising && start(f) >= start(f - 1);
-    need(rising && ids.size() == radius.size() && left.size() == position.size() && mass.size() == radius.size(), "film: shapes differ");
-    const Film input{span(start), span(ids), span(position), span(left), span(radius), span(mass), walls};
+    need(rising && ids.size() == radius.size() && left_velocity.size() == position.size() && mass.size() == radius.size(), "film: shapes differ");
+    const Film input{span(start), span(ids), span(position), span(left_velocity), span(radius), span(mass), walls};
     FilmSolution found = freely([&] { return solve_film(input, {gap, deepest, tolerance, canonical}); });
     return {give(std::move(found.start)), give_marks(std::move(found.answered)), give(std::move(found.first)), give(std::move(found.second)),
             give_marks(std::move(found.is_wall)), give<2>(std::move(found.normal), 2), give(std::move(found.gap)), give(std::move(found.reaction)),
@@ -251,40 +251,40 @@ struct DiskView {
 ImpactSolution solution_of(Vector&& reaction, Vector&& impulse, const Vector& u, int d, const DiskView& disks, double energy, double change, double work) {
     const bool joint = !disks.of.body.empty();
     const std::size_t n = joint ? disks.of.body.size() : u.size() / d;
-    Vector turning(d == 3 ? n : 0), moving = joint ? of_members(disks.of, disks.position, u) : Vector(2 * n);
+    Vector right_spin(d == 3 ? n : 0), right_velocity = joint ? disk_velocity_of(disks.of, disks.position, u) : Vector(2 * n);
     for (std::size_t i = 0; i < n; ++i) {
         const std::size_t from = d * (joint ? std::size_t(disks.of.body[i]) : i);
-        for (int a = 0; a < 2 && !joint; ++a) moving[2 * i + a] = u[from + a];
-        if (d == 3) turning[i] = u[from + 2];
+        for (int a = 0; a < 2 && !joint; ++a) right_velocity[2 * i + a] = u[from + a];
+        if (d == 3) right_spin[i] = u[from + 2];
     }
-    ImpactSolution found{give(std::move(reaction)), give<2>(std::move(impulse), 2), give<2>(std::move(moving), 2), {}, energy, change,
+    ImpactSolution found{give(std::move(reaction)), give<2>(std::move(impulse), 2), give<2>(std::move(right_velocity), 2), {}, energy, change,
                          std::abs(change + 0.5 * work) / (energy != 0.0 ? energy : 1.0), 0.0, INFINITE, 0.0, 0, false, true, Method::NONE, 0, 0, 1, {}};
-    if (d == 3) found.right_spin = give(std::move(turning));
+    if (d == 3) found.right_spin = give(std::move(right_spin));
     return found;
 }
 
 // Percussions with Coulomb's law of a problem without spins, or of wide bodies.
-ImpactSolution solve_with_friction(const System& s, const VectorArg& radius, const VectorArg& spin, const VectorArg& friction, double tolerance, int starts, const DiskView& disks) {
+ImpactSolution solve_with_friction(const ImpactProblem& s, const VectorArg& radius, const VectorArg& spin, const VectorArg& friction, double tolerance, int starts, const DiskView& disks) {
     Vector inertia(s.compound() ? 0 : s.n);
     for (std::size_t i = 0; i < inertia.size(); ++i) inertia[i] = 0.5 * s.mass[2 * i] * radius(i) * radius(i);
     FrictionProblem p = friction_problem_of(s, span(radius), span(spin), inertia, vector(friction));
     FrictionResult found = freely([&] { return solve_friction(p, {tolerance, starts, s.compound() ? In(s.reach) : span(radius)}); });
-    FrictionCertificate certificate = freely([&] { return certified(p, found.solution); });
-    ImpactSolution solution = solution_of(std::move(found.solution.lam), std::move(certificate.impulse), found.solution.u, 3, disks, certificate.energy, certificate.change, certificate.work);
+    FrictionCertificate certificate = freely([&] { return certificate_of(p, found.solution); });
+    ImpactSolution solution = solution_of(std::move(found.solution.reaction), std::move(certificate.impulse), found.solution.velocity, 3, disks, certificate.energy, certificate.change, certificate.work);
     solution.residual = certificate.natural_map, solution.momentum_error = certificate.momentum_error;
     solution.iterations = found.sweep_count + found.pivots, solution.method = found.method;
     solution.finite = std::isfinite(certificate.momentum_error + certificate.natural_map);
-    solution.friction = {give(std::move(found.solution.tau)), give(std::move(certificate.state)), certificate.signorini, certificate.cone, certificate.natural_map, certificate.dissipation, found.spread, found.seed};
+    solution.friction = {give(std::move(found.solution.tangential)), give(std::move(certificate.state)), certificate.signorini, certificate.cone, certificate.natural_map, certificate.dissipation, found.spread, found.seed};
     return solution;
 }
 
 std::optional<ImpactSolution> solve_impact(const IntegerArg& first, const IntegerArg& second, const MaskArg& is_wall, const MatrixArg& normal, const MatrixArg& position,
-                  const VectorArg& radius, const VectorArg& mass, const MatrixArg& left, std::optional<VectorArg> spin, std::optional<VectorArg> along,
-                  std::optional<VectorArg> across, bool maintained, std::optional<VectorArg> offset, std::optional<MatrixArg> free,
-                  double least_scale, double tolerance, bool canonical, bool bounded, Solver solver, int threads,
+                  const VectorArg& radius, const VectorArg& mass, const MatrixArg& left_velocity, std::optional<VectorArg> spin, std::optional<VectorArg> normal_dashpot,
+                  std::optional<VectorArg> tangential_dashpot, bool maintained, std::optional<VectorArg> max_approach, std::optional<MatrixArg> free,
+                  double least_scale, double tolerance, bool canonical, bool with_error_bound, Solver solver, int threads,
                   std::optional<VectorArg> guess, int shared, std::optional<VectorArg> friction, int starts, std::optional<CompoundArg> bodies) {
     const std::size_t n = mass.size(), k = first.size();
-    need(second.size() == k && is_wall.size() == k && normal.size() == 2 * k && left.size() == 2 * n && position.size() == 2 * n && radius.size() == n && (!friction || (spin && friction->size() == k && starts > 0)), "solve: shapes differ");
+    need(second.size() == k && is_wall.size() == k && normal.size() == 2 * k && left_velocity.size() == 2 * n && position.size() == 2 * n && radius.size() == n && (!friction || (spin && friction->size() == k && starts > 0)), "solve: shapes differ");
     const bool turns = spin && !friction && !bodies;
     Indices one(k), other(k);
     for (std::size_t c = 0; c < k; ++c) {
@@ -292,11 +292,11 @@ std::optional<ImpactSolution> solve_impact(const IntegerArg& first, const Intege
         if (i < 0 || i >= std::int64_t(n) || j >= std::int64_t(n)) return std::nullopt;
         one[c] = Index(i), other[c] = Index(j);
     }
-    System s = system_of({span(position), span(left), span(radius), span(mass), turns ? span(*spin) : In()}, std::move(one), std::move(other), span(normal));
+    ImpactProblem s = impact_problem_of({span(position), span(left_velocity), span(radius), span(mass), turns ? span(*spin) : In()}, std::move(one), std::move(other), span(normal));
     s.maintained = maintained, s.least_scale = least_scale;
-    if (offset) s.offset = vector(*offset);
-    if (along) s.along = vector(*along), s.across = vector(*across);
-    if (!(largest(s.left) <= LARGEST)) return std::nullopt;
+    if (max_approach) s.max_approach = vector(*max_approach);
+    if (normal_dashpot) s.normal_dashpot = vector(*normal_dashpot), s.tangential_dashpot = vector(*tangential_dashpot);
+    if (!(max_abs(s.left_velocity) <= LARGEST)) return std::nullopt;
     if (free) s.free = vector(*free);
     DiskView disks{{}, span(position)};
     if (bodies) {
@@ -304,23 +304,23 @@ std::optional<ImpactSolution> solve_impact(const IntegerArg& first, const Intege
         need(spin.has_value(), "bodies: shapes differ");
         for (std::size_t c = 0; c < k; ++c)
             if (s.second[c] >= 0 && certificate.body[s.first[c]] == certificate.body[s.second[c]]) return std::nullopt;
-        s = joined(s, span(radius), certificate, of_bodies(certificate, span(mass), span(left), span(*spin)));
-        if (!(largest(s.left) <= LARGEST)) return std::nullopt;
+        s = compound_problem_of(s, span(radius), certificate, body_velocity_of(certificate, span(mass), span(left_velocity), span(*spin)));
+        if (!(max_abs(s.left_velocity) <= LARGEST)) return std::nullopt;
         disks.of = certificate;
     } else {
-        s.measure();
+        s.measure_scale();
     }
     if (friction) return solve_with_friction(s, radius, *spin, *friction, tolerance, starts, disks);
-    Options options{tolerance, canonical, bounded, solver, threads, {}, {}, {.shared = shared}};
+    Options options{tolerance, canonical, with_error_bound, solver, threads, {}, {}, {.shared = shared}};
     if (guess) options.reaction = vector(*guess);
     Solution found = freely([&] { return solve_one_sided(s, options); });
-    Certificate certificate = freely([&] { return certified(s, found.reaction, found.velocity); });
+    Certificate certificate = freely([&] { return certificate_of(s, found.reaction, found.velocity); });
     double mass_of_all = 0.0;
     for (int i = 0; i < s.n; ++i) mass_of_all += s.mass[s.d * i];
     ImpactSolution solution = solution_of(std::move(found.reaction), std::move(certificate.impulse), found.velocity, s.d, disks, certificate.energy, certificate.change, certificate.work);
     solution.residual = certificate.residual, solution.momentum_error = certificate.momentum_error;
-    solution.velocity_error = found.distance / std::sqrt(mass_of_all > 0.0 ? mass_of_all : 1.0);
-    solution.iterations = found.iterations, solution.canonical = found.canonical, solution.finite = certificate.finite && std::isfinite(found.distance);
+    solution.velocity_error = found.error_bound / std::sqrt(mass_of_all > 0.0 ? mass_of_all : 1.0);
+    solution.iterations = found.iterations, solution.canonical = found.canonical, solution.finite = certificate.finite && std::isfinite(found.error_bound);
     solution.method = found.method, solution.disks = found.disks, solution.rounds = found.rounds, solution.threads = found.threads;
     return solution;
 }
@@ -336,18 +336,18 @@ bool eliminate_of(nb::ndarray<double, nb::numpy, nb::ndim<1>, nb::c_contig, nb::
 // Â + CᵀΘC of contacts, by rows or, where `fronts`, by fronts; with spins where disks turn.
 class Factored {
 public:
-    Factored(const Pairs& pairs, const VectorArg& along, const VectorArg& across, bool turn, bool fronts, int threads, int shared, int leaf)
-        : team_(threads), factor_(system_with(pairs, along, across, turn), team_, {fronts ? 0 : std::numeric_limits<int>::max(), shared, leaf}) {}
+    Factored(const Pairs& pairs, const VectorArg& normal_dashpot, const VectorArg& tangential_dashpot, bool turn, bool fronts, int threads, int shared, int leaf)
+        : team_(threads), factor_(problem_with(pairs, normal_dashpot, tangential_dashpot, turn), team_, {fronts ? 0 : std::numeric_limits<int>::max(), shared, leaf}) {}
 
     bool factorise(const VectorArg& theta) {
-        need(int(theta.size()) == factor_.system().k, "theta: one for each contact is needed");
-        return factor_.factorise(factor_.contacts_ordered(span(theta)));
+        need(int(theta.size()) == factor_.problem().k, "theta: one for each contact is needed");
+        return factor_.factorise(factor_.contacts_in_elimination_order(span(theta)));
     }
     auto solve(const MatrixArg& b) {
-        need(b.size() == factor_.system().mass.size(), "b: (n, d) is needed");
-        Vector x = factor_.disks_ordered(span(b));
+        need(b.size() == factor_.problem().mass.size(), "b: (n, d) is needed");
+        Vector x = factor_.disks_in_elimination_order(span(b));
         factor_.solve(x);
-        return give<2>(factor_.disks_given(x), factor_.system().d);
+        return give<2>(factor_.disks_in_input_order(x), factor_.problem().d);
     }
     struct Order {
         Made<Index, 1> order, node_first, node_end, node_parent;  // of `Ordering`
@@ -358,11 +358,11 @@ public:
     }
 
 private:
-    static System system_with(const Pairs& pairs, const VectorArg& along, const VectorArg& across, bool turn) {
+    static ImpactProblem problem_with(const Pairs& pairs, const VectorArg& normal_dashpot, const VectorArg& tangential_dashpot, bool turn) {
         const std::size_t n = std::get<4>(pairs).size();
-        System s = system_of_pairs(pairs, Vector(2 * n), Vector(turn ? n : 0));
-        need(int(along.size()) == s.k && int(across.size()) == s.k, "Factor: shapes differ");
-        s.along = vector(along), s.across = vector(across);
+        ImpactProblem s = impact_problem_of_pairs(pairs, Vector(2 * n), Vector(turn ? n : 0));
+        need(int(normal_dashpot.size()) == s.k && int(tangential_dashpot.size()) == s.k, "Factor: shapes differ");
+        s.normal_dashpot = vector(normal_dashpot), s.tangential_dashpot = vector(tangential_dashpot);
         return s;
     }
 
@@ -379,10 +379,10 @@ NB_MODULE(_core, m) {
     nb::set_leak_warnings(false);  // what a cache of Python holds to the end is no leak
 #define NAMED(E, name) .value(#name, E::name)
     nb::enum_<Solver>(m, "Solver") NAMED(Solver, AUTO) NAMED(Solver, INTERIOR_POINT) NAMED(Solver, ACTIVE_SET) NAMED(Solver, PROJECTED_GRADIENT) NAMED(Solver, GAUSS_SEIDEL);
-    nb::enum_<Method>(m, "Method") NAMED(Method, NO_CONTACTS) NAMED(Method, NOTHING_PRESSES) NAMED(Method, ALONE) NAMED(Method, TREE) NAMED(Method, GUESS)
-        NAMED(Method, DESCENT) NAMED(Method, FIRMER) NAMED(Method, MARGINAL) NAMED(Method, UNEVEN) NAMED(Method, DISSIPATIVE) NAMED(Method, MAINTAINED)
-        NAMED(Method, ASKED_FOR) NAMED(Method, GRADIENT) NAMED(Method, LEFT_VELOCITY) NAMED(Method, SETS) NAMED(Method, PROXIMAL)
-        NAMED(Method, PROXIMAL_POINT) NAMED(Method, SWEEPS) NAMED(Method, PATH) NAMED(Method, NONE);
+    nb::enum_<Method>(m, "Method") NAMED(Method, NO_CONTACTS) NAMED(Method, NOTHING_PRESSES) NAMED(Method, SINGLE_CONTACTS) NAMED(Method, TREE) NAMED(Method, GUESS)
+        NAMED(Method, DESCENT) NAMED(Method, AUGMENTED_LAGRANGIAN) NAMED(Method, INTERIOR_POINT_MARGINAL) NAMED(Method, INTERIOR_POINT_UNEVEN_MASSES) NAMED(Method, INTERIOR_POINT_DISSIPATIVE) NAMED(Method, MAINTAINED)
+        NAMED(Method, BY_NAME) NAMED(Method, PROJECTED_GRADIENT) NAMED(Method, LEFT_VELOCITY) NAMED(Method, NEWTON) NAMED(Method, PROXIMAL_NEWTON)
+        NAMED(Method, PROXIMAL_POINT) NAMED(Method, GAUSS_SEIDEL) NAMED(Method, PIVOTS) NAMED(Method, NONE);
 #define FIELD(R, name) .field(#name, &R::name)
     Result<TouchingDisks>(m, "Touching") FIELD(TouchingDisks, pairs) FIELD(TouchingDisks, first) FIELD(TouchingDisks, second)
         FIELD(TouchingDisks, vector) FIELD(TouchingDisks, distance) FIELD(TouchingDisks, gap);
@@ -422,7 +422,7 @@ NB_MODULE(_core, m) {
     m.def("find_contact_pairs", &contact_pairs_of, "position"_n, "radius"_n, "walls"_a, "max_gap"_a, "body"_a = nb::none());
     m.def("neighbours", &neighbours, "position"_n, "radius"_n, "walls"_a, "margin"_a, "body"_a = nb::none());
     nb::class_<Motion>(m, "Motion")
-        .def(nb::new_(&motion_of), "radius"_n, "mass"_n, "walls"_a, "law"_a, "time"_a, "bodies"_a = nb::none(), "moving"_a = nb::none())
+        .def(nb::new_(&motion_of), "radius"_n, "mass"_n, "walls"_a, "law"_a, "time"_a, "bodies"_a = nb::none(), "body_velocity"_a = nb::none())
         .def("take", &take, "position"_n, "velocity"_n, "spin"_n)
         .def_prop_ro("position", [](const Motion& motion) { return give<2>(Vector(motion.now.position), 2); }, nb::rv_policy::move)
         .def_prop_ro("velocity", [](const Motion& motion) { return give<2>(Vector(motion.now.velocity), 2); }, nb::rv_policy::move)
@@ -437,13 +437,13 @@ NB_MODULE(_core, m) {
         .def_prop_ro("centre", [](const Motion& motion) { return give<2>(Vector(motion.now.centre), 2); }, nb::rv_policy::move)
         .def_rw("threads", &Motion::threads)
         .def_rw("stalled", &Motion::stalled);
-    m.def("works", &works_of, "first"_n, "second"_n, "wall"_n, "normal"_n, "gap"_n, "radius"_n, "moving"_n, "along"_n, "across"_n);
+    m.def("works", &works_of, "first"_n, "second"_n, "wall"_n, "normal"_n, "gap"_n, "radius"_n, "mean_velocity"_n, "normal_impulse"_n, "tangential_impulse"_n);
     m.def("headed", &headed_of, "position"_n, "start"_n, "end"_n, "outward"_n, "line_point"_n, "speed"_a);
     nb::class_<Drive>(m, "Drive")
         .def(nb::new_(&drive_of), "values"_n)
         .def("desired", &desired_of, "position"_n, "radius"_n, "time"_a);
     m.def("clear_of", &clear_of_walls, "start"_n, "end"_n, "walls_start"_n, "walls_end"_n, "max_distance"_a);
-    m.def("film", &film, "start"_n, "ids"_n, "position"_n, "left"_n, "radius"_n, "mass"_n, "walls"_a, "gap"_a, "deepest"_a, "tolerance"_a, "canonical"_a);
+    m.def("film", &film, "start"_n, "ids"_n, "position"_n, "left_velocity"_n, "radius"_n, "mass"_n, "walls"_a, "gap"_a, "deepest"_a, "tolerance"_a, "canonical"_a);
     m.def("components", &components_of, "n"_a, "first"_n, "second"_n);
     m.def("soft_forces", &soft_forces, "force"_n, "x"_n, "v"_n, "radius"_n, "mass"_n, "first"_n, "second"_n, "wall"_n, "walls"_a, "law"_n, "approach_only"_a);
     m.def("soft_drive", &soft_drive, "acceleration"_n, "x"_n, "v"_n, "speed"_a, "tau"_a, "start"_n, "end"_n, "door"_n, "outward"_n);
@@ -452,17 +452,17 @@ NB_MODULE(_core, m) {
     using Order = Factored::Order;
     Result<Order>(m, "Ordering") FIELD(Order, order) FIELD(Order, node_first) FIELD(Order, node_end) FIELD(Order, node_parent);
     nb::class_<Factored>(m, "Factor")
-        .def(nb::init<const Pairs&, const VectorArg&, const VectorArg&, bool, bool, int, int, int>(), "pairs"_a, "along"_n, "across"_n, "turn"_a,
+        .def(nb::init<const Pairs&, const VectorArg&, const VectorArg&, bool, bool, int, int, int>(), "pairs"_a, "normal_dashpot"_n, "tangential_dashpot"_n, "turn"_a,
              "fronts"_a, "threads"_a = 1, "shared"_a = SHARED, "leaf"_a = Sizes().leaf)
         .def("factorise", &Factored::factorise, "theta"_n)
         .def("solve", &Factored::solve, "b"_n)
         .def("ordering", &Factored::ordering);
     m.attr("PANEL") = PANEL;
-    m.attr("MOST_SWEEPS") = MOST_SWEEPS;
+    m.attr("MAX_SWEEPS") = MAX_SWEEPS;
     m.attr("SHARED") = SHARED;
-    m.attr("MOST_PAIRS") = MOST_PAIRS;
-    m.def("solve_impact", &solve_impact, "first"_n, "second"_n, "is_wall"_n, "normal"_n, "position"_n, "radius"_n, "mass"_n, "left"_n, "spin"_a =
-         nb::none(), "along"_a = nb::none(), "across"_a = nb::none(), "maintained"_a = false, "offset"_a = nb::none(), "free"_a = nb::none(),
-         "least_scale"_a = TINY, "tolerance"_a = 1e-8, "canonical"_a = true, "bounded"_a = true, "solver"_a = Solver::AUTO, "threads"_a = 1, "guess"_a = nb::none(),
+    m.attr("MAX_PAIRS") = MAX_PAIRS;
+    m.def("solve_impact", &solve_impact, "first"_n, "second"_n, "is_wall"_n, "normal"_n, "position"_n, "radius"_n, "mass"_n, "left_velocity"_n, "spin"_a =
+         nb::none(), "normal_dashpot"_a = nb::none(), "tangential_dashpot"_a = nb::none(), "maintained"_a = false, "max_approach"_a = nb::none(), "free"_a = nb::none(),
+         "least_scale"_a = TINY, "tolerance"_a = 1e-8, "canonical"_a = true, "with_error_bound"_a = true, "solver"_a = Solver::AUTO, "threads"_a = 1, "guess"_a = nb::none(),
          "shared"_a = SHARED, "friction"_a = nb::none(), "starts"_a = 1, "bodies"_a = nb::none());
 }

@@ -47,13 +47,13 @@ Vector turning(In velocity, In spin) {
 
 }  // namespace
 
-void works(const Neighbours& neighbours, In radius, In moving, In along, In across, Out impact, Out friction) {
-    for (std::size_t c = 0; c < along.size(); ++c) {
+void works(const Neighbours& neighbours, In radius, In mean_velocity, In normal_impulse, In tangential_impulse, Out impact, Out friction) {
+    for (std::size_t c = 0; c < normal_impulse.size(); ++c) {
         const Index i = neighbours.first[c], j = neighbours.second[c];
         const double deep = std::min(0.5 * neighbours.gap[c], 0.0), nx = neighbours.normal[2 * c], ny = neighbours.normal[2 * c + 1];
-        double x = moving[3 * i], y = moving[3 * i + 1], turns = (radius[i] + deep) * moving[3 * i + 2];
-        if (j >= 0) x -= moving[3 * j], y -= moving[3 * j + 1], turns += (radius[j] + deep) * moving[3 * j + 2];
-        impact[c] = along[c] * (nx * x + ny * y), friction[c] = across[c] * (nx * y - ny * x + turns);
+        double x = mean_velocity[3 * i], y = mean_velocity[3 * i + 1], turns = (radius[i] + deep) * mean_velocity[3 * i + 2];
+        if (j >= 0) x -= mean_velocity[3 * j], y -= mean_velocity[3 * j + 1], turns += (radius[j] + deep) * mean_velocity[3 * j + 2];
+        impact[c] = normal_impulse[c] * (nx * x + ny * y), friction[c] = tangential_impulse[c] * (nx * y - ny * x + turns);
     }
 }
 
@@ -105,7 +105,7 @@ double Motion::push_arms(double h, Vector& velocity, Report& report) const {
     double maximum = 0.0;
     for (std::size_t i = 0; i < velocity.size(); ++i) {
         velocity[i] += (first[i] + second[i]) / mass[i / 2];
-        maximum = larger(maximum, std::abs(velocity[i] - now.velocity[i]));
+        maximum = max_or_nan(maximum, std::abs(velocity[i] - now.velocity[i]));
     }
     return maximum;
 }
@@ -118,19 +118,19 @@ bool Motion::step_once(double h, const Desired& desired, Report& report) {
     for (std::size_t i = 0; i < n && compound; ++i) std::copy_n(&now.centre[2 * body[i]], 2, &position[2 * i]);
     const Vector wanted = desired ? desired(position) : Vector();
     const double pushed = law.reach > 0.0 ? push_arms(h, kicked, report) : 0.0;
-    const double gained = free_velocity(kicked, wanted, fraction, gain, free) + pushed;
+    const double velocity_gain = free_velocity(kicked, wanted, fraction, gain, free) + pushed;
     for (std::size_t i = 0; i < n; ++i) masses[i] *= 1 + fraction, inertia[i] = 0.5 * mass[i] * (radius[i] * radius[i]);
     // bodies of several disks are driven as their first disk is
-    Vector body_masses = body_mass, unheld = now.moving, own(wanted.empty() ? 0 : 2 * b), centre(2 * b), free_centre(2 * b);
-    for (std::size_t i = n; compound && i-- > 0 && !own.empty();) std::copy_n(&wanted[2 * i], 2, &own[2 * body[i]]);
-    for (std::size_t i = 0; i < b; ++i) body_masses[i] *= 1 + fraction, std::copy_n(&now.moving[3 * i], 2, &centre[2 * i]);
-    free_velocity(centre, own, fraction, gain, free_centre);
-    for (std::size_t i = 0; i < b; ++i) std::copy_n(&free_centre[2 * i], 2, &unheld[3 * i]);
+    Vector body_masses = body_mass, free_body_velocity = now.body_velocity, desired_of_bodies(wanted.empty() ? 0 : 2 * b), centre(2 * b), free_centre(2 * b);
+    for (std::size_t i = n; compound && i-- > 0 && !desired_of_bodies.empty();) std::copy_n(&wanted[2 * i], 2, &desired_of_bodies[2 * body[i]]);
+    for (std::size_t i = 0; i < b; ++i) body_masses[i] *= 1 + fraction, std::copy_n(&now.body_velocity[3 * i], 2, &centre[2 * i]);
+    free_velocity(centre, desired_of_bodies, fraction, gain, free_centre);
+    for (std::size_t i = 0; i < b; ++i) std::copy_n(&free_centre[2 * i], 2, &free_body_velocity[3 * i]);
 
-    const Bodies bodies{now.position, now.velocity, free, radius, masses, walls, members(body_masses), now.moving, unheld};
+    const StepInput bodies{now.position, now.velocity, free, radius, masses, walls, members(body_masses), now.body_velocity, free_body_velocity};
     const FrictionState friction_state{law.friction, now.spin, inertia, now.keys, now.reaction, now.tangential};
     Team team(int(n) >= SHARED ? threads : 1);
-    Stepped found = make_step(bodies, friction_state, h, law.restitution, gained, law.tolerance, {ordering_, team});
+    StepResult found = make_step(bodies, friction_state, h, law.restitution, velocity_gain, law.tolerance, {ordering_, team});
     double pressing = 0.0, maximum = 0.0;
     for (std::size_t i = 0; i < n; ++i) pressing += masses[i] * length(free[2 * i], free[2 * i + 1]) + WEDGED * mass[i] * radius[i] / h;
     for (double one : found.reaction) maximum = std::max(maximum, one);
@@ -139,17 +139,17 @@ bool Motion::step_once(double h, const Desired& desired, Report& report) {
 
     report.neighbours = std::move(found.neighbours), report.reaction = std::move(found.reaction), report.friction = std::move(found.tangential);
     report.iterations = found.iterations, report.method = found.method, report.repeats = found.repeats;
-    account(fraction, gain, bool(desired), compound ? unheld : free, compound ? found.velocity : turning(found.velocity, found.spin), report);
+    account(fraction, gain, bool(desired), compound ? free_body_velocity : free, compound ? found.velocity : turning(found.velocity, found.spin), report);
     now.keys = std::move(found.keys), now.reaction = report.reaction, now.tangential = report.friction;
     now.reaction.resize(now.keys.size()), now.tangential.resize(now.keys.size());
     if (compound) {
-        now.moving = found.velocity;
+        now.body_velocity = found.velocity;
         for (double& one : found.velocity) one *= h;
         turn(found.velocity);
     } else {
         const bool falls = !desired && (gain[0] != 0.0 || gain[1] != 0.0);
-        const double slack = law.tolerance * std::max(fastest(now.velocity), fastest(found.velocity));
-        const Vector mean = falls ? mean_velocities(now.velocity, found.velocity, report.neighbours, report.reaction, h, slack) : found.velocity;
+        const double velocity_tolerance = law.tolerance * std::max(max_speed(now.velocity), max_speed(found.velocity));
+        const Vector mean = falls ? mean_velocities(now.velocity, found.velocity, report.neighbours, report.reaction, h, velocity_tolerance) : found.velocity;
         for (std::size_t i = 0; i < 2 * n; ++i) now.position[i] += h * mean[i];
         now.velocity = std::move(found.velocity), now.spin = std::move(found.spin);
         stay_within();
@@ -162,7 +162,7 @@ bool Motion::step_once(double h, const Desired& desired, Report& report) {
 void Motion::account(double fraction, const double (&gain)[2], bool driven, In free, In after, Report& report) const {
     const bool compound = !body.empty();
     const std::size_t n = radius.size(), b = compound ? body_mass.size() : n, d = compound ? 3 : 2;
-    const Vector before = compound ? now.moving : turning(now.velocity, now.spin);
+    const Vector before = compound ? now.body_velocity : turning(now.velocity, now.spin);
     Vector mean(3 * b);
     for (std::size_t i = 0; i < 3 * b; ++i) mean[i] = 0.5 * (before[i] + after[i]);
     for (std::size_t i = 0; i < b; ++i) {
@@ -177,18 +177,18 @@ void Motion::account(double fraction, const double (&gain)[2], bool driven, In f
         report.weight += m * weight;
         if (driven) report.drive += m * drive;
     }
-    Vector moving = std::move(mean);
+    Vector mean_velocity = std::move(mean);
     if (compound) {
         Vector spin(n);
-        for (std::size_t i = 0; i < n; ++i) spin[i] = moving[3 * body[i] + 2];
-        moving = turning(of_members(members(body_mass), now.position, moving), spin);
+        for (std::size_t i = 0; i < n; ++i) spin[i] = mean_velocity[3 * body[i] + 2];
+        mean_velocity = turning(disk_velocity_of(members(body_mass), now.position, mean_velocity), spin);
     }
     Vector none(report.push.size(), 0.0), removed(none);
-    works(report.reached, radius, moving, report.push, none, removed, none);
+    works(report.reached, radius, mean_velocity, report.push, none, removed, none);
     for (double one : removed) report.arms -= one;
     if (driven) report.drive -= report.weight + report.arms;
     report.impact.resize(report.reaction.size()), report.friction_loss.resize(report.reaction.size());
-    works(report.neighbours, radius, moving, report.reaction, report.friction, report.impact, report.friction_loss);
+    works(report.neighbours, radius, mean_velocity, report.reaction, report.friction, report.impact, report.friction_loss);
 }
 
 // Move bodies of several disks, and their disks, by the way (b·3) m, m, rad of each.
@@ -200,9 +200,9 @@ void Motion::turn(In mean) {
         const auto [c, s] = turn_by(mean[3 * at + 2]);
         const double x = now.position[2 * i] - from[2 * at], y = now.position[2 * i + 1] - from[2 * at + 1];
         now.position[2 * i] = now.centre[2 * at] + (c * x - s * y), now.position[2 * i + 1] = now.centre[2 * at + 1] + (s * x + c * y);
-        now.spin[i] = now.moving[3 * at + 2];
+        now.spin[i] = now.body_velocity[3 * at + 2];
     }
-    now.velocity = of_members(members(body_mass), now.position, now.moving);
+    now.velocity = disk_velocity_of(members(body_mass), now.position, now.body_velocity);
 }
 
 double Motion::separate() {
@@ -221,14 +221,14 @@ double Motion::separate() {
             }
             return maximum;
         }
-        System s = system_of({now.position, Vector(2 * n, 0.0), radius, mass, {}}, neighbours.first, neighbours.second, neighbours.normal);
-        s.least_scale = -minimum, s.offset = neighbours.gap;
-        if (body.empty()) s.measure();
-        else s = joined(s, radius, members(body_mass), Vector(3 * b, 0.0));
+        ImpactProblem s = impact_problem_of({now.position, Vector(2 * n, 0.0), radius, mass, {}}, neighbours.first, neighbours.second, neighbours.normal);
+        s.least_scale = -minimum, s.max_approach = neighbours.gap;
+        if (body.empty()) s.measure_scale();
+        else s = compound_problem_of(s, radius, members(body_mass), Vector(3 * b, 0.0));
         Options options;
-        options.tolerance = APART, options.canonical = options.bounded = false;
+        options.tolerance = APART, options.canonical = options.with_error_bound = false;
         const Solution solution = solve_one_sided(s, options);
-        if (!(accuracy(s, solution.reaction, solution.velocity) <= APART_AT_WORST)) return -1.0;
+        if (!(solution_error(s, solution.reaction, solution.velocity) <= APART_AT_WORST)) return -1.0;
         if (!body.empty()) turn(solution.velocity);
         else for (std::size_t i = 0; i < 2 * n; ++i) now.position[i] += solution.velocity[i];
         stay_within();

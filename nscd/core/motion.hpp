@@ -19,7 +19,7 @@ inline constexpr double STALLED = 10.0;
 
 // The works (k), (k) J that impulses take from the motion, along the normal and across: p·D(w), at contacts in the middle of
 // their gaps. moving (n·3) m/s, m/s, rad/s: w, the mean of the velocities before and after
-void works(const Neighbours& neighbours, In radius, In moving, In along, In across, Out impact, Out friction);
+void works(const Neighbours& neighbours, In radius, In mean_velocity, In normal_impulse, In tangential_impulse, Out impact, Out friction);
 
 // What a step did; of both halves of one that was made in halves. Where it is not solved: when (s), and the residual.
 struct Report {
@@ -39,7 +39,7 @@ public:
     struct State {
         Vector position, velocity, spin;  // (n·2) m, m/s, (n) rad/s
         double time = 0.0;
-        Vector centre, moving;            // (b·2) m, (b·3) m/s, m/s, rad/s of bodies of several disks
+        Vector centre, body_velocity;     // (b·2) m, (b·3) m/s, m/s, rad/s of bodies of several disks
         std::vector<std::int64_t> keys;    // (m) contacts of the step before, and their percussions (N·s)
         Vector reaction, tangential;
     };

@@ -11,9 +11,9 @@
 namespace nscd {
 
 // Up to this ratio of w masses are even: contacts may then all have the same stiffness.
-inline constexpr double EVEN = 100.0;
+inline constexpr double EVEN_MASS_RATIO = 100.0;
 
-struct System {
+struct ImpactProblem {
     int n = 0;                           // disks
     int k = 0;                           // contacts
     int d = 2;                           // unknowns of a disk: its velocity, and its spin where k_t acts or bodies are wide
@@ -22,21 +22,21 @@ struct System {
     Vector lever_first, lever_second;   // (k) m, of t about the centre; empty for d = 2
     Vector turn_first, turn_second;     // (k) m, of n, the second with the sign of its row; empty where all are disks
     Vector reach;                       // (n) m, the longest lever at a body; empty where all are disks
-    Vector along, across;               // (k) kg, k_n and k_t; empty where nothing dissipates
+    Vector normal_dashpot, tangential_dashpot;  // (k) kg, k_n and k_t; empty where nothing dissipates
     Vector mass;                        // (n·d) kg, kg m²
-    Vector left, free;                  // (n·d) m/s and rad/s, u⁻ and û
-    Vector offset;                      // (k) m/s, b
+    Vector left_velocity, free;         // (n·d) m/s and rad/s, u⁻ and û
+    Vector max_approach;                // (k) m/s, b
     Vector inverse_mass;                // (k) 1/kg, w = 1/m_i + 1/m_j
     Vector x, y;                        // (n) m, centres; empty where nobody asks
     double scale = TINY;                 // m/s, ‖u⁻‖∞, in which residuals are measured
     double least_scale = TINY;           // m/s, where u⁻ is 0 and the offset is not
     bool maintained = false;             // every contact stays closed and may pull
 
-    bool dissipative() const { return !along.empty(); }
+    bool dissipative() const { return !normal_dashpot.empty(); }
     bool compound() const { return !turn_first.empty(); }  // whether normals have levers
     bool even() const;                   // whether masses are, see EVEN
     Vector stiffness() const;           // (k) kg, of contacts as a penalty model, up to one factor
-    void measure();                      // scale ← max |u⁻|, and the reach of wide bodies, whose spins times it count
+    void measure_scale();                // scale ← max |u⁻|, and the reach of wide bodies, whose spins times it count
 };
 
 // Rigid bodies of one or several disks.
@@ -50,23 +50,23 @@ struct Disks {
     In spin;                              // (n) rad/s; empty where nothing acts across
 };
 // The problem of disks with contacts first, second (−1: a wall) and unit normals (k·2), inelastic: û = u⁻, b = 0.
-System system_of(const Disks& disks, Indices first, Indices second, In normal);
+ImpactProblem impact_problem_of(const Disks& disks, Indices first, Indices second, In normal);
 // The problem of the bodies of disks from that of the disks: u⁻ = û = left (b·3).
-System joined(const System& disks, In radius, const Members& of, In left);
+ImpactProblem compound_problem_of(const ImpactProblem& disks, In radius, const Members& of, In left_velocity);
 // The motion (b·3) of bodies whose disks of masses (n) have velocities (n·2) and spins (n), with the same momentum.
-Vector of_bodies(const Members& of, In mass, In velocity, In spin);
+Vector body_velocity_of(const Members& of, In mass, In velocity, In spin);
 // The velocities (n·2) of disks at `position` (n·2) m whose bodies have velocities u (b·3).
-Vector of_members(const Members& of, In position, In u);
+Vector disk_velocity_of(const Members& of, In position, In u);
 
 // The problem of some contacts, in this order, and of some disks, in this order; place (n) tells where a
 // disk comes to be.
-System chosen(const System& full, std::span<const Index> contact, std::span<const Index> disk, const Indices& index);
+ImpactProblem restrict_to(const ImpactProblem& full, std::span<const Index> contact, std::span<const Index> disk, const Indices& index);
 
-void approach(const System& s, In u, Out v);                            // v = C u (k)
-void sliding(const System& s, In u, Out v);                             // v = T u (k)
-void add_reactions(const System& s, In reaction, double factor, Out b); // b += factor · Cᵀλ
-void inertia(const System& s, In u, Out b);                             // b = Â u
-double largest(In values);                                              // magnitude, or what is no number
+void approach(const ImpactProblem& s, In u, Out v);                     // v = C u (k)
+void sliding(const ImpactProblem& s, In u, Out v);                      // v = T u (k)
+void add_reactions(const ImpactProblem& s, In reaction, double factor, Out b); // b += factor · Cᵀλ
+void inertia(const ImpactProblem& s, In u, Out b);                      // b = Â u
+double max_abs(In values);                                              // magnitude, or what is no number
 
 // What an answer says of itself, recomputed from it.
 struct Certificate {
@@ -78,9 +78,9 @@ struct Certificate {
     double work = 0.0;           // J, p·D(u⁺ + u⁻)
     bool finite = true;          // whether every number is
 };
-Certificate certified(const System& s, In reaction, In u);
+Certificate certificate_of(const ImpactProblem& s, In reaction, In u);
 
 // The larger of residual and momentum error.
-double accuracy(const System& s, In reaction, In u);
+double solution_error(const ImpactProblem& s, In reaction, In u);
 
 }  // namespace nscd

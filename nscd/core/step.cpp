@@ -8,20 +8,20 @@ namespace nscd {
 namespace {
 
 // Accelerated gradient serves from this tolerance on: the exact solvers are for tighter ones. It stops a little before.
-constexpr double LOOSE = 1e-6, BEFORE = 0.9;
+constexpr double GRADIENT_TOLERANCE = 1e-6, STOPPING_FRACTION = 0.9;
 // A step is repeated so often, at most, with a larger margin.
 constexpr int REPEATS = 20;
 // Disks are taken to be faster than before by this share of the fastest one.
-constexpr double LIKELY = 0.01;
+constexpr double SPEED_MARGIN = 0.01;
 // So often a step is solved before all its contacts are taken; a guess above this share of the largest says that one is closed.
 constexpr int MOST_PASSES = 10;
 constexpr double NOT_NOTHING = 1e-6;
 // So many times the tolerance of velocities is a share of an energy that is rounding.
-constexpr double ROUNDED = 10.0;
+constexpr double ENERGY_ROUNDING = 10.0;
 
 // The contacts whose gap two disks close that go towards each other as fast as before, or as without contacts.
-Indices likely(const System& s, In before) {
-    const double slack = LIKELY * s.scale;
+Indices reachable_contacts(const ImpactProblem& s, In before) {
+    const double margin = SPEED_MARGIN * s.scale;
     Vector speed(s.n);
     for (int i = 0; i < s.n; ++i) {
         const int at = s.d * i;
@@ -30,15 +30,15 @@ Indices likely(const System& s, In before) {
     }
     Indices some;
     for (int c = 0; c < s.k; ++c)
-        if (s.offset[c] <= speed[s.first[c]] + (s.second[c] >= 0 ? speed[s.second[c]] : 0.0) + slack) some.push_back(c);
+        if (s.max_approach[c] <= speed[s.first[c]] + (s.second[c] >= 0 ? speed[s.second[c]] : 0.0) + margin) some.push_back(c);
     return some;
 }
 
 // Solve without the contacts that disks as fast as before could not close; with all where that is not the solution of all, as
 // `solve` says of the contacts that it is given.
 template <class Solve>
-void solve_likely(const System& s, In before, Solve&& solve) {
-    Indices some = likely(s, before);
+void solve_reachable(const ImpactProblem& s, In before, Solve&& solve) {
+    Indices some = reachable_contacts(s, before);
     if (solve(some) || int(some.size()) == s.k) return;
     some.resize(s.k);
     std::iota(some.begin(), some.end(), 0);
@@ -46,22 +46,22 @@ void solve_likely(const System& s, In before, Solve&& solve) {
 }
 
 // Solve with the contacts that are included, and take those besides that this looked at. guess: (k) N·s or none
-void solve_some(const System& s, Mask& included, In guess, double tolerance, const Means& means, Stepped& found) {
+void solve_some(const ImpactProblem& s, Mask& included, In guess, double tolerance, const Means& means, StepResult& found) {
     Indices every(s.n), some, others;
     std::iota(every.begin(), every.end(), 0);
     for (int c = 0; c < s.k; ++c) (included[c] ? some : others).push_back(c);
-    const System subproblem = chosen(s, some, every, every);
+    const ImpactProblem subproblem = restrict_to(s, some, every, every);
     Solution solution;
-    if (tolerance >= LOOSE && !s.compound() && subproblem.k > 0) {
+    if (tolerance >= GRADIENT_TOLERANCE && !s.compound() && subproblem.k > 0) {
         Parts one{{0, subproblem.n}, {0, subproblem.k}};
-        Descended end = descend(subproblem, one, means.team, {BEFORE * tolerance, MOST_SWEEPS, -1, INFINITE});
+        DescentResult end = descend(subproblem, one, means.team, {STOPPING_FRACTION * tolerance, MAX_SWEEPS, -1, INFINITE});
         solution.reaction = std::move(end.reaction), solution.velocity = std::move(end.velocity), solution.iterations = end.sweeps;
-        solution.method = Method::GRADIENT;
+        solution.method = Method::PROJECTED_GRADIENT;
     } else {
         Options options;
-        options.tolerance = tolerance, options.canonical = options.bounded = false;
+        options.tolerance = tolerance, options.canonical = options.with_error_bound = false;
         options.full = &s, options.unlikely = std::move(others), options.reusable = &means.reusable, options.team = &means.team;
-        if (largest(guess) > 0.0)
+        if (max_abs(guess) > 0.0)
             for (int c : some) options.reaction.push_back(guess[c]);
         solution = solve_contacts(subproblem, options);
     }
@@ -70,25 +70,25 @@ void solve_some(const System& s, Mask& included, In guess, double tolerance, con
     for (Index c : solution.added) some.push_back(c), included[c] = 1;
     for (std::size_t c = 0; c < some.size(); ++c) found.reaction[some[c]] = solution.reaction[c];
     found.velocity = std::move(solution.velocity);
-    const Certificate certificate = certified(s, found.reaction, found.velocity);
-    found.error = certificate.finite ? larger(certificate.residual, certificate.momentum_error) : INFINITE;
+    const Certificate certificate = certificate_of(s, found.reaction, found.velocity);
+    found.error = certificate.finite ? max_or_nan(certificate.residual, certificate.momentum_error) : INFINITE;
 }
 
 // Solve with the likely contacts, and again from that answer with those besides that would overlap, as long as there are any: few
 // are; with all where that does not end. guess: (k) N·s or none
-void solve_step(const System& s, In before, In guess, double tolerance, const Means& means, Stepped& found) {
+void solve_step(const ImpactProblem& s, In before, In guess, double tolerance, const Means& means, StepResult& found) {
     Mask included(s.k, 0);
     Vector v(s.k), from(guess.begin(), guess.end());
-    for (int c : likely(s, before)) included[c] = 1;
+    for (int c : reachable_contacts(s, before)) included[c] = 1;
     for (int passes = 1;; ++passes) {
         solve_some(s, included, from, tolerance, means, found);
         if (found.error <= tolerance || std::count(included.begin(), included.end(), 1) == s.k) return;
         approach(s, found.velocity, v);
         from = found.reaction;
-        const double least = NOT_NOTHING * largest(from);
+        const double least = NOT_NOTHING * max_abs(from);
         bool more = false;
         for (int c = 0; c < s.k; ++c)
-            if (!included[c] && v[c] - s.offset[c] > tolerance * s.scale) from[c] = std::max((v[c] - s.offset[c]) / s.inverse_mass[c], least), included[c] = more = true;
+            if (!included[c] && v[c] - s.max_approach[c] > tolerance * s.scale) from[c] = std::max((v[c] - s.max_approach[c]) / s.inverse_mass[c], least), included[c] = more = true;
         if (more && passes < MOST_PASSES && found.error < INFINITE) continue;
         std::fill(included.begin(), included.end(), 1);
         from.assign(guess.begin(), guess.end());
@@ -97,16 +97,16 @@ void solve_step(const System& s, In before, In guess, double tolerance, const Me
 
 }  // namespace
 
-double fastest(In velocity) {
+double max_speed(In velocity) {
     double square = 0.0;
     for (std::size_t i = 0; i < velocity.size(); i += 2)
-        square = larger(square, velocity[i] * velocity[i] + velocity[i + 1] * velocity[i + 1]);
+        square = max_or_nan(square, velocity[i] * velocity[i] + velocity[i + 1] * velocity[i + 1]);
     return std::sqrt(square);
 }
 
 // Whether velocities would close within a step (s) a gap beyond the margin (m) within which contacts were looked for.
-static bool missed(const Bodies& bodies, In velocity, double step, double margin) {
-    const double needed = 2.0 * step * fastest(velocity);
+static bool missed(const StepInput& bodies, In velocity, double step, double margin) {
+    const double needed = 2.0 * step * max_speed(velocity);
     if (needed <= margin) return false;
     const Neighbours neighbours = with_normals(find_contact_pairs(bodies.position, bodies.radius, bodies.walls, needed, bodies.compound.body));
     for (std::size_t c = 0; c < neighbours.gap.size(); ++c) {
@@ -124,27 +124,27 @@ double free_velocity(In velocity, In desired, double fraction, const double (&ga
     for (std::size_t i = 0; i < velocity.size(); ++i) {
         free[i] = velocity[i] + gain[i & 1];
         if (!desired.empty()) free[i] = (free[i] + fraction * desired[i]) / (1.0 + fraction);
-        maximum = larger(maximum, std::abs(free[i] - velocity[i]));
+        maximum = max_or_nan(maximum, std::abs(free[i] - velocity[i]));
     }
     return maximum;
 }
 
-Vector mean_velocities(In before, In after, const Neighbours& neighbours, In reaction, double step, double slack) {
+Vector mean_velocities(In before, In after, const Neighbours& neighbours, In reaction, double step, double velocity_tolerance) {
     Vector drift(after.size());
     for (std::size_t i = 0; i < drift.size(); ++i) drift[i] = 0.5 * (before[i] + after[i]);
-    Mask late(drift.size() / 2, 0);
+    Mask uses_after(drift.size() / 2, 0);
     for (bool again = true; again;) {
         again = false;
         for (std::size_t c = 0; c < reaction.size(); ++c) {
             const Index i = neighbours.first[c], j = neighbours.second[c];
-            if (late[i] && (j < 0 || late[j])) continue;
+            if (uses_after[i] && (j < 0 || uses_after[j])) continue;
             const double x = neighbours.normal[2 * c], y = neighbours.normal[2 * c + 1];
             const auto closing = [&](In u) { return x * u[2 * i] + y * u[2 * i + 1] - (j < 0 ? 0.0 : x * u[2 * j] + y * u[2 * j + 1]); };
-            const bool of_one = j >= 0 && late[i] != late[j];
-            if (reaction[c] > 0.0 ? !of_one && std::abs(closing(drift) - closing(after)) <= slack : closing(drift) <= neighbours.gap[c] / step + slack) continue;
+            const bool of_one = j >= 0 && uses_after[i] != uses_after[j];
+            if (reaction[c] > 0.0 ? !of_one && std::abs(closing(drift) - closing(after)) <= velocity_tolerance : closing(drift) <= neighbours.gap[c] / step + velocity_tolerance) continue;
             again = true;
             for (Index one : {i, j})
-                if (one >= 0) late[one] = 1, drift[2 * one] = after[2 * one], drift[2 * one + 1] = after[2 * one + 1];
+                if (one >= 0) uses_after[one] = 1, drift[2 * one] = after[2 * one], drift[2 * one + 1] = after[2 * one + 1];
         }
     }
     return drift;
@@ -152,98 +152,98 @@ Vector mean_velocities(In before, In after, const Neighbours& neighbours, In rea
 
 // Which bodies have more energy than without contacts, together with all that they press or that presses them; mass, u and
 // free: (n·d). Restitution asks for that where a body that rebounds is held from the other side.
-static Mask gaining(const System& s, In reaction, In mass, In u, In free, double tolerance) {
+static Mask energy_gaining(const ImpactProblem& s, In reaction, In mass, In u, In free, double tolerance) {
     Indices first, second, group;
     for (int c = 0; c < s.k; ++c)
         if (reaction[c] > 0.0) first.push_back(s.first[c]), second.push_back(s.second[c]);
     const int groups = components(s.n, first, second, group), d = int(u.size()) / s.n;
-    Vector before(groups, 0.0), gained(groups, 0.0);
+    Vector before(groups, 0.0), energy_gain(groups, 0.0);
     for (std::size_t i = 0; i < u.size(); ++i) {
         before[group[i / d]] += mass[i] * free[i] * free[i];
-        gained[group[i / d]] += mass[i] * (u[i] - free[i]) * (u[i] + free[i]);
+        energy_gain[group[i / d]] += mass[i] * (u[i] - free[i]) * (u[i] + free[i]);
     }
     Mask more(s.n);
-    for (int i = 0; i < s.n; ++i) more[i] = gained[group[i]] > ROUNDED * tolerance * before[group[i]];
+    for (int i = 0; i < s.n; ++i) more[i] = energy_gain[group[i]] > ENERGY_ROUNDING * tolerance * before[group[i]];
     return more;
 }
 
 // A step with Coulomb's law; as `solve_step` without it.
-static Mask solve_with_friction(const System& s, In before, In radius, const FrictionState& friction_state, double tolerance, Stepped& found) {
+static Mask solve_with_friction(const ImpactProblem& s, In before, In radius, const FrictionState& friction_state, double tolerance, StepResult& found) {
     const FrictionProblem p = friction_problem_of(s, radius, friction_state.spin, friction_state.inertia, Vector(s.k, friction_state.friction));
     Indices every(s.n);
     std::iota(every.begin(), every.end(), 0);
-    FrictionResult result{{carried_over(friction_state.keys, friction_state.reaction, found.keys).values, carried_over(friction_state.keys, friction_state.tangential, found.keys).values, p.left}};
+    FrictionResult result{{carried_over(friction_state.keys, friction_state.reaction, found.keys).values, carried_over(friction_state.keys, friction_state.tangential, found.keys).values, p.left_velocity}};
     Vector errors;
-    solve_likely(s, before, [&](const Indices& some) {
-        Vector lam, tau;
-        for (int c : some) lam.push_back(result.solution.lam[c]), tau.push_back(result.solution.tau[c]);
-        FrictionProblem partial = chosen(p, some, every);
-        FrictionResult found_here = solve_friction(partial, {.tolerance = tolerance, .in_step = true, .lam = lam, .tau = tau});
-        result.solution = {Vector(s.k, 0.0), Vector(s.k, 0.0), std::move(found_here.solution.u)}, result.method = found_here.method, result.sweep_count += found_here.sweep_count;
-        for (std::size_t c = 0; c < some.size(); ++c) result.solution.lam[some[c]] = found_here.solution.lam[c], result.solution.tau[some[c]] = found_here.solution.tau[c];
-        errors = measure(p, result.solution);
+    solve_reachable(s, before, [&](const Indices& some) {
+        Vector reaction, tangential;
+        for (int c : some) reaction.push_back(result.solution.reaction[c]), tangential.push_back(result.solution.tangential[c]);
+        FrictionProblem partial = restrict_to(p, some, every);
+        FrictionResult found_here = solve_friction(partial, {.tolerance = tolerance, .in_step = true, .reaction = reaction, .tangential = tangential});
+        result.solution = {Vector(s.k, 0.0), Vector(s.k, 0.0), std::move(found_here.solution.velocity)}, result.method = found_here.method, result.sweep_count += found_here.sweep_count;
+        for (std::size_t c = 0; c < some.size(); ++c) result.solution.reaction[some[c]] = found_here.solution.reaction[c], result.solution.tangential[some[c]] = found_here.solution.tangential[c];
+        errors = island_errors(p, result.solution);
         return *std::max_element(errors.begin(), errors.end()) <= tolerance;
     });
     found.error = *std::max_element(errors.begin(), errors.end());
     found.velocity.resize(2 * std::size_t(s.n));
-    if (s.compound()) found.velocity = result.solution.u;
+    if (s.compound()) found.velocity = result.solution.velocity;
     else for (int i = 0; i < s.n; ++i) {
-        std::copy_n(result.solution.u.begin() + 3 * i, 2, found.velocity.begin() + 2 * i);
-        found.spin[i] = result.solution.u[3 * i + 2];
+        std::copy_n(result.solution.velocity.begin() + 3 * i, 2, found.velocity.begin() + 2 * i);
+        found.spin[i] = result.solution.velocity[3 * i + 2];
     }
-    found.reaction = std::move(result.solution.lam), found.tangential = std::move(result.solution.tau);
+    found.reaction = std::move(result.solution.reaction), found.tangential = std::move(result.solution.tangential);
     found.iterations = result.sweep_count, found.method = result.method;
-    Mask refused = gaining(s, found.reaction, p.mass, result.solution.u, p.left, tolerance);
-    for (int i = 0; i < s.n; ++i) refused[i] = refused[i] || errors[p.island[i]] > tolerance;
-    return refused;
+    Mask cannot_rebound = energy_gaining(s, found.reaction, p.mass, result.solution.velocity, p.left_velocity, tolerance);
+    for (int i = 0; i < s.n; ++i) cannot_rebound[i] = cannot_rebound[i] || errors[p.island[i]] > tolerance;
+    return cannot_rebound;
 }
 
-Stepped make_step(const Bodies& bodies, const FrictionState& friction_state, double step, double restitution, double gained, double tolerance, const Means& means) {
-    double margin = 2.0 * step * std::max(fastest(bodies.free), fastest(bodies.velocity));
+StepResult make_step(const StepInput& bodies, const FrictionState& friction_state, double step, double restitution, double velocity_gain, double tolerance, const Means& means) {
+    double margin = 2.0 * step * std::max(max_speed(bodies.free), max_speed(bodies.velocity));
     for (int repeats = 0;; ++repeats) {
         const ContactPairs contacts = find_contact_pairs(bodies.position, bodies.radius, bodies.walls, margin, bodies.compound.body);
-        Stepped found;
+        StepResult found;
         const Neighbours& neighbours = found.neighbours = with_normals(contacts);
         found.repeats = repeats;
         found.tangential.assign(contacts.size(), 0.0), found.spin.assign(friction_state.spin.begin(), friction_state.spin.end());
         if (contacts.size() == 0) {
-            const In free = bodies.compound.body.empty() ? bodies.free : bodies.unheld;
+            const In free = bodies.compound.body.empty() ? bodies.free : bodies.free_body_velocity;
             found.velocity.assign(free.begin(), free.end());
             return found;
         }
-        System s = system_of({bodies.position, bodies.free, bodies.radius, bodies.mass, {}}, neighbours.first, neighbours.second, neighbours.normal);
+        ImpactProblem s = impact_problem_of({bodies.position, bodies.free, bodies.radius, bodies.mass, {}}, neighbours.first, neighbours.second, neighbours.normal);
         // bodies at rest are moved by the rounding of their gaps alone, which no answer has to follow
-        if (!bodies.compound.body.empty()) s.least_scale = EPSILON * largest(bodies.position) / (step * tolerance);
-        if (!bodies.compound.body.empty()) s = joined(s, bodies.radius, bodies.compound, bodies.unheld);
-        const In was = s.compound() ? bodies.moving : bodies.velocity;
+        if (!bodies.compound.body.empty()) s.least_scale = EPSILON * max_abs(bodies.position) / (step * tolerance);
+        if (!bodies.compound.body.empty()) s = compound_problem_of(s, bodies.radius, bodies.compound, bodies.free_body_velocity);
+        const In left_velocity = s.compound() ? bodies.body_velocity : bodies.velocity;
         Vector before(s.k), closing(s.k);
-        approach(s, was, before);
+        approach(s, left_velocity, before);
         approach(s, s.free, closing);
-        Indices rebounds;
+        Indices rebounding;
         for (int c = 0; c < s.k; ++c) {
-            s.offset[c] = contacts.gap[c] / step;
-            if (restitution > 0.0 && closing[c] >= s.offset[c] && before[c] > std::max(2.0 * gained, 0.0))
-                s.offset[c] = std::min(s.offset[c], -restitution * before[c]), rebounds.push_back(c);
+            s.max_approach[c] = contacts.gap[c] / step;
+            if (restitution > 0.0 && closing[c] >= s.max_approach[c] && before[c] > std::max(2.0 * velocity_gain, 0.0))
+                s.max_approach[c] = std::min(s.max_approach[c], -restitution * before[c]), rebounding.push_back(c);
         }
         if (friction_state.friction > 0.0 || s.compound()) found.keys = keys_of(contacts);
         for (bool again = true; again;) {
-            Mask refused;
-            if (friction_state.friction > 0.0) refused = solve_with_friction(s, was, bodies.radius, friction_state, tolerance, found);
+            Mask cannot_rebound;
+            if (friction_state.friction > 0.0) cannot_rebound = solve_with_friction(s, left_velocity, bodies.radius, friction_state, tolerance, found);
             else {
-                solve_step(s, was, s.compound() ? carried_over(friction_state.keys, friction_state.reaction, found.keys).values : Vector(), tolerance, means, found);
-                refused = gaining(s, found.reaction, s.mass, found.velocity, s.free, tolerance);
+                solve_step(s, left_velocity, s.compound() ? carried_over(friction_state.keys, friction_state.reaction, found.keys).values : Vector(), tolerance, means, found);
+                cannot_rebound = energy_gaining(s, found.reaction, s.mass, found.velocity, s.free, tolerance);
             }
             again = false;
-            for (int c : rebounds) {
-                if (!refused[s.first[c]] || s.offset[c] == contacts.gap[c] / step) continue;
-                s.offset[c] = contacts.gap[c] / step;
+            for (int c : rebounding) {
+                if (!cannot_rebound[s.first[c]] || s.max_approach[c] == contacts.gap[c] / step) continue;
+                s.max_approach[c] = contacts.gap[c] / step;
                 again = true;
             }
         }
-        const Vector after = s.compound() ? of_members(bodies.compound, bodies.position, found.velocity) : Vector();
+        const Vector after = s.compound() ? disk_velocity_of(bodies.compound, bodies.position, found.velocity) : Vector();
         const In velocity = s.compound() ? In(after) : In(found.velocity);
         if (repeats == REPEATS || !missed(bodies, velocity, step, margin)) return found;
-        margin = 2.0 * step * fastest(velocity);
+        margin = 2.0 * step * max_speed(velocity);
     }
 }
 

@@ -6,8 +6,8 @@
 #include "packing.hpp"
 #include "coarse_grain.hpp"
 #include "soft.hpp"
-#include "sums.hpp"
-#include "text.hpp"
+#include "impulse_sums.hpp"
+#include "dump_text.hpp"
 
 #include <utility>
 

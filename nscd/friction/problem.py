@@ -67,22 +67,22 @@ def friction_problem(
     radius, mass = snapshot.radius, snapshot.mass
     normal_inverse = contacts.inverse_mass(mass)
     spin_inverse = radius**2 / snapshot.inertia
-    along, across = law.active_dissipation(contacts, normal_inverse, left_velocity)
-    moving = float(np.abs(left_velocity).max(initial=0.0))
-    rim = float(np.abs(snapshot.spin * radius).max(initial=0.0))
+    normal, tangential = law.active_dissipation(contacts, normal_inverse, left_velocity)
+    speed = float(np.abs(left_velocity).max(initial=0.0))
+    rim_speed = float(np.abs(snapshot.spin * radius).max(initial=0.0))
     return FrictionProblem(
         first=first.astype(np.int32),
         second=np.where(wall, -1, contacts.second).astype(np.int32),
         normal=np.array(contacts.normal),
         lever=np.column_stack([radius[first], np.where(wall, 0.0, radius[other])]),
         friction=law.frictions(wall),
-        normal_weight=along,
-        tangent_weight=across,
+        normal_weight=normal,
+        tangent_weight=tangential,
         mass=np.column_stack([mass, mass, snapshot.inertia]),
         left=np.column_stack([left_velocity, snapshot.spin]),
         normal_inverse=normal_inverse,
         tangent_inverse=normal_inverse
         + spin_inverse[first]
         + np.where(wall, 0.0, spin_inverse[other]),
-        scale=max(moving, rim, SLOWEST),
+        scale=max(speed, rim_speed, SLOWEST),
     )

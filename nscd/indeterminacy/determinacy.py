@@ -79,7 +79,7 @@ def determinacy_of(equilibrium: Equilibrium) -> Determinacy:
     factor = equilibrium.factor_of(chosen)
     loose = self_stresses(factor)
 
-    def known(stress: Floats) -> Mask:
+    def determined_by(stress: Floats) -> Mask:
         sums = np.zeros((len(equilibrium.contacts), stress.shape[1]))
         np.add.at(sums, contact, stress)
         return np.asarray(np.abs(sums).max(1) <= ZERO_ROW)
@@ -87,6 +87,6 @@ def determinacy_of(equilibrium: Equilibrium) -> Determinacy:
     return Determinacy(
         rank=factor.rank,
         redundant=len(chosen) - factor.rank,
-        normal=known(loose),
-        tangential=known(equilibrium.along[chosen, None] * loose),
+        normal=determined_by(loose),
+        tangential=determined_by(equilibrium.along[chosen, None] * loose),
     )

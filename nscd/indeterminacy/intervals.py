@@ -151,7 +151,7 @@ class Intervals:
     def of(self, weights: ArrayLike, *, tangential: bool = False) -> Interval:
         """Find the interval of Σ w_c λ_c, or of Σ w_c τ_c, for weights (k,). Raises as `interval` does,
         and ProgramError where no state is within a tolerance."""
-        weights_of = self._given(weights, tangential)
+        weights_of = self._weights_of(weights, tangential)
         (upper, above_gap, above), (lower, below_gap, below) = map(self._largest, (weights_of, -weights_of))
         gap, size = max(above_gap, below_gap), float(np.abs(weights_of).max(initial=0.0))
         finite = np.isfinite([lower, upper]).all()
@@ -167,11 +167,11 @@ class Intervals:
 
     def ends(self, weights: ArrayLike, *, tangential: bool = False) -> tuple[float, float]:
         """Find the ends that `of` finds, without what proves them, in half of the time."""
-        inputs = self._given(weights, tangential)
+        inputs = self._weights_of(weights, tangential)
         upper, lower = (self._largest(one, proof=False)[0] for one in (inputs, -inputs))
         return -lower, upper
 
-    def _given(self, weights: ArrayLike, tangential: bool) -> Floats:
+    def _weights_of(self, weights: ArrayLike, tangential: bool) -> Floats:
         constrained = self.equilibrium
         inputs = read_only(weights, (len(constrained.contacts),), "weights")[constrained.contact]
         return np.asarray(constrained.along * inputs if tangential else inputs)
@@ -197,12 +197,12 @@ class Intervals:
         # on the core Σ w x ≤ velocity·E x + excess Σ x; the other unknowns are known
         pressing = constrained.balance.T @ velocity
         excess = float((on_core - pressing).max(initial=0.0))
-        known = float(weights @ constrained.point)
-        bound = known + float((pressing - on_core) @ start) + excess * total
+        weighted_sum = float(weights @ constrained.point)
+        bound = weighted_sum + float((pressing - on_core) @ start) + excess * total
         if not proof:
             return bound, 0.0, velocity
         moved = self.equilibrium.core_factor.self_stress(attained - start)  # balanced to rounding
-        gap = max(bound - known - float(on_core @ moved), 0.0)
+        gap = max(bound - weighted_sum - float(on_core @ moved), 0.0)
         gap += max(-float((start + moved).min(initial=0.0)), 0.0)
         # what is known follows the impulses too: the velocity that closes it, and no unknown of the
         # core

@@ -114,8 +114,8 @@ def least_of(
     `nearest` does."""
     u, k, maximum = len(equilibrium.contact), len(equilibrium.contacts), equilibrium.rows(tolerance, "tolerance")
     sums = equilibrium.sums
-    known = equilibrium.load[:0] if equilibrium.point is None else equilibrium.point
-    size = float(np.abs(np.concatenate([equilibrium.load, wanted, known])).max(initial=0.0)) or 1.0
+    particular = equilibrium.load[:0] if equilibrium.point is None else equilibrium.point
+    size = float(np.abs(np.concatenate([equilibrium.load, wanted, particular])).max(initial=0.0)) or 1.0
     balance, load, unit = csr_array(equilibrium.matrix.T), equilibrium.load / size, float(weights.min()) or 1.0
     quadratic = sums.T @ diags_array(weights / unit) @ sums
     linear = -(sums.T @ (weights / unit * wanted)) / size

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from analysis.studies.advice.candidates import LONGEST, Question, asked_error, rates_of, safety_of
 from analysis.studies.advice.choice import MARGIN, _cautious, headline, left_out
 from analysis.studies.advice.choice import advise as choose
-from analysis.studies.advice.library import Curves, Entry, Library, likeness_of, price_of
+from analysis.studies.advice.library import Curves, Entry, Library, price_of, similarity_of
 
 from analysis.studies.advice.library import read_library, stored_library, write_library  # isort: skip
 from analysis.engines.penalty import damping_ratio_for
@@ -53,7 +53,7 @@ def point(scene, numerical, model, seconds, **setting):
 def entry(scene, numerical=lambda fraction, _: 0.01 * fraction, model=lambda stiffer: 0.3 / stiffer**0.5):
     """Of a driven scene: errors by formula, cost START + PER_STEP·disks·steps; one rigid
     solution."""
-    like, window = likeness_of(scene), 0.02
+    like, window = similarity_of(scene), 0.02
     points = []
     for stiffer in STIFFER:
         safe = 1e-3 / stiffer**0.5
@@ -90,7 +90,7 @@ test_a_bad_error_is_refused = refusals(*((partial(asked_error, text), r"^error: 
 
 
 def test_likeness_of_a_chain():
-    like = likeness_of(make("chain", 12))
+    like = similarity_of(make("chain", 12))
     assert (like.driven, like.disks, like.depth, like.mass_ratio) == (False, 12, 11, 1)
     assert like.links == pytest.approx(11 / 12)
     assert like.damping_ratio == damping_ratio_for(0.01)
@@ -105,13 +105,13 @@ def test_likeness_has_no_units(mass, time):
     other = changed(base, mass=base.snapshot.mass * mass, velocity=base.snapshot.velocity / time)
     other = other.with_contact(stiffness_N_per_m=1e6 * mass / time**2)
     other = other.with_run(duration_s=0.3 * time)
-    one, same = (list(map(float, dataclasses.astuple(likeness_of(s)))) for s in (other, base))
+    one, same = (list(map(float, dataclasses.astuple(similarity_of(s)))) for s in (other, base))
     assert one == pytest.approx(same, rel=1e-9)
 
 
 def test_distance():
     made = make("chain", 9), make("chain", 17), make("arch", 30)
-    chain, longer, arch = map(likeness_of, made)
+    chain, longer, arch = map(similarity_of, made)
     assert chain.distance(chain) == 0
     assert chain.distance(longer) == longer.distance(chain)
     # twice the depth, and a few more contacts a disk

@@ -6,7 +6,7 @@
 
 #include "impact_solver.hpp"
 #include "contacts.hpp"
-#include "frames.hpp"
+#include "solve_frames.hpp"
 #include "friction_solver.hpp"
 #include "motion.hpp"
 
@@ -44,20 +44,20 @@ bool report(const char* what, int n, bool passed) {
 }
 
 // The same disks as solid ones that rub, some contacts of which dissipate.
-FrictionProblem friction_problem(const System& s, const Crowd& c, double dissipation) {
+FrictionProblem friction_problem(const ImpactProblem& s, const Crowd& c, double dissipation) {
     FrictionProblem p;
-    static_cast<System&>(p) = s;
+    static_cast<ImpactProblem&>(p) = s;
     p.lever_first = p.lever_second = Vector(s.k, 0.25);
-    p.mass.clear(), p.left.clear();
+    p.mass.clear(), p.left_velocity.clear();
     for (int i = 0; i < s.n; ++i) {
         for (double m : {c.mass[i], c.mass[i], 0.03125 * c.mass[i]}) p.mass.push_back(m);
-        for (double u : {c.velocity[2 * i], c.velocity[2 * i + 1], 0.1}) p.left.push_back(u);
+        for (double u : {c.velocity[2 * i], c.velocity[2 * i + 1], 0.1}) p.left_velocity.push_back(u);
     }
     for (int e = 0; e < s.k; ++e) {
         if (s.second[e] < 0) p.lever_second[e] = 0.0;
         p.friction.push_back(e % 5 ? 0.3 : 0.0);
     }
-    p.along.assign(s.k, dissipation), p.across.assign(s.k, 0.0);
+    p.normal_dashpot.assign(s.k, dissipation), p.tangential_dashpot.assign(s.k, 0.0);
     p.scale = 1.0;
     p.prepare();
     return p;
@@ -79,7 +79,7 @@ int main() {
                 const int size = int(c.radius.size());
                 const ContactPairs contacts = find_contact_pairs(c.position, c.radius, walls, 1e-3);
                 const Neighbours neighbours = with_normals(contacts);
-                const System s = system_of({c.position, c.velocity, c.radius, c.mass, {}}, neighbours.first, neighbours.second, neighbours.normal);
+                const ImpactProblem s = impact_problem_of({c.position, c.velocity, c.radius, c.mass, {}}, neighbours.first, neighbours.second, neighbours.normal);
                 if (THREADS_ONLY && n < 60) continue;
                 for (int way = THREADS_ONLY ? 6 : 0; way < 8; ++way) {
                     Options options;
@@ -87,19 +87,19 @@ int main() {
                     if (way >= 2 && way <= 3) options.solver = way == 2 ? Solver::INTERIOR_POINT : Solver::ACTIVE_SET;
                     if (way >= 4) options.sizes.multifrontal = 0;
                     if (way >= 5) options.sizes.shared = 1, options.threads = way == 5 ? 1 : 3;
-                    System law = s;
+                    ImpactProblem law = s;
                     if (way == 7) {
-                        law.along.assign(s.k, 30.0), law.across.assign(s.k, 10.0), law.d = 3;
+                        law.normal_dashpot.assign(s.k, 30.0), law.tangential_dashpot.assign(s.k, 10.0), law.d = 3;
                         law.lever_first = law.lever_second = Vector(s.k, 0.25);
-                        law.mass.clear(), law.left.clear();
+                        law.mass.clear(), law.left_velocity.clear();
                         for (int i = 0; i < size; ++i) {
                             for (double m : {c.mass[i], c.mass[i], 0.03 * c.mass[i]}) law.mass.push_back(m);
-                            for (double u : {c.velocity[2 * i], c.velocity[2 * i + 1], 0.1}) law.left.push_back(u);
+                            for (double u : {c.velocity[2 * i], c.velocity[2 * i + 1], 0.1}) law.left_velocity.push_back(u);
                         }
-                        law.free = law.left;
+                        law.free = law.left_velocity;
                     }
                     const Solution solution = solve_one_sided(law, options);
-                    const Certificate of = certified(law, solution.reaction, solution.velocity);
+                    const Certificate of = certificate_of(law, solution.reaction, solution.velocity);
                     const bool solved = of.finite && of.residual <= 1e-8 && of.momentum_error <= 1e-8;
                     passed = report("answer", size, solved || options.solver == Solver::ACTIVE_SET) && passed;
                 }
@@ -108,9 +108,9 @@ int main() {
                     if (size > 60 || decades > 0.0) continue;
                     FrictionProblem p = friction_problem(s, c, dissipation);
                     const FrictionResult solution = solve_friction(p, {1e-8, size < 8 ? 3 : 1, c.radius});
-                    const FrictionCertificate of = certified(p, solution.solution);
+                    const FrictionCertificate of = certificate_of(p, solution.solution);
                     passed = report("friction", size, std::max(of.natural_map, of.momentum_error) <= 1e-8) && passed;
-                    if (dissipation == 0.0) solve_friction(p, {.tolerance = 1e-6, .in_step = true, .lam = solution.solution.lam, .tau = solution.solution.tau}), solve_friction(p, {.tolerance = 1e-6, .in_step = true});
+                    if (dissipation == 0.0) solve_friction(p, {.tolerance = 1e-6, .in_step = true, .reaction = solution.solution.reaction, .tangential = solution.solution.tangential}), solve_friction(p, {.tolerance = 1e-6, .in_step = true});
                 }
                 const std::vector<std::int64_t> frames{0, size};
                 std::vector<std::int64_t> ids(size);

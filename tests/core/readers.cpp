@@ -5,7 +5,7 @@
 #include <cstring>
 #include <random>
 
-#include "text.hpp"
+#include "dump_text.hpp"
 
 using namespace nscd;
 using namespace std::string_literals;

@@ -177,7 +177,7 @@ def test_separators_are_a_tree_that_holds_every_border():
             reached[above[s]] |= reached[s]
 
 
-# Of the disks of a part, on either side of its median: see nscd/core/order.cpp.
+# Of the disks of a part, on either side of its median: see nscd/core/elimination_order.cpp.
 STRIP_SHARE = 0.15
 
 
@@ -231,7 +231,7 @@ def test_readers_of_dumps_and_random_bytes_have_no_errors_of_memory(tmp_path):
     if shutil.which("g++") is None:
         pytest.skip("g++ is not installed: nothing to watch memory with")
     program = tmp_path / "readers"
-    sources = [ROOT / "tests/core/readers.cpp", ROOT / "nscd/core/text.cpp"]
+    sources = [ROOT / "tests/core/readers.cpp", ROOT / "nscd/core/dump_text.cpp"]
     flags = "-std=c++20 -O1 -g0 -Wno-psabi -fsanitize=address,undefined -fno-sanitize-recover=all"
     words = ["g++", *flags.split(), "-D_GLIBCXX_ASSERTIONS", f"-I{ROOT / 'nscd/core'}"]
     subprocess.run([*words, *sources, "-o", program], check=True, capture_output=True)

@@ -7,7 +7,7 @@ import pytest
 from MDAnalysis.transformations import translate
 
 from analysis.dumps import DumpError, open_bodies
-from analysis.dumps.digits import LastDigit
+from analysis.dumps.last_digits import LastDigit
 from analysis.percussions import PercussionAnalysis
 from tests.crowds import frame
 

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from analysis.dumps import DumpError, index_dump
-from analysis.dumps import frames as text_frames
+from analysis.dumps import find_frames as text_frames
 from analysis.support.reading import NUMBER
 from nscd import _core
 

@@ -16,7 +16,7 @@ from analysis.scene import Crowd, read_scene, room
 from analysis.studies.exchange.fclib import read_problem, write_problem
 from analysis.studies.exchange.problem import is_hdf5
 from analysis.support.extras import MissingExtraError
-from analysis.support.frames import write_frame
+from analysis.support.write_frames import write_frame
 from nscd import ContactLaw, Snapshot
 
 h5py = pytest.importorskip("h5py", reason="needs h5py")

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.studies.exposure.along import OnWalls, beside_doors, loads_on
 from analysis.studies.exposure.outline import Outlines
+from analysis.studies.exposure.walls import OnWalls, beside_doors, loads_on
 from nscd import Walls
 from tests.crowds import disks_at, drive_to, scene_at
 

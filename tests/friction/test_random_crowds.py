@@ -136,7 +136,7 @@ def test_the_effort_of_the_proximal_point_method_is_bounded():
     snapshot, mu = pile(rows=12), 0.15
     contacts = in_contact(snapshot)
     problem = in_core(snapshot, contacts, mu)
-    once, twice = (problem.by(FrictionMethod.POINT, 1e-30, maximum) for maximum in (600, 1200))
+    once, twice = (problem.by(FrictionMethod.PROXIMAL_POINT, 1e-30, maximum) for maximum in (600, 1200))
     assert once.cost <= 600
     assert once.cost < twice.cost <= 1200
     assert twice.error < once.error

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import shapely
 
-from analysis.scene.rooms import Crowd, room
+from analysis.scene.new_scene import Crowd, room
 from analysis.scene.scene import SceneError
 from analysis.studies.infer import crowd, page, tracks
 from analysis.studies.infer.inference import NAMES, infer, run_prior, uniform

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.stats import ttest_ind, ttest_rel
 
-from analysis.scene.rooms import Crowd, room
+from analysis.scene.new_scene import Crowd, room
 from analysis.scene.scene import read_scene
 from analysis.studies.exposure.loads import RunLoads, walls_beside
-from analysis.studies.motion.designs import (
+from analysis.studies.motion.design_differences import (
     QUANTITIES,
     Outcome,
     Table,
@@ -22,7 +22,7 @@ from analysis.studies.motion.designs import (
     outcome_of,
     table_of,
 )
-from analysis.studies.report.designs import designs_of
+from analysis.studies.report.designs_page import designs_of
 
 ALPHA = 0.05
 
@@ -91,7 +91,7 @@ def test_the_rule_that_stops_is_that_of_sim_tools(seed):
     # twice the first design less the first design is the series itself
     every = [(n, difference(2 * base[:n], base[:n], ALPHA, paired=True)) for n in range(3, 400)]
     assert next(n for n, one in every if one.significant) == theirs(1.0)
-    narrow = Target(share=0.2)
+    narrow = Target(fraction=0.2)
     assert next(n for n, one in every if one.half <= narrow.width(one)) == theirs(0.2)
 
 
@@ -117,7 +117,7 @@ def test_what_is_asked_for_in_other_words_is_refused(text):
 def test_what_is_asked_for():
     assert Target.parse("decided") == Target()
     assert Target.parse("decided kN/m") == Target(unit="kN/m")
-    assert Target.parse("10%") == Target.parse(" 10 % ") == Target(share=0.1)
+    assert Target.parse("10%") == Target.parse(" 10 % ") == Target(fraction=0.1)
     assert Target.parse("0.2 per s") == Target.parse("2e-1 1/s") == Target(number=0.2, unit="1/s")
     assert [key for key in QUANTITIES if Target.parse("0.1 1/m2").of(key)] == ["density_door"]
 

@@ -11,7 +11,7 @@ from analysis.engines.softness import softness
 from analysis.pages.numbers import between, two
 from analysis.pages.ranges import Chart
 from analysis.scene.named_crowds import CROWDS
-from analysis.scene.rooms import Crowd, room
+from analysis.scene.new_scene import Crowd, room
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make, with_push
 from analysis.studies.exposure.loads import RunLoads

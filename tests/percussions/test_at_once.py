@@ -6,9 +6,9 @@ import pytest
 from analysis.dumps import DumpError, open_bodies, snapshot_of
 from analysis.percussions import percussions_of
 from analysis.percussions.setting import Setting
-from analysis.percussions.solving import DumpToSolve, solve_dump
+from analysis.percussions.solve_dump import DumpToSolve, solve_dump
 from analysis.scene.shipped_scenes import make
-from analysis.support.frames import write_frame
+from analysis.support.write_frames import write_frame
 from benchmarks.problems.families import jammed
 
 FRAMES = 12
@@ -77,7 +77,7 @@ def test_each_frame_is_answered_as_alone(film, left):
 
 
 def test_threads_write_the_same_bytes(film, tmp_path, monkeypatch):
-    monkeypatch.setattr("analysis.percussions.solving.BLOCK", film[0].stat().st_size // 5)
+    monkeypatch.setattr("analysis.percussions.solve_dump.BLOCK", film[0].stat().st_size // 5)
     dump, full = job(film), []
     assert len(dump.blocks(range(FRAMES))) == 6
     for workers in (1, 2, 3):

@@ -9,8 +9,8 @@ import pytest
 from analysis.cli.options import with_options
 from analysis.cli.runs import solve
 from analysis.percussions.setting import Setting
-from analysis.percussions.solving import JOB, DumpToSolve, solve_dump, solve_in_chunks
-from analysis.support.frames import write_frame
+from analysis.percussions.solve_dump import JOB, DumpToSolve, solve_dump, solve_in_chunks
+from analysis.support.write_frames import write_frame
 
 FRAMES, PART, ROW = 50, 4, 40
 

@@ -10,9 +10,9 @@ import pytest
 from analysis.cli import options
 from analysis.dumps import DumpError, open_bodies, snapshot_of
 from analysis.percussions import PercussionAnalysis, Setting, percussions_of
+from analysis.percussions.contact_rows import Indeterminacy
 from analysis.percussions.setting import setting_beside
-from analysis.percussions.solving import DumpToSolve, solve_dump
-from analysis.percussions.table import Openness
+from analysis.percussions.solve_dump import DumpToSolve, solve_dump
 from analysis.scene.scene import SceneError, read_scene
 from analysis.scene.shipped_scenes import make
 from nscd import ContactLaw, Walls
@@ -333,4 +333,4 @@ def test_the_ensemble_has_mean_spread_and_a_status(tmp_path, monkeypatch):
     assert (float(row["least_energy_Ns"]), float(row["mean_Ns"])) == pytest.approx((75, 75))
     both = float(row["friction_least_energy_Ns"]), float(row["friction_mean_Ns"])
     assert both == pytest.approx((12.5, 12.5))
-    assert get_args(options.Openness) == get_args(Openness)
+    assert get_args(options.Indeterminacy) == get_args(Indeterminacy)

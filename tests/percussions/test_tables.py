@@ -11,16 +11,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from analysis.dumps import DumpError
-from analysis.percussions import table
+from analysis.percussions import contact_rows
 from analysis.percussions.setting import Setting
-from analysis.percussions.solving import DumpToSolve, solve_dump
+from analysis.percussions.solve_dump import DumpToSolve, solve_dump
 from tests.crowds import frame
 
 WORDS = st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=8)
 
 
 def csv_lines(columns):
-    return table.rows_of(dict(enumerate(columns)))
+    return contact_rows.rows_of(dict(enumerate(columns)))
 
 
 @given(st.lists(st.tuples(st.floats(), st.integers(-(2**63), 2**63 - 1), WORDS)))
@@ -63,9 +63,9 @@ def dump_of(folder, *arguments):
     return DumpToSolve(path=path, setting=Setting(left_velocity="dump"), indeterminacy="ranges")
 
 
-@pytest.mark.parametrize("group", [1, table.GROUP])
+@pytest.mark.parametrize("group", [1, contact_rows.GROUP])
 def test_the_same_rows(tmp_path, monkeypatch, group):
-    monkeypatch.setattr(table, "GROUP", group)
+    monkeypatch.setattr(contact_rows, "GROUP", group)
     dump = dump_of(tmp_path, 0.5, 2.0, 0.49, 0.5)
     for name in ("a.csv", "a.parquet"):
         assert solve_dump(dump, tmp_path / name).contacts == 3

@@ -401,10 +401,10 @@ def test_odds_are_given_only_where_all_draws_agree():
     }
     found = odds(row, inputs, models)
     assert "never" not in found
-    assert found["partly"].share == 1
-    assert found["one"].share == pytest.approx((np.exp(-0.5) + 1) / 2)
+    assert found["partly"].fraction == 1
+    assert found["one"].fraction == pytest.approx((np.exp(-0.5) + 1) / 2)
     early = found["early"]
-    assert early.share == pytest.approx(np.exp(-4.5))
+    assert early.fraction == pytest.approx(np.exp(-4.5))
     assert (early.low, early.high) == pytest.approx((np.exp(-4.5), np.exp(-1.125)))
     # with 2 σ it is three times less likely only
     assert (early.settled, early.out) == (True, False)
@@ -427,7 +427,7 @@ def test_the_truth_is_inside_what_is_said(tmp_path, wall):
         force, through = ((np.nanmin(message[:, k]), np.nanmax(message[:, k])) for k in (0, 1))
         missed += [name not in found.combined(), name not in other.combined()]
         missed += [not force[0] <= largest <= force[1], not through[0] <= impulse <= through[1]]
-        best = max(found.odds, key=lambda one: found.odds[one].share)
+        best = max(found.odds, key=lambda one: found.odds[one].fraction)
         assert best in other.combined()
         assert force[1] <= most_force(trial, SOFT[-1])
         assert through[1] <= most_impulse(trial, np.array([0.1]))[0]

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from analysis.scene import read_scene
-from analysis.scene.floors import read_floor
+from analysis.scene.floor_files import read_floor
 from analysis.scene.real.lemons import read_lemons
 from analysis.scene.real.trajectory import Recording, TrajectoryError, read_heads
 from analysis.scene.scene import SceneError

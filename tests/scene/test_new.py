@@ -65,7 +65,7 @@ def test_a_named_crowd_pushes_with_its_share(name, push):
     made = room("small", 4.0, 3.0, 0.8, Crowd(people=4, does=name))
     assert made.push_range == pytest.approx((push, push))
     same = [(one, ratio) for one, ratio, same in crowds_beside(made) if same]
-    assert same == [(name, CROWDS[name].shares[0])]
+    assert same == [(name, CROWDS[name].fractions[0])]
     for other, fraction, _ in crowds_beside(made):
         changed = with_crowd(made, other, fraction)
         assert (changed.drive.time_gap_s is None) == (other == "pushing")

@@ -8,7 +8,7 @@ import pytest
 from analysis.dumps import open_bodies, snapshot_of
 from analysis.engines.programs.rigid import main
 from analysis.percussions.setting import Setting
-from analysis.percussions.solving import DumpToSolve, solve_dump
+from analysis.percussions.solve_dump import DumpToSolve, solve_dump
 from analysis.scene.drive import Goal
 from analysis.scene.scene import SceneError, read_scene
 from analysis.scene.shipped_scenes import variant

@@ -24,7 +24,7 @@ from analysis.engines.energy import CSV, DUMP, Account, kinetic, of_step
 from analysis.engines.guard import STOPPED_STATUS
 from analysis.engines.rigid import timing, tolerance_of
 from analysis.scene.scene import Scene, read_scene
-from analysis.support.frames import IMPULSE_COLUMNS, write_frame
+from analysis.support.write_frames import IMPULSE_COLUMNS, write_frame
 from nscd import Snapshot
 from nscd.arrays import Floats
 from nscd.stepping import Motion, Push, StepError, WindowImpulses, WindowSums
@@ -63,7 +63,7 @@ def main(words: Sequence[str] | None = None) -> int:
 def motion_of(scene: Scene, state: Snapshot) -> Motion:
     """Make the motion of a scene from a state on."""
     drive, (h, frames) = scene.drive, (timing(scene).time_step, timing(scene).frame_interval)
-    every, known = max(1, int(RENEWED_S / h + 1e-9)), [(-1, state.velocity)]
+    every, latest = max(1, int(RENEWED_S / h + 1e-9)), [(-1, state.velocity)]
 
     def desired(position: Floats) -> Floats:
         assert drive is not None
@@ -72,9 +72,9 @@ def motion_of(scene: Scene, state: Snapshot) -> Motion:
         # a run that goes on from a frame knows no more than that
         step = int(motion.time / h + 1e-6)
         drawn_step = step - step % frames % every
-        if known[0][0] != drawn_step:
-            known[0] = drawn_step, drive.desired_velocity(position, state.ids, step * h, state.radius)
-        return known[0][1]
+        if latest[0][0] != drawn_step:
+            latest[0] = drawn_step, drive.desired_velocity(position, state.ids, step * h, state.radius)
+        return latest[0][1]
 
     motion = Motion(
         state,

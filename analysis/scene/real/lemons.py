@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from analysis.scene.anthropometry import separated
-from analysis.scene.floors import walls_between
+from analysis.scene.floor_files import walls_between
 from analysis.scene.scene import Scene, SceneError, Wall, read_room
 from analysis.support.reading import UnreadableError, parsed_xml, read_text
 from nscd import Snapshot

@@ -96,8 +96,8 @@ def _projected(
     error, a share of the scale (m) or more."""
     found = _core.solve_impact(
         contacts.first, contacts.second, contacts.is_wall, contacts.normal, snapshot.position,
-        snapshot.radius, snapshot.mass, free, offset=contacts.gap - SPARE_M, least_scale=scale,
-        tolerance=SOLVER_TOLERANCE, canonical=False, bounded=False,
+        snapshot.radius, snapshot.mass, free, max_approach=contacts.gap - SPARE_M, least_scale=scale,
+        tolerance=SOLVER_TOLERANCE, canonical=False, with_error_bound=False,
     )  # fmt: skip
     assert found is not None, "contacts of disks that there are, and finite numbers"
     error = max(found.residual, found.momentum_error)

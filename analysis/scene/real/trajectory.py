@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
-from analysis.scene.real import tables
+from analysis.scene.real import text_tables
 from analysis.scene.real.plausible import (
     STOREYS,
     TAKE_AS_IS,
@@ -25,7 +25,7 @@ from analysis.scene.real.plausible import (
     heights,
     plausibility_of,
 )
-from analysis.scene.real.tables import PER_METRE, PLAIN, Table, numbered, seen_once
+from analysis.scene.real.text_tables import PER_METRE, PLAIN, Table, numbered, seen_once
 from analysis.scene.real.times import framed, in_seconds
 from analysis.support import reading
 from analysis.support.foreign import Node, read_foreign
@@ -177,7 +177,7 @@ def _load(source: _Source, columns: str | None) -> Loaded:
 
 def _text(source: _Source, end: str, columns: list[str]) -> Loaded:
     """A table of text: footsteps of Vadere, the BIWI walking pedestrians, or any other."""
-    table = tables.read_table(source.file, named=end in NAMED, columns=columns)
+    table = text_tables.read_table(source.file, named=end in NAMED, columns=columns)
     if any(line.startswith("$VEHICLE") for line in table.head):
         raise source.refuse("vehicles of Vissim. A table of its pedestrians is needed")
     names = {
@@ -186,7 +186,7 @@ def _text(source: _Source, end: str, columns: list[str]) -> Loaded:
     if "startx" in names:
         return _vadere(source, table)
     if not (columns or table.columns.named) and len(names) == len(OBSMAT):
-        other = tables.read_table(source.file, named=False, columns=OBSMAT)
+        other = text_tables.read_table(source.file, named=False, columns=OBSMAT)
         if rate := _rate_of_velocities(other.rows):
             if source.frame_rate and abs(source.frame_rate - rate) <= SAME_RATE * rate:
                 rate = source.frame_rate  # which is not a measured one
@@ -206,11 +206,11 @@ def _people(source: _Source, table: Table, length: str | None) -> Loaded:
         per = PER_METRE[length or source.unit or "m"] / PER_METRE[units["z"]]
         rows = rows.assign(z=rows.z * per)
     if "time" in rows:
-        if (times := units.get("time", "s")) not in tables.TIMES:
+        if (times := units.get("time", "s")) not in text_tables.TIMES:
             raise source.refuse(f"the unit of its times is {times}. One of s and ms is read")
-        rows = rows.assign(time=rows.time * tables.TIMES[times])
-    known = [one for one in (*PLAIN, "time", "z") if one in rows]
-    found = source.loaded(rows[known], length, None if "time" in rows else stated)
+        rows = rows.assign(time=rows.time * text_tables.TIMES[times])
+    understood = [one for one in (*PLAIN, "time", "z") if one in rows]
+    found = source.loaded(rows[understood], length, None if "time" in rows else stated)
     if stated and "time" in rows and not abs(found[1] - stated) <= 0.05 * stated:
         raise source.refuse(f"states {stated:g} frames per second, and its times are {found[1]:g}")
     return found
@@ -281,8 +281,8 @@ def _jupedsim(source: _Source) -> Loaded:
     stated = dict(zip(found["metadata"].texts("key"), found["metadata"].texts("value"), strict=True))
     names = ("id", "frame", "pos_x", "pos_y")
     others = found["trajectory_data"].attributes["others"].split()
-    known = {("fps", stated.get("fps")), ("version", "1"), ("version", "2")}
-    others += [key for key, value in stated.items() if (key, value) not in known]
+    understood = {("fps", stated.get("fps")), ("version", "1"), ("version", "2")}
+    others += [key for key, value in stated.items() if (key, value) not in understood]
     reading.note_unused(source.file, "columns and keys", others)
     every = (found["trajectory_data"].below[name].values for name in names)
     rows = seen_once(source.file, pd.DataFrame(dict(zip(PLAIN, every, strict=True))))
@@ -306,7 +306,7 @@ def _archive(source: _Source) -> Loaded:
     columns = {name: values[name].astype(np.float64 if name in "xyz" else None) for name in names}
     reading.note_unused(source.file, "columns", [name for name in here if name not in names])
     column_names = " ".join(str(found.attributes.get(axis)) for axis in "xy")
-    stated = tables.units_in(column_names)
+    stated = text_tables.units_in(column_names)
     if stated - {"m", "cm"} or len(stated) > 1:
         raise source.refuse(f"/trajectory: x and y: {column_names[:80]}. One of m and cm is read")
     rate = _fps(source, found.attributes.get("fps"))

@@ -46,8 +46,8 @@ class Question:
 
     def laws(self, method: str, scene: Scene) -> tuple[str, ...]:
         """Give the contact laws that a method may have; none for the rigid model."""
-        known = LAWS.get(method, ())
-        return known if self.against == "rigid" else tuple({scene.contact.law} & set(known))
+        laws = LAWS.get(method, ())
+        return laws if self.against == "rigid" else tuple({scene.contact.law} & set(laws))
 
     def check(self, scene: Scene) -> None:
         """Raise ValueError for a quantity that is unknown, or that the scene cannot have."""
@@ -109,7 +109,7 @@ TRIED = Safety(numerical=1.5, model=1.1)
 def safety_of(rates: Rates, curves: Curves) -> Safety:
     """Compute the factors of curves that are read from other scenes: exp(rate · unlikeness), at
     least 1; infinite where there is no rate."""
-    found, far = {}, unlikeness(curves)
+    found, far = {}, dissimilarity(curves)
     for what in Safety.__dataclass_fields__:
         rate = rates.get(f"{curves.load}_{what}")
         # that others came out better than predicted is luck
@@ -117,7 +117,7 @@ def safety_of(rates: Rates, curves: Curves) -> Safety:
     return Safety(**found)
 
 
-def unlikeness(curves: Curves) -> float:
+def dissimilarity(curves: Curves) -> float:
     """Compute the weighted mean of NEAR + distance over the scenes read."""
     return sum(
         weight * (NEAR + curves.likeness.distance(entry.likeness)) for entry, weight in curves.read
@@ -138,7 +138,7 @@ def rates_of(entries: Sequence[Entry]) -> Rates:
             curves = Curves(likeness=entry.likeness, load=load, entries=others)
             if not curves.read:
                 continue
-            far = unlikeness(curves)
+            far = dissimilarity(curves)
             for what, measured, expected in _predicted(entry, curves):
                 rate = float(np.log(max(measured, NO_MATTER) / max(expected, NO_MATTER))) / far
                 found.setdefault(f"{load}_{what}", []).append(rate)
@@ -252,7 +252,7 @@ class AdviceContext:
     def _soft(self, method: str, law: str) -> Iterator[Candidate]:
         scene, question, similarity = self.scene, self.question, self.curves.likeness
         free, cost = question.against == "rigid", price_of(method, law, self.priced)
-        fractions = [ratio for ratio in self.curves.shares(method, law) if ratio <= LONGEST]
+        fractions = [ratio for ratio in self.curves.fractions(method, law) if ratio <= LONGEST]
         # an impact is the same at every stiffness, only sooner over
         for stiffer in STIFFER if free and similarity.driven else (1.0,):
             stiffness = stiffer * scene.contact.stiffness_N_per_m

@@ -31,7 +31,7 @@ from analysis.studies.advice.library import (
     Entry,
     Library,
     Similarity,
-    likeness_of,
+    similarity_of,
     stored_library,
 )
 from analysis.studies.work_precision import soft
@@ -53,7 +53,7 @@ def left_out(scene: Scene, folder: Path) -> Iterator[str]:
 
     A crowd that is still to be pressed together is pressed first, by an engine, and kept in the
     folder; without an engine a line says that its contacts are not known. The scene is one without
-    friction (`likeness_of` refuses others)."""
+    friction (`similarity_of` refuses others)."""
     n, driven, restitution = len(scene.snapshot), scene.drive is not None, scene.contact.restitution
     unknown = "islands, disks that carry nothing: not known, "
     yield "friction cone: μ = 0, one unknown per contact instead of two"
@@ -143,7 +143,7 @@ def _idle(window: windows.Window) -> Iterator[str]:
 
 
 # Shares of the safe time step that are stepped through.
-SHARES = (1 / 16, 1 / 4, 1.0, 4.0)
+STEP_FRACTIONS = (1 / 16, 1 / 4, 1.0, 4.0)
 # Each with these lengths, as shares of it: which contacts let go between two steps depends on the
 # length, and an engine shortens its steps to meet frames.
 NEARBY = (1.0, 0.98, 0.93)
@@ -156,7 +156,7 @@ MOST_DISKS, MOST_WORK = 600, 5e6
 
 def tried(scene: Scene, question: Question) -> list[Point]:
     """Compute the points of an impact for a question's methods: the rigid model by each solver, and
-    engines at SHARES of the safe time step with the scene's stiffness, their CPU seconds left out.
+    engines at STEP_FRACTIONS of the safe time step with the scene's stiffness, their CPU seconds left out.
 
     Error bars are added to the errors. Raises ValueError as `Window.check`. Nothing is found for an
     impact too large to try, and of engines nothing where they have too many steps, or no
@@ -192,7 +192,7 @@ def _stepped(judge: windows.Judge, law: str, engines: Iterable[str]) -> Iterator
         return
     own, looser = (window.quantities(motion, stiffness) for motion in reference)
     model = windows.Converged(own=own, looser=looser, wrong="the time step is too long: wrong")
-    for fraction in SHARES:
+    for fraction in STEP_FRACTIONS:
         near: list[list[Point]] = []
         for times in NEARBY:
             tried = Method(
@@ -287,16 +287,16 @@ def advise(
     """Choose the cheapest method that promises what is asked of a scene's window.
 
     An impact is tried here (see `tried`), of a driven crowd the library is read; a chart of the
-    scene is read instead of both, without safety factors. Raises ValueError as `likeness_of`, for a
+    scene is read instead of both, without safety factors. Raises ValueError as `similarity_of`, for a
     quantity that is unknown or that the scene cannot have, and a chart of another scene."""
     scene.check_plain("advice is")  # nothing was measured with them
     question.check(scene)
-    known = _what_is_known(scene, question, library, chart)
-    found = list(known.candidates())
-    read = {entry.name: weight for entry, weight in known.curves.read}
-    sources = [entry for entry, _ in known.curves.read]
+    evidence = _evidence_of(scene, question, library, chart)
+    found = list(evidence.candidates())
+    read = {entry.name: weight for entry, weight in evidence.curves.read}
+    sources = [entry for entry, _ in evidence.curves.read]
     if any(c.law for c in found):
-        sources += known.priced
+        sources += evidence.priced
     within = [c for c in found if c.promised_error <= question.error]
     choice, better = _cheapest(within), None
     if choice is not None:
@@ -305,7 +305,7 @@ def advise(
     by_method = (_cheapest(c for c in within if c.method == m) for m in question.methods)
     return Advice(
         scene=scene,
-        likeness=known.curves.likeness,
+        likeness=evidence.curves.likeness,
         question=question,
         choice=choice,
         better=better,
@@ -320,7 +320,7 @@ def advise(
     )
 
 
-def _what_is_known(
+def _evidence_of(
     scene: Scene, question: Question, library: Library, chart: Sequence[Point] | None
 ) -> AdviceContext:
     """What a chart of the scene says, what is found by trying it, or what the library does."""
@@ -330,7 +330,7 @@ def _what_is_known(
         priced = entries = (Entry.of(scene, chart),)
     elif scene.drive is None:
         entries, safety = (Entry.of(scene, tried(scene, question)),), TRIED
-    curves = Curves(likeness=likeness_of(scene), load=question.load, entries=entries)
+    curves = Curves(likeness=similarity_of(scene), load=question.load, entries=entries)
     if entries is library.entries:
         safety = safety_of(library.rates, curves)
     return AdviceContext(scene=scene, question=question, curves=curves, safety=safety, priced=priced)
@@ -348,12 +348,12 @@ def _check_points(scene: Scene, points: Sequence[Point]) -> None:
 
 def _cheapest(candidates: Iterable[Candidate]) -> Candidate | None:
     """The cheapest, or one that costs at most MARGIN more and promises a smaller error."""
-    known = list(candidates)
-    if not known:
+    ordered = list(candidates)
+    if not ordered:
         return None
-    minimum = min(c.cpu_seconds for c in known)
+    minimum = min(c.cpu_seconds for c in ordered)
     return min(
-        (c for c in known if c.cpu_seconds <= (1 + MARGIN) * minimum),
+        (c for c in ordered if c.cpu_seconds <= (1 + MARGIN) * minimum),
         key=lambda c: (c.promised_error, c.cpu_seconds),
     )
 
@@ -460,10 +460,10 @@ def methods_here(requested: Sequence[str] | None = None) -> tuple[str, ...]:
     unknown one."""
     if not requested:
         return RIGID, *soft.soft_engines()
-    known = (RIGID, *soft.LAWS)
+    methods = (RIGID, *soft.LAWS)
     for name in requested:
-        if name not in known:
-            raise ValueError(f"method: unknown {name!r}. There are: {', '.join(known)}")
+        if name not in methods:
+            raise ValueError(f"method: unknown {name!r}. There are: {', '.join(methods)}")
     return tuple(dict.fromkeys(requested))
 
 
@@ -485,8 +485,8 @@ def scene_within(
     if not engines:
         raise EngineError("no engine: nothing can run the scene. See: percussions doctor")
     question = Question(error=asked_error(error), methods=tuple(engines), whole_run=True)
-    known = _what_is_known(scene, question, stored_library(), None)
-    choice = _cheapest(c for c in known.candidates() if c.promised_error <= question.error)
+    evidence = _evidence_of(scene, question, stored_library(), None)
+    choice = _cheapest(c for c in evidence.candidates() if c.promised_error <= question.error)
     if choice is None:
         raise ValueError(f"error: {headline(advise(scene, question, library=stored_library()))}")
     words = _choice_words(choice, question)

@@ -56,7 +56,7 @@ class Similarity:
         return float(np.linalg.norm(np.log2(mine) - np.log2(others)))
 
 
-def likeness_of(scene: Scene) -> Similarity:
+def similarity_of(scene: Scene) -> Similarity:
     """Compute the numbers of a scene.
 
     Raises ValueError for a scene with friction or a body force, which nothing was measured with,
@@ -145,11 +145,11 @@ class Entry:
 
     @classmethod
     def of(cls, scene: Scene, points: Iterable[Point]) -> Self:
-        """Make the entry of a scene from what of these points is of it. Raises as `likeness_of`."""
+        """Make the entry of a scene from what of these points is of it. Raises as `similarity_of`."""
         stiffness = scene.contact.stiffness_N_per_m
         return cls(
             name=scene.name,
-            likeness=likeness_of(scene),
+            likeness=similarity_of(scene),
             stiffness_N_per_m=stiffness,
             window_s=Window(scene=scene).duration(stiffness),
             points=tuple(point for point in points if point.scene == scene.name),
@@ -241,7 +241,7 @@ class Curves:
         total = sum(weight for _, weight in chosen)
         return tuple((entry, weight / total) for entry, weight in chosen)
 
-    def shares(self, method: str, law: str) -> list[float]:
+    def fractions(self, method: str, law: str) -> list[float]:
         """List the shares of the safe time step that were measured with an engine."""
         points = (
             p for entry, _ in self.read for p in self._points_with(entry, method=method, law=law)
@@ -314,10 +314,10 @@ def _between(
     hard), beyond the ends those at the end; None where one of them did not end well. No contact is
     credited with less model error than a harder one: a load that rings can come out right by
     luck."""
-    known = [entry.hardness(point) for point in run]
-    index = int(np.clip(np.searchsorted(known, hardness), 1, max(len(run) - 1, 1)))
+    hardness_of_points = [entry.hardness(point) for point in run]
+    index = int(np.clip(np.searchsorted(hardness_of_points, hardness), 1, max(len(run) - 1, 1)))
     beside = run[index - 1 : index + 1]
-    at, numerical, model = known[index - 1 : index + 1], [], []
+    at, numerical, model = hardness_of_points[index - 1 : index + 1], [], []
     for point, hard in zip(beside, at, strict=True):
         if point.status != PointStatus.OK or None in (point.numerical_error, point.model_error):
             return None

@@ -15,7 +15,7 @@ from analysis.pages.numbers import interval, percent, seconds, signed
 from analysis.scene.law import AS_HERTZ
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
-from analysis.studies.advice.library import likeness_of
+from analysis.studies.advice.library import similarity_of
 from analysis.studies.work_precision.point import read_points
 from analysis.studies.work_precision.whole_runs import RIGID, RunSetting, WholeRunPoint
 
@@ -71,8 +71,8 @@ class MotionAdvice:
     def content(self) -> dict[str, object]:
         """Give it as advice.json has it."""
         about = {"scene": self.scene.name, "quantity": self.quantity, "asked_error": self.requested}
-        known = {"found": self.found, "why_not": self.why_not, "measured": self.measured}
-        return about | {"choice": self.choice} | known
+        outcome = {"found": self.found, "why_not": self.why_not, "measured": self.measured}
+        return about | {"choice": self.choice} | outcome
 
 
 def advise_motion(
@@ -114,7 +114,7 @@ def _why_not(scene: Scene, measured: Sequence[WholeRunPoint], own: bool) -> str:
     if own:
         return ""
     base = make(measured[0].scene)
-    far = likeness_of(scene).distance(likeness_of(base))
+    far = similarity_of(scene).distance(similarity_of(base))
     if far > FARTHEST:
         return f"{scene.name} is not like {base.name}, which was measured (distance {far:.2g})"
     times = scene.mean_push / base.mean_push
@@ -228,22 +228,22 @@ def advise_bodies(
     springs of that stiffness.
 
     Raises ValueError for a quantity, a body or a scene that has no answer."""
-    known = how_soft.known_bodies()
-    if body not in known:
-        raise ValueError(f"body: unknown {body!r}. There are: {', '.join(known)}")
+    choices = how_soft.known_bodies()
+    if body not in choices:
+        raise ValueError(f"body: unknown {body!r}. There are: {', '.join(choices)}")
     if quantity not in OF_BODIES:
         raise ValueError(
             f"quantity: {quantity} is not known of soft bodies. There are: {', '.join(OF_BODIES)}"
         )
     if scene.drive is None:
         raise ValueError(f"body: {scene.name} is an impact, and s is of a crowd that is driven")
-    hardest, softest = how_soft.softness_of(scene, known[body])
+    hardest, softest = how_soft.softness_of(scene, choices[body])
     found = how_soft.rigid_over_soft(softest, hardest)
     rigid = None if found is None else found[OF_BODIES[quantity]]
     offered = []
     if rigid and rigid.worst <= error and "rigid" in methods:
         offered.append((expected_seconds(scene, "rigid"), "rigid", ""))
-    soft, words = soft_run(scene, known[body])
+    soft, words = soft_run(scene, choices[body])
     for name in methods:
         if name != "rigid" and softest <= valid_to(quantity):
             offered.append((expected_seconds(soft, name), name, words))
@@ -252,7 +252,7 @@ def advise_bodies(
         scene=scene,
         quantity=quantity,
         requested=error,
-        body=known[body],
+        body=choices[body],
         softness=(hardest, softest),
         rigid=rigid,
         engine=engine,

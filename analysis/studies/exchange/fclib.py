@@ -13,8 +13,8 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from analysis.percussions import Setting, SnapshotPercussions
-from analysis.percussions.snapshot import openness_of, states_of
-from analysis.percussions.table import Column, Openness, rows_of, table_file
+from analysis.percussions.contact_rows import Column, Indeterminacy, rows_of, table_file
+from analysis.percussions.snapshot import bounds_of, states_of
 from analysis.studies.exchange.problem import (
     ExchangeError,
     GlobalProblem,
@@ -105,17 +105,17 @@ def put_crowd(group: Any, found: SnapshotPercussions, origin: Mapping[str, str])
     put_words(walls, "names", "\n".join(setting.wall_names))
 
 
-def put_truth(group: Any, found: SnapshotPercussions, indeterminacy: Openness) -> None:
+def put_truth(group: Any, found: SnapshotPercussions, indeterminacy: Indeterminacy) -> None:
     """Write /truth: what balance, and reactions that only push, leave open of a solved problem."""
     solution = found.solution
     group.attrs["given"] = "v of /solution, and contacts that only push"
     group.attrs["solver"] = solution.solver
     group.attrs["residual"] = solution.residual
     group.attrs["velocity_error_m_per_s"] = solution.velocity_error
-    known = determinacy(found.contacts, len(found.snapshot), found.snapshot)
-    put_whole(group, "rank", known.rank)
+    balance = determinacy(found.contacts, len(found.snapshot), found.snapshot)
+    put_whole(group, "rank", balance.rank)
     group["rank"].attrs["meaning"] = "of the normal columns of H"
-    left_open = openness_of(found, indeterminacy == "ranges")
+    left_open = bounds_of(found, indeterminacy == "ranges")
     group.create_dataset("determined", data=left_open.determined.astype(np.int32))
     group["determined"].attrs["meaning"] = "1: the same in every answer, 0: not, -1: not known"
     if indeterminacy == "ensemble" and (both := states_of(found)) is not None:
@@ -240,7 +240,7 @@ def write_problem(
     origin: Mapping[str, str],
     *,
     local: bool = False,
-    indeterminacy: Openness = "ranges",
+    indeterminacy: Indeterminacy = "ranges",
 ) -> None:
     """Write the problem of a snapshot, and its answer where it is solved.
 
@@ -465,14 +465,14 @@ class SolvedFile:
     why: str  # of what is not solved, empty where it is
 
 
-def solve_file(path: Path, out: Path, tolerance: float, indeterminacy: Openness) -> SolvedFile:
+def solve_file(path: Path, out: Path, tolerance: float, indeterminacy: Indeterminacy) -> SolvedFile:
     """Solve the problem of an FCLIB file and write `out`, one row per contact: the columns of
     `percussions solve` where the file says whose contacts they are.
 
     indeterminacy: what is said of reactions that the mechanics may leave open, where bodies are known
 
     Raises ExchangeError as `read_problem` does."""
-    problem, known = read_problem(path), read_velocities(path)
+    problem, recorded = read_problem(path), read_velocities(path)
     cells: Mapping[str, Column]
     why = ""
     if isinstance(problem, CrowdProblem):
@@ -495,12 +495,12 @@ def solve_file(path: Path, out: Path, tolerance: float, indeterminacy: Openness)
             zip(BARE, [*columns, [str(status)] * len(mu), [residual] * len(mu)], strict=True)
         )
     difference = None
-    if known is not None:
-        if velocity.shape != known.shape:
+    if recorded is not None:
+        if velocity.shape != recorded.shape:
             raise ExchangeError(
-                f"{path}: /solution/u: {known.size} numbers where {velocity.size} are needed"
+                f"{path}: /solution/u: {recorded.size} numbers where {velocity.size} are needed"
             )
-        difference = float(np.abs(velocity - known).max())
+        difference = float(np.abs(velocity - recorded).max())
     with table_file(out) as add:
         add(cells, rows_of(cells))
     return SolvedFile(contacts=len(velocity), residual=residual, difference=difference, why=why)

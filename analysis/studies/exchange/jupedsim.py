@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from analysis.dumps.contacts import CONTACT_COLUMNS
-from analysis.support.frames import write_frame
+from analysis.support.write_frames import write_frame
 from nscd import Snapshot, Walls
 from nscd.arrays import Floats
 from nscd.stepping import Motion, Push, WindowSums
@@ -63,7 +63,7 @@ class RigidPeople:
         self._part = self._out.with_name(self._out.name + ".part") if self._out else None
         self._file = self._part.open("w", encoding="utf-8") if self._part else None
         self._sums = WindowSums(MOST_AGENTS, simulation.elapsed_time())
-        self._known: dict[int, tuple[float, float, float, float]] = {}
+        self._bodies: dict[int, tuple[float, float, float, float]] = {}
         self._ids: list[int] = []
         self._motion: Motion | None = None
 
@@ -126,13 +126,13 @@ class RigidPeople:
         if self._motion is not None:
             moving = dict(zip(self._ids, self._motion.velocity, strict=True))
         for agent in agents:
-            if agent.id not in self._known:
-                self._known[agent.id] = _body_of(agent)
+            if agent.id not in self._bodies:
+                self._bodies[agent.id] = _body_of(agent)
         self._ids = ids
         if not agents:
             self._motion = None
             return
-        radius, mass, speed, tau = np.array([self._known[i] for i in ids]).T
+        radius, mass, speed, tau = np.array([self._bodies[i] for i in ids]).T
         if np.ptp(tau):
             raise ValueError(
                 "simulation: the reaction times of agents differ. One for all is needed"

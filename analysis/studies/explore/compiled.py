@@ -9,7 +9,7 @@ HERE = Path(__file__).parent
 ROOT = HERE.parents[2]
 WASM, DIGEST = HERE / "core.wasm", HERE / "core.sha256"
 # Bindings to Python, and what no rigid step needs.
-LEFT_OUT = {"c_interface", "module", "friction_module", "tools_module", "packing", "coarse_grain", "text"}
+LEFT_OUT = {"c_interface", "module", "friction_module", "tools_module", "packing", "coarse_grain", "dump_text"}
 FLAGS = (
     "-target", "wasm32-wasi", "-mexec-model=reactor", "-std=c++20", "-O2", "-msimd128",
     "-ffp-contract=off", "-fno-exceptions", "-fno-rtti", "-fno-math-errno", "-Wl,--gc-sections",

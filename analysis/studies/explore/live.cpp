@@ -1,7 +1,7 @@
 // A crowd in a page: nscd's motion and its sums of a window, for WebAssembly.
 #include "drive.hpp"
 #include "motion.hpp"
-#include "sums.hpp"
+#include "impulse_sums.hpp"
 
 #define EXPORT(name) extern "C" [[gnu::used, clang::export_name(#name)]]
 
@@ -29,7 +29,7 @@ struct Whole {
     int steps = 0, looked = -1;  // since the window began; after how many of these they looked
 } state, saved_state;
 auto& [crowd, drive, others, sums, last, begun, wanted, steps, looked] = state;
-System resting;  // contacts of the last step that stay closed, between disks of 1 kg
+ImpactProblem resting;  // contacts of the last step that stay closed, between disks of 1 kg
 Vector pressing;
 
 Vector& part(int number) {
@@ -147,33 +147,33 @@ EXPORT(closed) void closed() {
     Indices one, other;
     Vector along;
     others[RESTING].clear(), pressing.clear();
-    if (!begun || largest(last.friction) > 0.0) return;
+    if (!begun || max_abs(last.friction) > 0.0) return;
     for (std::size_t c = 0; c < gap.size(); ++c) {
         const Index i = first[c], j = second[c];
         const double x = normal[2 * c], y = normal[2 * c + 1], p = last.reaction[c];
         const double closing = x * (u[2 * i] - (j < 0 ? 0.0 : u[2 * j])) + y * (u[2 * i + 1] - (j < 0 ? 0.0 : u[2 * j + 1]));
-        if (p <= 0.0 && closing < gap[c] / law(0) - OPENING * fastest(u)) continue;
+        if (p <= 0.0 && closing < gap[c] / law(0) - OPENING * max_speed(u)) continue;
         one.push_back(i), other.push_back(j), along.insert(along.end(), {x, y}), pressing.push_back(p);
         others[RESTING].insert(others[RESTING].end(), {double(i), double(j < 0 ? wall[c] : j), double(j < 0), x, y, gap[c], p * x, p * y});
     }
-    resting = system_of({crowd.now.position, u, crowd.radius, Vector(crowd.radius.size(), 1.0), {}}, std::move(one), std::move(other), along);
+    resting = impact_problem_of({crowd.now.position, u, crowd.radius, Vector(crowd.radius.size(), 1.0), {}}, std::move(one), std::move(other), along);
 }
 // The largest (sign 1) or least (−1) reaction (N·s) of a row of RESTING over all λ' ≥ 0 with Cᵀλ' = Cᵀλ: for any u with C u ≤ −sign
 // in that row and C u ≤ 0 in the others sign λ'_c ≤ −u·Cᵀλ. The u that a far larger û = Cᵀλ comes to makes that least: a linear
 // program as an impact. Infinite where a self-stress leaves no such u.
 EXPORT(extreme) double extreme(int row, double sign) {
-    System& s = resting;
+    ImpactProblem& s = resting;
     if (row < 0 || row >= s.k) return sign > 0.0 ? INFINITE : 0.0;
-    const double max_gap = largest(pressing), unit = max_gap > 0.0 ? max_gap / STEEP : 1.0;
-    std::fill(s.left.begin(), s.left.end(), 0.0), std::fill(s.offset.begin(), s.offset.end(), 0.0);
-    add_reactions(s, pressing, 1.0 / unit, s.left), s.offset[row] = -sign;
-    s.free = s.left, s.measure();
-    const Vector u = solve_contacts(s, {.tolerance = 1e-10, .canonical = false, .bounded = false}).velocity;
+    const double max_gap = max_abs(pressing), unit = max_gap > 0.0 ? max_gap / STEEP : 1.0;
+    std::fill(s.left_velocity.begin(), s.left_velocity.end(), 0.0), std::fill(s.max_approach.begin(), s.max_approach.end(), 0.0);
+    add_reactions(s, pressing, 1.0 / unit, s.left_velocity), s.max_approach[row] = -sign;
+    s.free = s.left_velocity, s.measure_scale();
+    const Vector u = solve_contacts(s, {.tolerance = 1e-10, .canonical = false, .with_error_bound = false}).velocity;
     Vector v(s.k);
     approach(s, u, v);
     double bound = 0.0, beyond = 0.0;
-    for (int c = 0; c < s.k; ++c) beyond = larger(beyond, v[c] - s.offset[c]);
-    for (std::size_t i = 0; i < u.size(); ++i) bound -= unit * u[i] * s.left[i];
+    for (int c = 0; c < s.k; ++c) beyond = max_or_nan(beyond, v[c] - s.max_approach[c]);
+    for (std::size_t i = 0; i < u.size(); ++i) bound -= unit * u[i] * s.left_velocity[i];
     return beyond <= PROVEN ? sign * bound : sign > 0.0 ? INFINITE : 0.0;
 }
 

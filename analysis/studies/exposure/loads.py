@@ -20,7 +20,6 @@ from analysis.pages.numbers import NONE, significant, with_unit
 from analysis.scene.drive import Stop
 from analysis.scene.rigid_bodies import people_of
 from analysis.scene.scene import Scene
-from analysis.studies.exposure.along import OnWalls, beside_doors, loads_on, outlined, outlines_of
 from analysis.studies.exposure.limits import (
     QUANTITIES,
     SIGNS,
@@ -30,6 +29,7 @@ from analysis.studies.exposure.limits import (
     above_key,
     limits_of_people,
 )
+from analysis.studies.exposure.walls import OnWalls, beside_doors, loads_on, outlined, outlines_of
 from analysis.support.columns import Columns
 from analysis.support.files import write_columns, write_rows
 from nscd import Snapshot

@@ -109,8 +109,8 @@ class Outlines:
     def point(self, outline: int, arc: float) -> tuple[float, float]:
         """Give the place (m) of an arc length (m) of an outline."""
         at = arc % self.length[outline] if self.closed[outline] else arc
-        known, points = self.arcs_at[outline], self.points[outline]
-        return float(np.interp(at, known, points[:, 0])), float(np.interp(at, known, points[:, 1]))
+        arcs, points = self.arcs_at[outline], self.points[outline]
+        return float(np.interp(at, arcs, points[:, 0])), float(np.interp(at, arcs, points[:, 1]))
 
     def nearest(self, point: Floats, within: float) -> list[tuple[int, float]]:
         """List the outlines with a place within so many metres of a point, and the arc length (m) of

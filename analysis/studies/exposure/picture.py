@@ -9,8 +9,8 @@ from matplotlib.patches import Polygon
 from analysis.pages import drawing
 from analysis.pages.numbers import two
 from analysis.scene.scene import Scene
-from analysis.studies.exposure.along import OnWalls, outlines_of
 from analysis.studies.exposure.positions import profile
+from analysis.studies.exposure.walls import OnWalls, outlines_of
 
 
 def draw_loads(scene: Scene, moments: Sequence[OnWalls]) -> Figure:

@@ -9,7 +9,9 @@ import numpy as np
 
 from analysis.pages.numbers import two
 from analysis.scene.scene import Scene
-from analysis.studies.exposure.along import (
+from analysis.studies.exposure.loads import RunLoads
+from analysis.studies.exposure.outline import Worst
+from analysis.studies.exposure.walls import (
     CORNER,
     OnWalls,
     Stretch,
@@ -18,8 +20,6 @@ from analysis.studies.exposure.along import (
     loads_on,
     outlines_of,
 )
-from analysis.studies.exposure.loads import RunLoads
-from analysis.studies.exposure.outline import Worst
 from analysis.support.columns import Columns
 from analysis.support.files import write_columns, write_rows
 from nscd.arrays import Floats, Indices

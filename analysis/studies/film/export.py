@@ -32,8 +32,8 @@ from analysis.studies.film.frame import (
     window_of,
 )
 from analysis.support.files import whole_file, write_text
-from analysis.support.frames import write_frame
 from analysis.support.parallel import Progress, Task, do_all
+from analysis.support.write_frames import write_frame
 from nscd.percussions import Status
 
 Form = Literal["vtk", "ovito"]

@@ -12,17 +12,17 @@ import numpy as np
 
 from analysis.compare.comparison import OpenRun, match_contacts
 from analysis.dumps import DumpError, EngineContacts, open_bodies
-from analysis.dumps.frames import is_binary
-from analysis.dumps.own_contacts import OwnContacts
-from analysis.dumps.reader import RECORD
+from analysis.dumps.find_frames import is_binary
+from analysis.dumps.listed_contacts import ListedContacts
+from analysis.dumps.open_dump import RECORD
 from analysis.dumps.windows import Window
 from analysis.engines.record import RunRecord
 from analysis.engines.rigid import NAME as RIGID_ENGINE
-from analysis.percussions.own import open_own
+from analysis.percussions.listed_contacts import open_listed_contacts
 from analysis.percussions.setting import FORCE, Setting, room_beside
 from analysis.percussions.snapshot import SnapshotPercussions, percussions_of, percussions_of_frames
-from analysis.percussions.solving import STATED
-from analysis.scene.floors import NoFloorError, read_floor, walled
+from analysis.percussions.solve_dump import STATED
+from analysis.scene.floor_files import NoFloorError, read_floor, walled
 from analysis.scene.real.import_crowd import ImportedCrowd, place_crowd, who_is_inside
 from analysis.scene.real.separate import OverlapError
 from analysis.scene.real.trajectory import Recording, TrajectoryError
@@ -175,7 +175,7 @@ def _of_disks(file: Path, file_options: FileOptions) -> FrameFile:
     if contacts is None:
         file_options.refuse(f"there are no contacts of {file}. Give --contacts", "contacts_columns", "contacts_factor")
     else:
-        own = own_contacts(trajectory, contacts, room, setting, file_options.contacts_columns, file_options.contacts_factor)
+        own = listed_contacts(trajectory, contacts, room, setting, file_options.contacts_columns, file_options.contacts_factor)
     if np.isnan(trajectory[0].time):
         raise DumpError(f"{file}: its frames have no times. Give --time-step")
 
@@ -184,12 +184,12 @@ def _of_disks(file: Path, file_options: FileOptions) -> FrameFile:
     return replace(found, engine=OWN, lacks_walls=own.lacks_walls) if own else found
 
 
-def own_contacts(
+def listed_contacts(
     trajectory: Any, contacts: Path, room: Room | None, setting: Setting, columns: str | None, factor: float | None
-) -> OwnContacts:
-    """Open the contacts that came with a dump of disks in a room, see `open_own`."""
+) -> ListedContacts:
+    """Open the contacts that came with a dump of disks in a room, see `open_listed_contacts`."""
     scene, geometry = empty(room or bare(trajectory.filename), "dump"), not _is_rigid(contacts)
-    return open_own(trajectory, contacts, scene, setting, columns=columns, factor=factor, geometry=geometry)
+    return open_listed_contacts(trajectory, contacts, scene, setting, columns=columns, factor=factor, geometry=geometry)
 
 
 def _is_rigid(contacts: Path) -> bool:
@@ -202,7 +202,7 @@ def of_run(folder: Path) -> FrameFile:
     """Take a finished run. Raises EngineError and DumpError for a folder without one of its scene."""
     run = OpenRun.of(folder)
     scene, trajectory = run.scene, run.universe.trajectory
-    own = OwnContacts(run.index, scene, False)
+    own = ListedContacts(run.index, scene, False)
     inputs = trajectory, folder / "bodies.dump", Setting.of(scene), own
     numbers, engine = range(len(run.index.frames)), run.record.engine
     solve = _of_frames(*inputs, tolerance=TOLERANCE)
@@ -210,7 +210,7 @@ def of_run(folder: Path) -> FrameFile:
 
 
 def _of_frames(
-    trajectory: Any, file: Path, setting: Setting, contacts: OwnContacts | None, **how: Any
+    trajectory: Any, file: Path, setting: Setting, contacts: ListedContacts | None, **how: Any
 ) -> Callable[[Iterable[int]], Iterator[FileFrame]]:
     """What solves frames of a dump, with its own contacts where there are some; how: tolerance of the
     percussions."""
@@ -304,7 +304,7 @@ def bare(file: Path) -> Room:
 def _with_standing(room: Room, setting: Setting) -> Room:
     """The room with disks that do not move as walls behind the others, by which they are named and
     drawn: their diameters."""
-    walls, fixed = [*room.walls], setting.standing
+    walls, fixed = [*room.walls], setting.fixed_disks
     names = setting.wall_names[len(walls) :]
     for name, (x, y), r in zip(names, fixed.position, fixed.radius, strict=True) if fixed else ():
         walls.append(

@@ -13,7 +13,7 @@ from analysis.compare.comparison import Match, keys_of, match_contacts
 from analysis.dumps import EngineContacts
 from analysis.dumps.windows import Window
 from analysis.percussions.setting import FORCE
-from analysis.percussions.snapshot import SnapshotPercussions, intervals_of, openness_of, states_of
+from analysis.percussions.snapshot import SnapshotPercussions, bounds_of, intervals_of, states_of
 from analysis.scene.rigid_bodies import people_of
 from analysis.scene.scene import Scene
 from analysis.scene.schema import Reconciliation
@@ -89,7 +89,7 @@ TAILS = 0.05, 0.95
 NONE: Bounds = (float("nan"), float("nan"))
 
 
-def openness_at(
+def bounds_at(
     scene: Scene, found: SnapshotPercussions, values: Mapping[str, float]
 ) -> tuple[Indices, Floats, dict[str, Bounds]]:
     """Find what the mechanics leaves open in a frame: of each rigid contact whether it is determined
@@ -99,8 +99,8 @@ def openness_at(
     Of the largest contact force and the largest load of a person the high bound is attained. With
     friction, or where the frame is not solved, no bounds are computed."""
     k, window = len(found.contacts), found.window or 1.0
-    known = openness_of(found, False)
-    determined = known.determined
+    indeterminacy = bounds_of(found, False)
+    determined = indeterminacy.determined
     is_open, nothing = determined == 0, np.full((2, k), np.nan)
     exact = {key: (value, value) for key, value in values.items()}
     if not k and found.solution.status == "solved":
@@ -111,8 +111,8 @@ def openness_at(
         return determined, np.tile(np.hypot(*found.pressing.T), (2, 1)), exact
     many = is_open.sum() > MOST_OPEN
     if not many:
-        known = openness_of(found, True)
-    bounds = np.array([known.lower, known.upper]) / window
+        indeterminacy = bounds_of(found, True)
+    bounds = np.array([indeterminacy.lower, indeterminacy.upper]) / window
     if many:
         bounds[:, is_open] = np.nan
     try:
@@ -364,21 +364,21 @@ def frame_of(
     rigid = measured[RIGID]
     if ensemble and len(found.contacts):
         match, ends, spans = sampled_at(scene, found, match)
-        known = openness_of(found, False).determined
+        indeterminacy = bounds_of(found, False).determined
         of_values = {key: (low, high) for key, (_, low, high) in spans.items()}
         rigid |= {key: mean for key, (mean, _, _) in spans.items()}
     elif ensemble is None:
-        known, of_values = openness_of(found, False).determined, {}
+        indeterminacy, of_values = bounds_of(found, False).determined, {}
         ends = np.full((2, len(found.contacts)), np.nan)
     else:
         headlines = {key: rigid[key] for key in HEADLINES if key in rigid}
-        known, ends, of_values = openness_at(scene, found, headlines)
+        indeterminacy, ends, of_values = bounds_at(scene, found, headlines)
     if positions is not None:
         far = np.hypot(*(found.snapshot.position - positions).T) > FAR * found.snapshot.radius
         rigid[MOVED_FAR] = 100.0 * float(far.mean())
     rows, k = np.searchsorted(match.keys, keys_of(found)), len(match.ids)
     determined, bounds = np.full(k, -1), np.full((2, k), np.nan)
-    determined[rows], bounds[:, rows] = known, ends
+    determined[rows], bounds[:, rows] = indeterminacy, ends
     values = {
         model: {
             key: np.array([value, *(of_values if model == RIGID else {}).get(key, (value, value))])

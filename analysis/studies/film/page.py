@@ -28,7 +28,6 @@ from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
 from analysis.percussions.setting import FORCE
 from analysis.scene.rigid_bodies import people_of
-from analysis.studies.exposure.along import outlined
 from analysis.studies.exposure.limits import (
     QUANTITIES,
     SIGNS,
@@ -38,6 +37,7 @@ from analysis.studies.exposure.limits import (
     limits_of_people,
 )
 from analysis.studies.exposure.picture import draw_loads
+from analysis.studies.exposure.walls import outlined
 from analysis.studies.film.frame import (
     HEADLINES,
     MOST_OPEN,

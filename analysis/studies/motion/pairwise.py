@@ -90,8 +90,8 @@ class WindowComparison:
 
     def paired(self) -> dict[str, Paired]:
         """Compare the means over all windows, measure by measure, window with window."""
-        known = [key for key in MEASURES if column("first", key) in self.windows]
-        return {key: _paired(*self.values(key)) for key in known}
+        keys = [key for key in MEASURES if column("first", key) in self.windows]
+        return {key: _paired(*self.values(key)) for key in keys}
 
 
 def column(run: str, key: str) -> str:

@@ -70,10 +70,10 @@ class Model:
         if measure == "arch_lifetime":
             lives = [series.lifetimes(self.last_s) for series in self.series]
             return [np.array([np.mean(one)]) for one in lives if len(one)]
-        known = [series for series in self.series if measure in series.values]
+        having = [series for series in self.series if measure in series.values]
         if measure == "flow":
-            return [np.array([flow_after_arrival(one).rate]) for one in known]
-        return [series.values[measure][series.last(self.last_s)] for series in known]
+            return [np.array([flow_after_arrival(one).rate]) for one in having]
+        return [series.values[measure][series.last(self.last_s)] for series in having]
 
     def sample(self, measure: str) -> inference.Sample:
         """Give one number per replicate, with the noise that chance gives it."""
@@ -189,11 +189,11 @@ def read_runs(
 
 
 def study_motion(
-    scene: Scene, models: Sequence[Model], last_s: float, limits: tuple[Path, ...] = (), known: Series | None = None
+    scene: Scene, models: Sequence[Model], last_s: float, limits: tuple[Path, ...] = (), earlier: Series | None = None
 ) -> MotionStudy:
     """Take the series of all runs, which are run and read where they are not yet. A run that fails or
     is stopped is left out and named."""
-    known = known or read_runs([run for model in models for run in model.runs], limits)
+    earlier = earlier or read_runs([run for model in models for run in model.runs], limits)
     read: list[Model] = []
     failures: list[str] = []
     warnings: list[str] = []
@@ -201,7 +201,7 @@ def study_motion(
     for model in models:
         series = []
         for index, run in enumerate(model.runs):
-            loads, why, is_stopped = known[run.folder]
+            loads, why, is_stopped = earlier[run.folder]
             if loads:
                 series.append(loads)
             elif is_stopped and not model.valid:

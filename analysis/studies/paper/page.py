@@ -161,11 +161,11 @@ def build(
 
     Engine runs come first, and unchanged ones are taken from `runs`, as are sections without engine
     runs that the same product has built. Raises ValueError for a figure that no part has."""
-    known = [part.number for part in parts]
-    wanted = list(known if figures is None else figures)
+    numbers = [part.number for part in parts]
+    wanted = list(numbers if figures is None else figures)
     for figure in wanted:
-        if figure not in known:
-            raise ValueError(f"figure: {figure}. This part of the paper has {', '.join(known)}")
+        if figure not in numbers:
+            raise ValueError(f"figure: {figure}. This part of the paper has {', '.join(numbers)}")
     parts = [part for part in parts if part.number in wanted]
     needed = {part.number: part.engine_runs(runs) for part in parts if part.engine_runs}
     costs = run_ahead([run for chosen in needed.values() for run in chosen], progress)

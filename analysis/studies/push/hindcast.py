@@ -258,7 +258,7 @@ class Odds:
     """Hold how likely a model is, over the likeliest: of all cases, and the least and the most of
     all batches and weightings."""
 
-    share: float
+    fraction: float
     low: float
     high: float
 
@@ -371,7 +371,7 @@ def odds(trial: Trial, inputs: Inputs, models: Mapping[str, Cases]) -> dict[str,
         )
         finite = not np.isnan(ratio).any()
         found[name] = Odds(
-            share=float(np.exp(full[name] - full[best])),
+            fraction=float(np.exp(full[name] - full[best])),
             low=float(ratio.min()) if finite else 0.0,
             high=float(ratio.max()) if finite else np.inf,
         )

@@ -153,13 +153,13 @@ def _charts(found: Hindcast) -> list[Chart]:
 
 def _short(name: str) -> str:
     """Name a model beside a bar: 20 kN/m."""
-    known = BASELINES.get(name, name)
-    return known if known != name or name == RIGID else f"{significant(float(name) / 1e3)} kN/m"
+    title = BASELINES.get(name, name)
+    return title if title != name or name == RIGID else f"{significant(float(name) / 1e3)} kN/m"
 
 
 def _values(found: Hindcast) -> dict[str, object]:
     combined, models = found.combined(), found.models
-    best = max(found.odds, key=lambda name: found.odds[name].share, default="")
+    best = max(found.odds, key=lambda name: found.odds[name].fraction, default="")
     fits = {name: found.likely(name) for name in combined}
     soft = np.array([fits[name][1] for name in combined if name != RIGID])
     impulse = np.array([fits[name][2] for name in combined])
@@ -207,11 +207,11 @@ def _odds(found: Hindcast, name: str) -> str:
     one = found.odds.get(name)
     if one is None:
         return "no possible case"
-    if one.share == 1:
+    if one.fraction == 1:
         return "likeliest"
     if not one.settled:
         return "order not settled"
-    return f"{_ratio(one.share)} ({_ratio(one.high)} – {_ratio(one.low)})"
+    return f"{_ratio(one.fraction)} ({_ratio(one.high)} – {_ratio(one.low)})"
 
 
 def _ratio(fraction: float) -> str:

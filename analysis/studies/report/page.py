@@ -100,11 +100,11 @@ def _ends(one: Model, key: str) -> tuple[float, float]:
 
 def marks_of(study: MotionStudy, key: str) -> list[float]:
     """List the limits that are drawn beside a quantity."""
-    known = {
+    limits_of = {
         "contact_largest": known_limits.limits_of_bodies,
         "wall_line_load": known_limits.limits_of_walls,
     }
-    return [one.number for one in known[key](study.limits)] if key in known else []
+    return [one.number for one in limits_of[key](study.limits)] if key in limits_of else []
 
 
 def charts(study: MotionStudy, *, every: bool = False) -> list[Chart]:

@@ -14,7 +14,12 @@ from analysis.pages import drawing
 from analysis.pages.numbers import between, integer, significant, two
 from analysis.pages.section import Cell, Picture, Section
 from analysis.pages.words import Words
-from analysis.studies.exposure.along import (
+from analysis.studies.exposure.limits import QUANTITIES, limits_of_bodies, limits_of_people
+from analysis.studies.exposure.pedestrians import FRAMES, before_door
+from analysis.studies.exposure.picture import draw_loads
+from analysis.studies.exposure.positions import moments_of, place_words, worst_metres
+from analysis.studies.exposure.times import leaving, time_until
+from analysis.studies.exposure.walls import (
     CORNER,
     Stretch,
     at_corners,
@@ -22,11 +27,6 @@ from analysis.studies.exposure.along import (
     loads_on,
     outlines_of,
 )
-from analysis.studies.exposure.limits import QUANTITIES, limits_of_bodies, limits_of_people
-from analysis.studies.exposure.pedestrians import FRAMES, before_door
-from analysis.studies.exposure.picture import draw_loads
-from analysis.studies.exposure.positions import moments_of, place_words, worst_metres
-from analysis.studies.exposure.times import leaving, time_until
 from analysis.studies.motion.study import Model, MotionStudy, interval_cell, interval_of
 from analysis.support.extras import MissingExtraError
 from analysis.support.parallel import Task, do_all

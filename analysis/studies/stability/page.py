@@ -160,10 +160,10 @@ def tick(value: Row) -> str:
 def _index_of(axis: Axis, value: float) -> float | None:
     """Where a value is among the columns (0 the middle of the first), logarithmic between positive
     neighbours; None beyond them."""
-    known = np.array([v for v in axis.values if not isinstance(v, str)], dtype=float)
-    if not np.isfinite(value) or len(known) < 2 or not known.min() <= value <= known.max():
+    finite_values = np.array([v for v in axis.values if not isinstance(v, str)], dtype=float)
+    if not np.isfinite(value) or len(finite_values) < 2 or not finite_values.min() <= value <= finite_values.max():
         return None
-    for i, (a, b) in enumerate(itertools.pairwise(known)):
+    for i, (a, b) in enumerate(itertools.pairwise(finite_values)):
         if min(a, b) <= value <= max(a, b):
             logarithmic = min(a, b) > 0
             part = np.log(value / a) / np.log(b / a) if logarithmic else (value - a) / (b - a)

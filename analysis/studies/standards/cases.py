@@ -12,7 +12,7 @@ import shapely
 
 from analysis.scene.anthropometry import Varied
 from analysis.scene.named_crowds import WALK
-from analysis.scene.rooms import Crowd, from_geometry
+from analysis.scene.new_scene import Crowd, from_geometry
 from analysis.scene.scene import Scene
 from analysis.scene.waiting import Doorway
 from nscd.arrays import Floats, Mask

@@ -125,7 +125,7 @@ def _work(window: windows.Window, setting: Method) -> float:
 ACCURACY = 0.01
 LINES, CROWDS = (5, 10, 20, 40, 80), (75, 150, 300, 600)
 # Cost against size: of the middle stiffness of the chart.
-SIZES = soft.Grid(stiffer=soft.STIFFER[len(soft.STIFFER) // 2 :][:1], shares=(1.0, 4.0, 8.0))
+SIZES = soft.Grid(stiffer=soft.STIFFER[len(soft.STIFFER) // 2 :][:1], step_fractions=(1.0, 4.0, 8.0))
 
 
 def build_chart(

@@ -196,8 +196,8 @@ def _draw_model(axes: Axes, points: Sequence[Point]) -> None:
     labels, heights = [], []
     for curve in _by_method(points):
         style = style_of(curve[0])
-        known = [p for p in curve if p.method != "rigid" and (p.model_error or 0.0) > LOWEST]
-        by_stiffness = {p.stiffness_N_per_m: p for p in known}
+        converged = [p for p in curve if p.method != "rigid" and (p.model_error or 0.0) > LOWEST]
+        by_stiffness = {p.stiffness_N_per_m: p for p in converged}
         if not by_stiffness:
             continue
         if None in by_stiffness:

@@ -158,7 +158,7 @@ def _solve(
         solution = collide(space, table_1_medium(density / person, person=person), left)
         status, reason = solution.status, solution.reason
         # u⁺ − u⁻ = w − 2u⁻, with w linear in each cell
-        total = (at.share[:, :, None] * solution.velocity_sum[mesh.t[:, at.cell]]).sum(0)
+        total = (at.fraction[:, :, None] * solution.velocity_sum[mesh.t[:, at.cell]]).sum(0)
         change = at.means(total - 2.0 * left(at.point))
         momentum = solution.density_field * (solution.right_field - solution.left_field)
         impulse = -(momentum * space.basis.dx).sum((1, 2))
@@ -222,7 +222,7 @@ class _Samples(NamedTuple):
     disk: Indices
     weight: Floats
     cell: Indices
-    share: Floats
+    fraction: Floats
 
     def means(self, values: Floats) -> Floats:
         """Average values (q,2) over each disk (n,2)."""

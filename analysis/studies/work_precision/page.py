@@ -139,8 +139,8 @@ def _section(words: Words, chart: Measured, quantity: Quantity) -> Section:
     title = f"{quantity.words[:1].upper()}{quantity.words[1:]} ({quantity.unit})"
     caption = words.text("known", bars=bars)
     picture = Picture(name=quantity.name, caption=caption, figure=figure)
-    known = {name: _rows(found, COLUMNS) for name, found in fronts.items() if found}
-    tables = [words.table(name, rows) for name, rows in known.items()]
+    rows_of = {name: _rows(found, COLUMNS) for name, found in fronts.items() if found}
+    tables = [words.table(name, rows) for name, rows in rows_of.items()]
     return Section(number=quantity.name, title=title, pictures=[picture], tables=tables)
 
 

@@ -158,13 +158,13 @@ def pareto_front(points: Iterable[Point]) -> list[Point]:
 
 
 def front(
-    known: Iterable[Rated],
+    rated: Iterable[Rated],
     cost: Callable[[Rated], float | None],
     error: Callable[[Rated], float | None],
 ) -> list[Rated]:
     """Choose what no cheaper one equals in its error (to WORTH), from cheap to accurate; what has no
     cost or no error is none of them."""
-    rows = [(cost(one), error(one), one) for one in known]
+    rows = [(cost(one), error(one), one) for one in rated]
     best, minimum = [], float("inf")
     for _, now, one in sorted(
         (row for row in rows if None not in row[:2]), key=lambda row: row[:2]

@@ -258,7 +258,7 @@ def _integrate(scene: Scene, tolerance: float, reach: float) -> windows.SpringMo
 # Times the scene's stiffness. Those of people stand in analysis/engines/bodies.toml.
 STIFFER = (1.0, 1e1, 1e2, 1e3, 1e4)
 # Time steps as shares of the safe one, also far beyond where an explicit method is stable.
-SHARES = (1 / 64, 1 / 16, 1 / 4, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
+STEP_FRACTIONS = (1 / 64, 1 / 16, 1 / 4, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 # No run is longer than this; finer time steps of large crowds are left out.
 MOST_PARTICLE_STEPS, MOST_STEPS = 2.0e7, 2.0e5
 LAWS = {"lammps": ("hooke", "hertz"), "yade": ("hooke",)}
@@ -277,12 +277,12 @@ class Grid:
     shares of an engine that has others."""
 
     stiffer: tuple[float, ...] = STIFFER
-    shares: tuple[float, ...] = SHARES
+    step_fractions: tuple[float, ...] = STEP_FRACTIONS
     of_engine: dict[str, tuple[float, ...]] = field(default_factory=dict)
 
 
 FULL = Grid()
-QUICK = Grid(stiffer=(1.0, 1e2), shares=(1 / 4, 1.0, 4.0), of_engine={"yade": (1.0,)})
+QUICK = Grid(stiffer=(1.0, 1e2), step_fractions=(1 / 4, 1.0, 4.0), of_engine={"yade": (1.0,)})
 
 
 def settings_of(
@@ -292,7 +292,7 @@ def settings_of(
     n = len(window.scene.snapshot)
     own = window.scene.contact.stiffness_N_per_m
     for name in engines:
-        fractions = grid.of_engine.get(name, grid.shares)
+        fractions = grid.of_engine.get(name, grid.step_fractions)
         for law, stiffer, fraction in itertools.product(LAWS[name], grid.stiffer, fractions):
             setting = Method(
                 method=name, law=law, stiffness_N_per_m=stiffer * own, time_step_share=fraction
@@ -327,12 +327,12 @@ def run_soft(window: windows.Window, setting: Method, folder: Path) -> windows.M
     scene, path = scene_of(window, setting), run_folder(folder, setting)
     note = path.with_name(path.name + ".json")
     key = f"{scene.digest()} {_version(setting.method)}"
-    known = cached(note, key)
-    done = known and known.get("status") == PointStatus.OK
-    if known is None or (done and not (path / "bodies.dump").exists()):
-        known = _run(scene, setting, path)
-        store(note, key, known)
-    values, status, reason = None, PointStatus(known["status"]), known["reason"]
+    stored = cached(note, key)
+    done = stored and stored.get("status") == PointStatus.OK
+    if stored is None or (done and not (path / "bodies.dump").exists()):
+        stored = _run(scene, setting, path)
+        store(note, key, stored)
+    values, status, reason = None, PointStatus(stored["status"]), stored["reason"]
     if status == PointStatus.OK:
         try:
             stiffness = scene.contact.stiffness_N_per_m
@@ -342,7 +342,7 @@ def run_soft(window: windows.Window, setting: Method, folder: Path) -> windows.M
     return windows.MethodResult(
         **asdict(setting) | {"time_step_s": penalty_of(scene).time_step},
         values=values,
-        **known | {"status": status, "reason": reason},
+        **stored | {"status": status, "reason": reason},
     )
 
 

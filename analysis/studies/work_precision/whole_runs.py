@@ -247,8 +247,8 @@ class WholeRuns:
     @property
     def quantities(self) -> dict[str, Quantity]:
         """Give the statistics that are not zero in the reference, by name."""
-        known = IMPACT if self.scene.drive is None else DRIVEN
-        return {name: known[name] for name in dict.fromkeys(one.quantity for one in self.points)}
+        measures = IMPACT if self.scene.drive is None else DRIVEN
+        return {name: measures[name] for name in dict.fromkeys(one.quantity for one in self.points)}
 
     def of(self, quantity: str) -> list[WholeRunPoint]:
         """Give the points of a statistic, the reference first."""
@@ -300,12 +300,12 @@ def _record(run: EngineRun, read_only: bool) -> RunRecord:
 def points_of(scene: Scene, results: Mapping[RunSetting, RunResult]) -> Iterator[WholeRunPoint]:
     """Yield a point per setting, the reference first, and statistic that is not zero in the
     reference; what is not known is None."""
-    known, day = (IMPACT if scene.drive is None else DRIVEN), today()
+    measures, day = (IMPACT if scene.drive is None else DRIVEN), today()
     reference = next(iter(results.values()))
     for setting, one in results.items():
         summed = float(np.median(one.costs))
         alone = summed if setting.engine == RIGID else one.alone
-        for name, measure in known.items():
+        for name, measure in measures.items():
             theirs = {crowd: row[name] for crowd, row in reference.crowds.items() if name in row}
             if not any(theirs.values()):
                 continue
@@ -464,8 +464,8 @@ def whole_runs_picture(found: WholeRuns) -> Figure:
     for axes in every[len(found.quantities) :]:
         axes.axis("off")
     handles, labels = every[0].get_legend_handles_labels()
-    known = dict(zip(labels, handles, strict=True))
-    figure.legend(known.values(), known, loc="outside lower center", ncols=3, frameon=False)
+    legend = dict(zip(labels, handles, strict=True))
+    figure.legend(legend.values(), legend, loc="outside lower center", ncols=3, frameon=False)
     return figure
 
 

@@ -419,17 +419,17 @@ class Judge:
             )
 
     def _errors(self, quantity: Quantity, solution: MethodResult, total: float | None) -> Errors:
-        exact, known, model = self.exact[quantity], self.bar[quantity], solution.model
+        exact, bar_of_reference, model = self.exact[quantity], self.bar[quantity], solution.model
         if model is None:
             return (
-                (total, known, 0.0, 0.0) if solution.method == "rigid" else (None, None, total, known)
+                (total, bar_of_reference, 0.0, 0.0) if solution.method == "rigid" else (None, None, total, bar_of_reference)
             )
         if model.own is None or model.looser is None:
             return None, None, None, None
         own, values = model.own[quantity], (solution.values or {}).get(quantity)
         bar = relative_error(model.looser[quantity], own, exact)
         numerical = None if values is None else relative_error(values, own, exact)
-        return numerical, bar, relative_error(own, exact, exact), bar + known
+        return numerical, bar, relative_error(own, exact, exact), bar + bar_of_reference
 
 
 def _judged(solution: MethodResult, numerical: float | None) -> tuple[PointStatus, str]:

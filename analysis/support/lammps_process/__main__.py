@@ -21,8 +21,8 @@ from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
-from analysis.support.frames import IMPULSE_COLUMNS, write_frame
 from analysis.support.lammps_process import DISTANCE, WALLS
+from analysis.support.write_frames import IMPULSE_COLUMNS, write_frame
 from nscd import _core
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from analysis.engines.penalty import penalty_of
 from analysis.engines.record import EngineError
 from analysis.engines.run import run_engine
 from analysis.scene.shipped_scenes import make
-from analysis.support.frames import write_frame
+from analysis.support.write_frames import write_frame
 from tests.crowds import disks_at, scene_at, spaced
 
 

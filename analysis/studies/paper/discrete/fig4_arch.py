@@ -421,20 +421,20 @@ def dissipation_table(words: Words, trials: Sequence[Trial]) -> Table:
 
 def seeds_table(words: Words, kind: str, samples: Sequence[Sample]) -> Table:
     """Tabulate mean, spread and range of each quantity over arches of one size."""
-    known = {name: _numbers(samples, name) for name in samples[0] if name != "profile"}
+    columns = {name: _numbers(samples, name) for name in samples[0] if name != "profile"}
     quantities = (
-        ("mean sum of normal magnitudes (N)", known["mean_N"]),
-        ("largest sum of normal magnitudes (N)", known["largest_N"]),
-        ("width of its interval (N)", known["upper_N"] - known["lower_N"]),
-        ("its distance from the middle of the exit (m)", known["distance_m"]),
-        ("its angle from the axis of the exit, size (°)", abs(known["angle_degrees"])),
-        ("largest contact force (N)", known["largest_contact_N"]),
-        ("its distance (m)", known["contact_distance_m"]),
-        ("largest vector sum (N)", known["largest_resultant_N"]),
-        ("its distance (m)", known["resultant_distance_m"]),
-        ("share of contacts that open", known["opening"] / known["contacts"]),
-        ("redundant contacts", known["redundant"]),
-        ("largest overlap / mean diameter", known["overlap_share"]),
+        ("mean sum of normal magnitudes (N)", columns["mean_N"]),
+        ("largest sum of normal magnitudes (N)", columns["largest_N"]),
+        ("width of its interval (N)", columns["upper_N"] - columns["lower_N"]),
+        ("its distance from the middle of the exit (m)", columns["distance_m"]),
+        ("its angle from the axis of the exit, size (°)", abs(columns["angle_degrees"])),
+        ("largest contact force (N)", columns["largest_contact_N"]),
+        ("its distance (m)", columns["contact_distance_m"]),
+        ("largest vector sum (N)", columns["largest_resultant_N"]),
+        ("its distance (m)", columns["resultant_distance_m"]),
+        ("share of contacts that open", columns["opening"] / columns["contacts"]),
+        ("redundant contacts", columns["redundant"]),
+        ("largest overlap / mean diameter", columns["overlap_share"]),
     )
     measures = (np.mean, np.std, np.min, np.median, np.max)
     rows: list[Sequence[Cell]] = [

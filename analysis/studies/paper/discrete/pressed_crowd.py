@@ -59,8 +59,8 @@ class Arch(SnapshotPercussions):
         if scene.drive is None:
             raise ValueError(f"drive: scene {scene.name} has none, so nobody presses")
         found = percussions_of(scene, snapshot, tolerance=1e-10)
-        known = {field.name: getattr(found, field.name) for field in fields(found)}
-        return cls(drive=scene.drive, **known)
+        values = {field.name: getattr(found, field.name) for field in fields(found)}
+        return cls(drive=scene.drive, **values)
 
     def under(self, law: ContactLaw) -> Percussions:
         """Solve the percussions of the same snapshot and left velocity under another contact

@@ -20,7 +20,7 @@ from analysis.studies.stability.trial import (
     solver_cell,
 )
 from nscd import ContactLaw, Contacts, Percussions, Snapshot, Status, solve
-from nscd._core import MOST_SWEEPS
+from nscd._core import MAX_SWEEPS
 from nscd.arrays import Floats, Mask
 from nscd.indeterminacy.determinacy import admissible_determinacy
 
@@ -96,7 +96,7 @@ def sweeps_theory(solver: str) -> float:
         return float("nan")
 
     def above(n: float) -> float:
-        return float(np.log(2 / n) + MOST_SWEEPS * np.log(rate(2 * n)) - np.log(TOLERANCE))
+        return float(np.log(2 / n) + MAX_SWEEPS * np.log(rate(2 * n)) - np.log(TOLERANCE))
 
     return float(brentq(above, 10.0, 1e6))
 
