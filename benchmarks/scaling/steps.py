@@ -3,8 +3,7 @@ on one thread and on several, and by another one: mean CPU of a step, least wall
 of the first row; the largest residual; how far the velocities of the last step are from the first
 row's (m/s).
 
-Usage: python -m benchmarks.scaling.steps [--sizes N …] [--threads N …] [--steps N] [--moved S]
-[--beside PYTHON]
+Usage: python -m benchmarks.scaling.steps [--sizes N …] [--threads N …] [--steps N] [--beside PYTHON]
 
 PYTHON is that of another installation, such as that of an earlier commit. Each is a process of its
 own; they make the same steps in turn, so that all meet the same load."""
@@ -44,22 +43,17 @@ def serve(path: str, threads: str, out: str) -> None:
         print(*spent, residual, flush=True)
 
 
-def moved(disks: int, seconds: float, path: Path) -> None:
-    """Write the heap as it is after so long."""
-    from analysis.engines.programs.rigid import motion_of
-    from benchmarks.problems.families import heap
-    from benchmarks.scaling.sizes import scene_of
+def moved(disks: int, path: Path) -> None:
+    """Write the heap of `sizes.py` as it is after it has moved, and what people wish then."""
+    from benchmarks.scaling.sizes import move, scene_of
 
-    case = heap(disks)
-    scene = scene_of(case)
-    motion = motion_of(scene, scene.snapshot)
-    while motion.time < seconds - 1e-9:
-        motion.advance()
-    now, drive = motion.snapshot(), scene.drive
+    print(move(disks, 1, path))
+    crowd = dict(np.load(path))
+    now = Snapshot(**{key: crowd[key] for key in DISKS})
+    drive = scene_of(now, Walls(start=crowd["start"], end=crowd["end"])).drive
     assert drive
-    desired = drive.desired_velocity(now.position, now.ids, seconds, now.radius)
-    known = {"start": case.walls.start, "end": case.walls.end, "tau": drive.relaxation_time_s}
-    np.savez(path, desired=desired, **known, **{name: getattr(now, name) for name in DISKS})
+    desired = drive.desired_velocity(now.position, now.ids, 1.0, now.radius)
+    np.savez(path, desired=desired, tau=drive.relaxation_time_s, **crowd)
 
 
 def rows(args: argparse.Namespace, disks: int) -> Iterator[list[str]]:
@@ -67,7 +61,7 @@ def rows(args: argparse.Namespace, disks: int) -> Iterator[list[str]]:
     which = {f"{n} threads": (sys.executable, str(n)) for n in args.threads}
     which |= {"beside": (str(args.beside), "1")} if args.beside else {}
     with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as stack:
-        moved(disks, args.moved, crowd := Path(folder) / "crowd.npz")
+        moved(disks, crowd := Path(folder) / "crowd.npz")
         running = []
         for name, words in which.items():
             command = [words[0], __file__, "serve", str(crowd), words[1], f"{folder}/{name}.npy"]
@@ -94,7 +88,7 @@ def main() -> None:
     """Measure and print."""
     from benchmarks.machine import options, show
 
-    args = options(__doc__, sizes=(1000, 5000, 20_000), threads=(1, 2), steps=20, moved=1.0, beside=Path)
+    args = options(__doc__, sizes=(1000, 5000, 20_000), threads=(1, 2), steps=20, beside=Path)
     show(COLUMNS, (row for disks in args.sizes for row in rows(args, disks)))
 
 
