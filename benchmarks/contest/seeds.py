@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.cases import accuracy, case_of, scaled
 from benchmarks.contest.compete import TARGET
-from benchmarks.contest.peers import CANONICAL, EVERYONE, OWN, Peer
+from benchmarks.contest.peers import CANONICAL, EVERYONE, MISSING, OWN, Peer
 from benchmarks.machine import in_turn, timed
 from benchmarks.problems.families import Case
 
@@ -28,13 +28,17 @@ def over_seeds(family: str, size: int, seeds: Sequence[int], peers: Sequence[str
         case = case_of(family, size, None, seed)
         ready = {name: _fastest(case, EVERYONE[name], name in OWN) for name in results}
         times = in_turn({name: partial(timed, one[0]) for name, one in ready.items() if one}, TURNS)
+        for name, peer in ((name, EVERYONE[name]) for name in peers if row == 0 and not ready[name]):
+            print(f"{name}: {MISSING}, or not right at the first seed. Install it with: {peer.install}")
         for name, spent in times.items():
             results[name][row] = 1e3 * min(seconds for seconds, _ in spent), ready[name][1]
     for ours in ("auto", CANONICAL):
         for peer in peers:
             ratio = results[peer][:, 0] / results[ours][:, 0]
-            ends = np.nanquantile(ratio, [0.5, 0.05, 0.0]) if np.isfinite(ratio).any() else [np.nan] * 3
-            yield family, size, ours, *_words(results[ours]), peer, *_words(results[peer]), *(f"{end:.2f}" for end in ends)
+            ends = ["–"] * 3
+            if np.isfinite(ratio).any():
+                ends = [f"{end:.2f}" for end in np.nanquantile(ratio, [0.5, 0.05, 0.0])]
+            yield family, size, ours, *_words(results[ours]), peer, *_words(results[peer]), *ends
 
 
 def _words(found: Any) -> tuple[str, ...]:
