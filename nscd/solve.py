@@ -143,14 +143,14 @@ def solve(
     status, reason = _status_of(fields, tolerance)
     name, why = CHOICES[fields.method]
     threads_used = f", {fields.threads} threads" if fields.threads > 1 else ""
-    change, spin, friction = fields.energy_change, fields.right_spin, fields.friction
+    change, spin, friction_solution = fields.energy_change, fields.right_spin, fields.friction
     grew = change > 1e-9 * fields.energy
     return Percussions(
         **{name: getattr(fields, name) for name in NUMBERS},
         right_spin=snapshot.spin if spin is None else spin,
         canonical=fields.canonical,
         iterations=fields.iterations,
-        friction=_friction_part(friction, arguments["friction"], starts) if friction else None,
+        friction=_friction_part(friction_solution, arguments["friction"], starts) if friction_solution else None,
         status=status,
         reason=reason,
         warnings=(f"energy grew by {change:.3g} J: {GAIN}",) if grew else (),
@@ -167,17 +167,17 @@ def _refuse(snapshot: Snapshot, contacts: Contacts, left: ArrayLike | None) -> N
     contact within a body."""
     contacts.check_disks(len(snapshot))
     _left_velocity(snapshot, left)
-    pairs, of = contacts.select(~contacts.is_wall), snapshot.bodies
-    if of is not None and (of.number[pairs.first] == of.number[pairs.second]).any():
+    pairs, bodies = contacts.select(~contacts.is_wall), snapshot.bodies
+    if bodies is not None and (bodies.number[pairs.first] == bodies.number[pairs.second]).any():
         raise ValueError("contacts: two disks of one body")
     raise AssertionError("contacts and velocities that the core refuses and Python does not")
 
 
-def _friction_part(of: _core.FrictionSolution, coefficient: Floats, starts: int) -> FrictionPart:
-    begun = f"random states {of.seed}" if of.seed else "convex programme"
+def _friction_part(solution: _core.FrictionSolution, coefficient: Floats, starts: int) -> FrictionPart:
+    begun = f"random states {solution.seed}" if solution.seed else "convex programme"
     names = "tangential", "state", "signorini", "cone", "dissipation", "natural_map", "spread"
-    parts = {name: getattr(of, name) for name in names}
-    start = "rest" if of.seed < 0 else begun
+    parts = {name: getattr(solution, name) for name in names}
+    start = "rest" if solution.seed < 0 else begun
     return FrictionPart(coefficient=coefficient, start=start, starts=starts, **parts)
 
 

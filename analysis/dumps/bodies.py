@@ -106,7 +106,7 @@ class FixedDisks:
 class BodyColumns:
     """Find the columns that a body needs among those of a dump.
 
-    standing: the disks that are fixed, as the first frame has them that was read"""
+    fixed_disks: as the first frame has them that was read"""
 
     index: DumpIndex
     place: tuple[str, str, str]  # names of x, y, z (z: may be missing)

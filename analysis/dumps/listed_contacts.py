@@ -117,7 +117,7 @@ class ListedContacts:
     """Read the contacts of an index frame by frame, and hold each against the disks.
 
     geometry: whether they are of the instant of the disks; forces of rigid steps are means before it
-    standing: disks that do not move, whose contacts become those of walls behind the scene's
+    fixed_disks: those that do not move, whose contacts become those of walls behind the scene's
     sign: where that is not stated, whether forces are those on the second (1) or on the first (−1)
     factor: N for 1 listed; of forces of all columns, or beside the sign
     wall_fixes: of LAMMPS' wall/gran … contacts, of which the dump of disks has the arrays"""

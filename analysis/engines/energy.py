@@ -59,11 +59,11 @@ class Account:
     """Sum the energies of steps from frame to frame, and write them: `table` is the CSV, `dump` the
     contacts."""
 
-    def __init__(self, table: IO[str], dump: IO[str], constrained: float | None = None) -> None:
-        """held: J, kinetic and stored, of a frame that was written; its heads are there too."""
-        self.table, self.dump, self.energy_before = table, dump, constrained
+    def __init__(self, table: IO[str], dump: IO[str], energy_before: float | None = None) -> None:
+        """energy_before: J, kinetic and stored, of a frame that was written; its headers are there too."""
+        self.table, self.dump, self.energy_before = table, dump, energy_before
         self._begin()
-        if constrained is None:
+        if energy_before is None:
             self.table.write(",".join(ENERGY) + "\n")
 
     def _begin(self) -> None:

@@ -90,7 +90,7 @@ def draw_forces(axes: Axes, lines: Floats, force: Floats, norm: Normalize) -> No
 
 
 def draw_vectors(axes: Axes, start: Floats, vectors: Floats, **style: Any) -> None:
-    """Draw arrows of vectors (n,2) m that begin at points (n,2) m; look: what `quiver` takes."""
+    """Draw arrows of vectors (n,2) m that begin at points (n,2) m; style: what `quiver` takes."""
     axes.quiver(*start.T, *vectors.T, angles="xy", scale_units="xy", scale=1, **style)
 
 
@@ -160,7 +160,7 @@ def legend_below(
 def shade(
     axes: Axes, x: Floats, low: Floats, high: Floats, colour: str, alpha: float, **style: Any
 ) -> None:
-    """Shade the band between two curves; look: what `fill_between` takes."""
+    """Shade the band between two curves; style: what `fill_between` takes."""
     axes.fill_between(x, low, high, color=colour, alpha=alpha, lw=0, **style)
 
 

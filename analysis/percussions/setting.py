@@ -56,7 +56,7 @@ class Setting:
     restitution: of an impact; contacts of a crowd that presses are inelastic
     left_velocity: see `left`; None: desired where there is a drive or a body force, else dump
     window: s, Δt of the left velocity `free`
-    standing: disks that do not move, as walls do not; they have numbers behind those of walls
+    fixed_disks: that do not move, as walls do not; they have numbers behind those of walls
     digits: how exact the text is that disks come from; see `of_dump`
     listed: the contacts of a snapshot, in place of those that are found
 
@@ -313,7 +313,7 @@ def room_beside(
     """Read a room or scene file, or scene.toml beside the dump, and take the setting from it; no room
     where there is neither. Its keys that are not used are said in a line, but those that a run used.
 
-    stated: what `open_bodies` is told of the dump; given: fields of `Setting` that are used instead
+    stated: what `open_bodies` is told of the dump; value: fields of `Setting` that are used instead
 
     Raises EngineError where run.json beside the dump says that the run did not end well,
     SceneError for the file, and where goals or stops are of nobody in the dump, and ValueError for a

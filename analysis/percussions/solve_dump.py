@@ -39,7 +39,7 @@ from nscd.percussions import Status
 from nscd.show import arrays
 from nscd.solve_frames import Disks, FrameOptions, FrameSolutions, solve_frames
 
-# Frames are solved in blocks of about so many bytes of the dump, but no more than MOST of them.
+# Frames are read in blocks of about so many bytes, at most MOST frames; a part (a file) has some blocks.
 BLOCK, MOST = 1 << 22, 64
 # Blocks under way for each worker: the answers need not fit in memory.
 AHEAD = 2
@@ -51,9 +51,11 @@ _READING = threading.Lock()
 
 @dataclass(slots=True, kw_only=True)
 class SolvedDump:
-    """Frames in numbers: how many, their contacts, the largest that a contact carries (in `unit`) and
-    when, the worst residual, the largest sum on disks that do not move, a line per frame that is not
-    solved, and of own contacts how many do not touch, and touch without being listed."""
+    """Frames in numbers, under the names that the metadata of parts have.
+
+    largest, when: what a contact carries at most, in `unit`; residual: the worst; unsolved: a line per frame
+    standing: the largest sum on disks that do not move, in `unit`
+    apart, missing: how many listed contacts do not touch; how many touch and are not listed"""
 
     frames: int = 0
     contacts: int = 0
@@ -129,8 +131,8 @@ class DumpToSolve:
         """Cut frames into those that are solved together: the same ones however many work on
         them."""
         frames = self.trajectory.index.frames
-        size = max(1, min(MOST, BLOCK * len(frames) // max(1, frames[-1].end)))
-        return [numbers[start : start + size] for start in range(0, len(numbers), size)]
+        block_size = max(1, min(MOST, BLOCK * len(frames) // max(1, frames[-1].end)))
+        return [numbers[start : start + block_size] for start in range(0, len(numbers), block_size)]
 
     def solve(self, numbers: range, text: bytes | None = None) -> list[SolvedRows]:
         """Solve some frames, those of one block, and make their rows.
@@ -153,36 +155,36 @@ class DumpToSolve:
         for _, group in itertools.groupby(range(len(bodies)), answered.__getitem__):
             frames = list(group)
             if found and answered[frames[0]]:
-                cells = iter([self._batch(bodies, found, frames)])
+                cells = iter([self._cells_of_batch(bodies, found, frames)])
             else:
                 cells = self._one_by_one(bodies, frames, numbers)
-            solved += [SolvedRows(list(one), contact_rows.rows_of(one, self.parquet), message) for one, message in cells]
+            solved += [SolvedRows(list(one), contact_rows.rows_of(one, self.parquet), summary) for one, summary in cells]
         return solved
 
-    def _batch(self, bodies: Bodies, found: FrameSolutions, frames: list[int]) -> Cells:
+    def _cells_of_batch(self, bodies: Bodies, found: FrameSolutions, frames: list[int]) -> Cells:
         """Frames that are answered and follow each other."""
         _, window = self.setting.left(bodies)
         start = found.start[frames[0] : frames[-1] + 2]
         those = slice(start[0], start[-1])
         names = ("first", "second", "is_wall", "normal", "gap", "reaction", "impulse")
         some = found._replace(**{name: getattr(found, name)[those] for name in names})
-        each, size = np.repeat(frames, np.diff(start)), np.hypot(*(some.impulse / (window or 1.0)).T)
-        number = int(each[size.argmax()]) if len(size) else frames[0]
+        frame_of_contact, force = np.repeat(frames, np.diff(start)), np.hypot(*(some.impulse / (window or 1.0)).T)
+        number = int(frame_of_contact[force.argmax()]) if len(force) else frames[0]
         summary = SolvedDump(
             frames=len(frames),
-            contacts=len(size),
-            largest=float(size.max(initial=0.0)),
+            contacts=len(force),
+            largest=float(force.max(initial=0.0)),
             unit=IMPULSE if window is None else FORCE,
             when=_when(bodies, number),
             residual=float(found.residual[frames].max()),
         )
-        times = None if np.isnan(bodies.times).any() else bodies.times[each]
+        times = None if np.isnan(bodies.times).any() else bodies.times[frame_of_contact]
         cells = contact_rows.table_columns(
             arrays(bodies.ids, some, some.reaction, some.impulse, window),
             self.setting,
             some,
-            (times, np.array(bodies.steps)[each]),
-            (str(Status.SOLVED), found.residual[each], found.velocity_error[each]),
+            (times, np.array(bodies.steps)[frame_of_contact]),
+            (str(Status.SOLVED), found.residual[frame_of_contact], found.velocity_error[frame_of_contact]),
         )
         return cells, summary
 
@@ -231,19 +233,19 @@ def solve_batch(bodies: Bodies, setting: Setting, tolerance: float) -> FrameSolu
     `percussions_of`, and all of them where this gives None.
 
     Raises ValueError where the left velocity lacks a drive or a window."""
-    left, _ = setting.left(bodies)
-    alone = bodies.joined is None and not setting.fixed_disks
+    left_velocity, _ = setting.left(bodies)
+    only_free_disks = bodies.joined is None and not setting.fixed_disks
     frames = [slice(*ends) for ends in itertools.pairwise(bodies.start.tolist())]
-    touch = {setting.touch(bodies.position[one], bodies.radius[one]) for one in frames}
+    contact_gaps = {setting.touch(bodies.position[one], bodies.radius[one]) for one in frames}
     if (
-        not alone
-        or {coarse for _, coarse in touch} != {False}
-        or len(touch) > 1
-        or not np.abs(left).max(initial=0.0) <= LARGEST
+        not only_free_disks
+        or {coarse for _, coarse in contact_gaps} != {False}
+        or len(contact_gaps) > 1
+        or not np.abs(left_velocity).max(initial=0.0) <= LARGEST
     ):
         return None
-    disks = Disks(bodies.start, bodies.ids, bodies.position, left, bodies.radius, bodies.mass)
-    options = FrameOptions(touch.pop()[0], setting.largest_overlap, tolerance)
+    disks = Disks(bodies.start, bodies.ids, bodies.position, left_velocity, bodies.radius, bodies.mass)
+    options = FrameOptions(contact_gaps.pop()[0], setting.largest_overlap, tolerance)
     return solve_frames(disks, setting.walls, options)
 
 
@@ -277,8 +279,8 @@ def _open_job(
 
 def _refuse_none(dump: DumpToSolve, total: SolvedDump, end: str = "") -> SolvedDump:
     if not total.contacts:
-        touch = dump.setting.usual_touch
-        raise DumpError(f"{dump.path}: no contact in any frame (gap ≤ {touch:g} m){end}")
+        gap = dump.setting.usual_touch
+        raise DumpError(f"{dump.path}: no contact in any frame (gap ≤ {gap:g} m){end}")
     return total
 
 
@@ -345,8 +347,8 @@ def _solved(
         while under_way:
             yield from under_way.popleft().result()
     finally:
-        for left in under_way:
-            left.cancel()
+        for future in under_way:
+            future.cancel()
 
 
 # Readers of partitioned Parquet leave files out that begin so.
@@ -372,30 +374,30 @@ def solve_in_chunks(
         one that is lost is computed anew by another
 
     Raises ValueError for a folder that has something else, DumpError as `solve_dump` does; then the
-    chunks that are finished stay."""
+    parts that are finished stay."""
     total = SolvedDump()
     with _open_job(dump, True, workers, scheduler) as (dump, count, executor):
         job = _claim(folder, dump, frames, count)
         starts = range(0, count, frames)
-        chunks = [_Chunk(range(one, min(one + frames, count)), folder, job) for one in starts]
-        if others := set(folder.glob("*.parquet")) - {part.path for part in chunks}:
+        parts = [_Part(range(one, min(one + frames, count)), folder, job) for one in starts]
+        if others := set(folder.glob("*.parquet")) - {part.path for part in parts}:
             raise ValueError(f"--out: {min(others)}: no part of this dump. Remove it")
-        found = {part: summary for part in chunks if (summary := part.summary()) is not None}
-        todo = [part for part in chunks if part not in found]
+        found = {part: summary for part in parts if (summary := part.summary()) is not None}
+        todo = [part for part in parts if part not in found]
         tasks = [Task(call=part.solve, arguments=(dump,), work=len(part.numbers)) for part in todo]
         for number, summary in finished(tasks, executor):
             found[todo[number]] = summary
             if progress:
-                progress(f"percussions of {dump.path}", len(found) / len(chunks))
-    for left in folder.glob(".frames_*.part"):  # by workers that were lost
-        left.unlink(missing_ok=True)
-    for part in chunks:
+                progress(f"percussions of {dump.path}", len(found) / len(parts))
+    for leftover in folder.glob(".frames_*.part"):  # by workers that were lost
+        leftover.unlink(missing_ok=True)
+    for part in parts:
         total.join(found[part])
     return _refuse_none(dump, total)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class _Chunk:
+class _Part:
     """Some frames, the folder that they are written into, and what they are of, as JSON."""
 
     numbers: range
@@ -415,15 +417,15 @@ class _Chunk:
             return {SUMMARY: content, SEAL: self._seal(content)}
 
         with contact_rows.table_file(self.path, about) as add:
-            none = None
+            first_block = None
             for block in dump.blocks(self.numbers):
                 for columns, rows, block_summary in dump.solve(block):
                     if block_summary.contacts:
                         add(columns, rows)
-                    none = none or (columns, rows)
+                    first_block = first_block or (columns, rows)
                     summary.join(block_summary)
-            if not summary.contacts and none:
-                add(*none)
+            if not summary.contacts and first_block:
+                add(*first_block)
         return summary
 
     def _seal(self, content: str) -> str:
@@ -444,23 +446,19 @@ class _Chunk:
             return None  # cut off or damaged, as by a full disk: it is computed again
         content = about.get(SUMMARY, b"").decode("utf-8", "replace")
         if about.get(SEAL, b"") != self._seal(content).encode():
-            raise ValueError(
-                f"--out: {self.path}: no part of this dump and these settings. Remove it"
-            )
+            raise ValueError(f"--out: {self.path}: no part of this dump and these settings. Remove it")
         found = SolvedDump(**json.loads(content))
         return found if rows == found.contacts else None
 
 
 def _claim(folder: Path, dump: DumpToSolve, frames: int, count: int) -> str:
-    """Say in a folder what its chunks are of, and return it. Raises ValueError where it has
+    """Say in a folder what its parts are of, and return it. Raises ValueError where it has
     others."""
     job = _job_of(dump, frames, count)
     job_file = folder / JOB
     if not job_file.exists():
         if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
-            raise ValueError(
-                f"--out: {folder}: it is there, and no folder of parts. Give another name"
-            )
+            raise ValueError(f"--out: {folder}: it is there, and no folder of parts. Give another name")
         write_json(job_file, job)
         return json.dumps(job)
     try:

@@ -1,4 +1,4 @@
-"""People who keep their distance, and push only with a share of their wish."""
+"""People who keep their distance, and push only with a share of their wish. Computed in nscd/core/drive.cpp."""
 
 from __future__ import annotations
 

@@ -375,7 +375,7 @@ def read_room(
 ) -> tuple[Room, str]:
     """Read a room (a scene file with or without disks) and the comment at its head; means: radius
     (m) and mass (kg) of the disks to come, or what gives them, asked only where Young's modulus or a
-    push stands in it; whole: whether it must also have what only a run needs.
+    push stands in it; complete: whether it must also have what only a run needs.
 
     Raises SceneError naming the file and the key for anything unknown, missing or out of range."""
     path = _path_of(name_or_path)

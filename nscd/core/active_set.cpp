@@ -131,7 +131,7 @@ static int close_accurately(Factor& factor, MaskView closed, In theta, Vector& r
     double open = 0.0;
     for (int c = 0; c < s.k; ++c)
         if (closed[c]) open = std::max(open, std::abs(v[c] - s.max_approach[c]));
-    if ((s.compound() || s.maintained) && open > std::max(gap_tolerance, 100.0 * EXACT_TOLERANCE) * s.scale) steps += close_by_gradients(factor, closed, theta, reaction, u, v);
+    if ((s.compound() || s.bilateral) && open > std::max(gap_tolerance, 100.0 * EXACT_TOLERANCE) * s.scale) steps += close_by_gradients(factor, closed, theta, reaction, u, v);
     return steps;
 }
 

@@ -18,7 +18,7 @@ struct CachedFactor {
 
 // Close contacts by the method of multipliers, λ ← λ + θ(Cu − b); the steps taken. λ is kept for the open contacts as
 // well (it presses nothing there). u is corrected by the momentum that is still out of balance, so that rounding does
-// not grow with θ. The factor is that of Â + CᵀΘC; v = C u; enough: to this share of ‖u⁻‖∞.
+// not grow with θ. The factor is that of Â + CᵀΘC; v = C u; gap_tolerance: to this share of ‖u⁻‖∞.
 int close_contacts(Factor& factor, MaskView closed, In theta, Vector& reaction, Vector& u, Vector& v, int max_steps, double gap_tolerance);
 
 struct ActiveSetResult {
@@ -33,7 +33,7 @@ struct ActiveSetResult {
 // stiffness θ, the others its stiff limit), and Σ θ(Cu − b) on the open ones says whether they would be pressed in that
 // limit. Contacts that pull open, those that would be pressed close: the primal–dual active set method on the penalty
 // model, one factorisation a round. Once it settles, the reactions are those of least energy if the stiffness is the
-// same for all contacts. It ends unsettled after `maximum` rounds, or when more contacts change than before.
+// same for all contacts. It ends unsettled after `max_rounds` rounds, or when more contacts change than before.
 // thorough: go to the stiff limit in every round.
 ActiveSetResult active_set_solve(Factor& factor, Mask closed, bool thorough, double gap_tolerance = CLOSED_TOLERANCE, int max_rounds = 12);
 
@@ -47,8 +47,8 @@ double line_minimum(MaskView may, In v, In moved, double work, double curve);
 
 // Close the contacts that a method of multipliers finds, λ ← max(0, λ + θ(Cu − b)) with contacts that get firmer: each step is
 // a penalty model, solved by Newton's method on its closed contacts from those of the step before. Redundant contacts do not
-// slow it down as they do descents. It begins from `reaction` (k, or none), where its last λ comes; loose: the error, a share of
-// ‖u⁻‖∞, with which that is the answer.
+// slow it down as they do descents. It begins from `reaction` (k, or none), where its last λ comes;
+// error_tolerance: the error, a share of ‖u⁻‖∞, with which that is the answer.
 ActiveSetResult augmented_lagrangian(Factor& factor, Vector& reaction, double gap_tolerance, double error_tolerance);
 
 // All contacts: C u⁺ = b with any sign of λ (paper eqs. (2) and (8)). λ is of least norm where contacts are redundant,

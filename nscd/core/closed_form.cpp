@@ -181,12 +181,12 @@ int solve_tree(const ImpactProblem& s, const Branches& branches, Vector& reactio
     return done;
 }
 
-Vector pushing_dashpots(const ImpactProblem& law, const Vector& normal_dashpot, In u) {
-    Vector total(u.size()), v(law.k), now = normal_dashpot;
-    for (std::size_t i = 0; i < u.size(); ++i) total[i] = u[i] + law.left_velocity[i];
-    approach(law, total, v);
-    for (int c = 0; c < law.k; ++c)
-        if (!(v[c] >= -APPROACH_ROUNDING * law.scale)) now[c] = 0.0;
+Vector clamped_dashpots(const ImpactProblem& s, const Vector& normal_dashpot, In u) {
+    Vector total(u.size()), v(s.k), now = normal_dashpot;
+    for (std::size_t i = 0; i < u.size(); ++i) total[i] = u[i] + s.left_velocity[i];
+    approach(s, total, v);
+    for (int c = 0; c < s.k; ++c)
+        if (!(v[c] >= -APPROACH_ROUNDING * s.scale)) now[c] = 0.0;
     return now;
 }
 

@@ -50,6 +50,6 @@ int solve_tree(const ImpactProblem& s, const Branches& branches, Vector& reactio
 inline constexpr double APPROACH_ROUNDING = 16.0 * EPSILON;
 
 // k_n (k) of `normal_dashpot` where it pushes for right velocities u, 0 where it would pull.
-Vector pushing_dashpots(const ImpactProblem& law, const Vector& normal_dashpot, In u);
+Vector clamped_dashpots(const ImpactProblem& s, const Vector& normal_dashpot, In u);
 
 }  // namespace nscd

@@ -23,7 +23,7 @@ struct ContactPairs {
 };
 
 // All pairs i < j of disks with a gap |x_j − x_i| − r_i − r_j of at most `max_gap` m, by (i, j); then all disks
-// whose nearest point of a wall is at most r + most away, and that wall itself answers for, by (disk, wall).
+// whose nearest point of a wall is at most r + max_gap away, and that wall itself answers for, by (disk, wall).
 // position (n·2) m, radius (n) m; body (n, or none): of two disks of one there is no contact. With a period also pairs across
 // its ends.
 ContactPairs find_contact_pairs(In position, In radius, const Segments& walls, double max_gap, std::span<const Index> body = {});

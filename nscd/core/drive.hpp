@@ -1,5 +1,5 @@
 // Where people want to go and how fast: to their doors, straight or by corners, pushing for ever or keeping their distance.
-// The law is written out in analysis.scene.drive.Drive.
+// The law is in words in analysis/scene/drive.py, of those who keep their distance in analysis/scene/distance.py.
 #pragma once
 
 #include <array>
@@ -29,7 +29,7 @@ public:
     Vector fraction, ids;                  // (n) of push, p; numbers that noise goes by
 
     // Of numbers in a row: doors, people, walls, corners of a way (0: none), start and length of a period (m), speed; the law; ends of
-    // walls; exits, goes, stop, ids, share; of a way: grid, next, corners, onward. None where they do not fit.
+    // walls; exits, goes, stop, ids, fraction; of a way: grid, next, corners, onward. None where they do not fit.
     static std::optional<Drive> of(In values);
     // Take the law; its waves are drawn.
     void keep(const Distance& law);

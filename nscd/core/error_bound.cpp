@@ -192,7 +192,7 @@ double bound_by_factor(Factor& factor, In reaction, In u, const CachedFactor& ca
     const ImpactProblem& s = factor.problem();
     if (any_nonzero_approach(s)) return INFINITE;
     const std::size_t k = s.k;
-    const bool has_factor = cached.closed.size() == k, equal = s.maintained;
+    const bool has_factor = cached.closed.size() == k, equal = s.bilateral;
     bool ready = cached.theta.size() == k;
     Gaps gaps = gaps_of(s, reaction, u, !(has_factor || equal), has_factor ? cached.closed : Mask(k, 1));
     Vector theta = ready ? cached.theta : Vector(k), stiff = s.stiffness(), t(u.size()), v(k), target(k);

@@ -17,7 +17,7 @@ struct Sizes {
 
 class Factor {
 public:
-    // Order the disks of a problem. kept: the order of a crowd, of which these are disks `disk`.
+    // Order the disks of a problem. reusable: the order of a crowd, of which these are disks `disk`.
     Factor(const ImpactProblem& problem, Team& team, const Sizes& sizes, ReusableOrder* reusable = nullptr, std::span<const Index> disk = {});
 
     const ImpactProblem& problem() const { return problem_; }  // the problem in elimination order

@@ -189,7 +189,7 @@ FrictionCertificate certificate_of(const FrictionProblem& p, const FrictionSolut
 }
 
 bool clamp_dashpots(FrictionProblem& p, const Vector& normal_dashpot, In u) {
-    const Vector before = std::exchange(p.normal_dashpot, pushing_dashpots(p, normal_dashpot, u));
+    const Vector before = std::exchange(p.normal_dashpot, clamped_dashpots(p, normal_dashpot, u));
     return p.normal_dashpot != before;
 }
 

@@ -56,12 +56,12 @@ LEVELS void steps_to_events(const Course& of, double* __restrict first, double* 
     for (int c = 0; c < k; ++c) {
         const bool is_free = tangential_state[c] == FREE, stuck = tangential_state[c] == STICK;
         const double mu = friction[c], side = tangential_state[c] == FORWARD ? 1.0 : -1.0;
-        const double active_set_of = reference[c] + lam[c], own = reference_tau[c] + tau[c];
+        const double normal_reaction = reference[c] + lam[c], tangential_reaction = reference_tau[c] + tau[c];
         const double slip = side * (start_s[c] + s[c] + t * push_s[c] - soft * tangent[c] * tau[c]);
         const double faster = side * (ds[c] + push_s[c] - soft * tangent[c] * dtau[c]);
         const double gap = -start[c] - v[c] - t * push[c] - soft * inverse[c] * reference[c];
-        first[c] = until(is_free ? gap : stuck ? mu * active_set_of - own : active_set_of, -direction * (is_free ? -dv[c] - push[c] : stuck ? mu * dlam[c] - dtau[c] : dlam[c]));
-        second[c] = until(stuck ? mu * active_set_of + own : slip, is_free || mu == 0.0 ? 0.0 : -direction * (stuck ? mu * dlam[c] + dtau[c] : faster));
+        first[c] = until(is_free ? gap : stuck ? mu * normal_reaction - tangential_reaction : normal_reaction, -direction * (is_free ? -dv[c] - push[c] : stuck ? mu * dlam[c] - dtau[c] : dlam[c]));
+        second[c] = until(stuck ? mu * normal_reaction + tangential_reaction : slip, is_free || mu == 0.0 ? 0.0 : -direction * (stuck ? mu * dlam[c] + dtau[c] : faster));
     }
 }
 

@@ -78,10 +78,10 @@ private:
                                              // a change is not lost in the digits of the whole; derivatives by t, with the
                                              // states now and with those of the factor
     std::array<Vector, 4> x_, dx_;          // (k) the same of C u, T u, λ and τ
-    Indices changed_, slot_;                  // contacts whose state is not that of `base`, and where they are among them
+    Indices changed_, slot_;                  // contacts whose state is not that of `base_`, and where they are among them
     Weights weights_;
     std::vector<Vector> columns_;           // what unit percussions along n and t of each do with the factor's matrix
-    Vector gram_, base_rate_at_;                   // at each other; `base_rate` at each
+    Vector gram_, base_rate_at_;                   // at each other; `base_rate_` at each
     Vector residual_, matrix_, solution_, normal_, tangential_;
     std::vector<std::uint64_t> visited_;
 };

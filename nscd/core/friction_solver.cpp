@@ -110,7 +110,7 @@ public:
         return false;
     }
 
-    // Steps of the proximal point method, at the cost of `budget` pivots.
+    // Steps of the proximal point method, at the cost of `pivot_budget` pivots.
     bool by_proximal_point(const FrictionSolution& from, int pivot_budget) {
         ProximalPoints points(p_, path_, from);
         for (int step = 0; pivot_budget > 0; pivot_budget -= points.cost) {
@@ -317,26 +317,26 @@ void try_every_state(const FrictionProblem& p, double tolerance, FrictionResult&
 
 // The answer with the k_n that push: found in rounds, the best met. `p` has these k_n only where this is the last round.
 FrictionResult solve_dashpots(const FrictionProblem& p, double tolerance, const Start& start) {
-    FrictionProblem linear = p;
+    FrictionProblem clamped = p;
     FrictionResult best;
     for (int round = 0; round < DASHPOT_ROUNDS; ++round) {
-        FrictionResult found = solve_islands(linear, tolerance, start);
-        const bool changed = clamp_dashpots(linear, p.normal_dashpot, found.solution.velocity);
-        found.error = max_error(island_errors(linear, found.solution));
+        FrictionResult found = solve_islands(clamped, tolerance, start);
+        const bool changed = clamp_dashpots(clamped, p.normal_dashpot, found.solution.velocity);
+        found.error = max_error(island_errors(clamped, found.solution));
         if (round == 0 || found.error < best.error) best = std::move(found);
         if (best.error <= tolerance || !changed) break;
     }
     if (best.error > tolerance) {
         try_every_state(p, tolerance, best);
-        clamp_dashpots(linear, p.normal_dashpot, best.solution.velocity);
-        best.error = max_error(island_errors(linear, best.solution));
+        clamp_dashpots(clamped, p.normal_dashpot, best.solution.velocity);
+        best.error = max_error(island_errors(clamped, best.solution));
     }
     return best;
 }
 
 // Whole percussions taken `factor` times, of each island: λ and τ, and the velocities that they give.
 FrictionSolution scale_percussions(const FrictionSolution& iterate, const FrictionProblem& p, const Vector& factor) {
-    FrictionSolution less = iterate;
+    FrictionSolution scaled = iterate;
     Vector v(p.k), s(p.k), pn(p.k), pt(p.k);
     contact_velocities(p, iterate.velocity, v, s);
     for (int c = 0; c < p.k; ++c) {
@@ -344,13 +344,13 @@ FrictionSolution scale_percussions(const FrictionSolution& iterate, const Fricti
         pn[c] = scale == 0.0 ? 0.0 : scale * normal_push(p, c, v[c], iterate.reaction[c]);
         pt[c] = scale == 0.0 ? 0.0 : scale * (p.tangential_dashpot[c] * (s[c] + p.left_sliding[c]) + iterate.tangential[c]);
     }
-    equilibrium_velocity(p, pn, pt, less.velocity);
-    contact_velocities(p, less.velocity, v, s);
+    equilibrium_velocity(p, pn, pt, scaled.velocity);
+    contact_velocities(p, scaled.velocity, v, s);
     for (int c = 0; c < p.k; ++c) {
-        less.reaction[c] = pn[c] - p.normal_dashpot[c] * (v[c] + p.left_approach[c]);
-        less.tangential[c] = pt[c] - p.tangential_dashpot[c] * (s[c] + p.left_sliding[c]);
+        scaled.reaction[c] = pn[c] - p.normal_dashpot[c] * (v[c] + p.left_approach[c]);
+        scaled.tangential[c] = pt[c] - p.tangential_dashpot[c] * (s[c] + p.left_sliding[c]);
     }
-    return less;
+    return scaled;
 }
 
 // An answer of islands that are not solved gains no energy: their percussions are taken θ times, by which the energy changes
@@ -371,18 +371,18 @@ void clamp_energy(const FrictionProblem& p, double tolerance, FrictionSolution& 
         any = true;
     }
     if (!any) return;
-    const FrictionSolution none = scale_percussions(solution, p, Vector(p.islands, 0.0));
-    FrictionSolution less = scale_percussions(solution, p, factor);
-    const Vector one = island_errors(p, less), two = island_errors(p, none);
+    const FrictionSolution zero = scale_percussions(solution, p, Vector(p.islands, 0.0));
+    FrictionSolution scaled = scale_percussions(solution, p, factor);
+    const Vector scaled_errors = island_errors(p, scaled), zero_errors = island_errors(p, zero);
     for (int c = 0; c < p.k; ++c) {
         const Index m = p.island[p.first[c]];
         if (factor[m] == 1.0) continue;
-        const FrictionSolution& from = one[m] <= two[m] ? less : none;
+        const FrictionSolution& from = scaled_errors[m] <= zero_errors[m] ? scaled : zero;
         solution.reaction[c] = from.reaction[c], solution.tangential[c] = from.tangential[c];
     }
     for (int i = 0; i < p.n; ++i) {
         const Index m = p.island[i];
-        if (factor[m] != 1.0) std::copy_n((one[m] <= two[m] ? less : none).velocity.begin() + 3 * i, 3, solution.velocity.begin() + 3 * i);
+        if (factor[m] != 1.0) std::copy_n((scaled_errors[m] <= zero_errors[m] ? scaled : zero).velocity.begin() + 3 * i, 3, solution.velocity.begin() + 3 * i);
     }
 }
 

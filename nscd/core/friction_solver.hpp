@@ -16,7 +16,7 @@ struct FrictionResult {
     int seed = -1;       // of the random states where the search began; 0: the convex programme; −1: u⁻
     int sweep_count = 0;       // of sweeps
     int pivots = 0;
-    double error = 0.0;  // as `measure` has it, of the worst island
+    double error = 0.0;  // as `island_errors` has it, of the worst island
     double spread = NAN; // m/s, how far apart the u⁺ of all searches are, spins times radius included; NaN for one alone
 };
 

@@ -21,9 +21,9 @@ public:
     // percussions, u their velocities. Exact: n and t of one contact of disks do not couple; those of wide bodies do, and are
     // taken one after the other.
     void run(Out pn, Out pt, Out u, int count) const;
-    // Up to `count` pairs from percussions; a natural map within the tolerance, which is returned, ends it.
+    // Up to `max_count` pairs from percussions; a natural map within the tolerance, which is returned, ends it.
     double until_converged(Out pn, Out pt, Out u, int max_count, double tolerance, int& done) const;
-    // Up to `blocks` blocks of `count` pairs, the starts of blocks combined by Anderson's method from the last ones; the best
+    // Up to `blocks` blocks of `per_block` pairs, the starts of blocks combined by Anderson's method from the last ones; the best
     // answer met and its natural map. Walker & Ni, SIAM J. Numer. Anal. 49 (2011) 1715.
     double accelerated(Vector& pn, Vector& pt, Vector& u, int blocks, int per_block, double tolerance, int& done) const;
 
@@ -52,7 +52,7 @@ private:
 // step is taken and softer by 2 where not. As truncated non-smooth Newton multigrid does for convex problems: Gräser &
 // Kornhuber, J. Comput. Math. 27 (2009) 1.
 //
-// Up to `rounds` rounds from `at`; the largest entry of the natural map. pairs: of sweeps, counted on.
+// Up to `rounds` rounds from `at`; the largest entry of the natural map. count: of pairs of sweeps, counted on.
 double proximal_newton(const FrictionProblem& p, const Sweeps& sweeps, FrictionFactor& factor, FrictionSolution& at, int rounds, double tolerance, int& count);
 
 // x ← A⁻¹ x for a dense matrix by rows, which is overwritten; false where it is singular.

@@ -33,11 +33,11 @@ double share_of(const Segments& walls, int wall, double x, double y);
 bool is_of_another(const Segments& walls, int wall, double fraction, double x, double y);
 
 // Velocities (n·2) m/s of who walks at a speed to the nearest point of a segment; along `outward` on it, and beyond the
-// line through `position` across `outward`. position (n·2) m, start, end, place (2) m, outward (2) unit vector
+// line through `line_point` across `outward`. position (n·2) m, start, end, line_point (2) m, outward (2) unit vector
 void headed(In position, In start, In end, In outward, In line_point, double speed, Out velocity);
 
-// How far (n) m the nearest of the walls start → end (w·2) m is from the lines from → to (n·2) m, at most `maximum`; 0 where they
-// meet.
+// How far (n) m the nearest of the walls start → end (w·2) m is from the lines from → to (n·2) m, at most `max_distance`; 0 where
+// they meet.
 void clear_of(In from, In to, In start, In end, double max_distance, Out clear);
 
 }  // namespace nscd

@@ -50,13 +50,13 @@ struct Solution {
 };
 
 // Solve a problem whose k_n act where they stand.
-Solution solve_contacts(const ImpactProblem& s, const Options& options);
+Solution solve_contacts(const ImpactProblem& problem, const Options& options);
 
-// Solve a problem whose k_n act where they push: p_n = k_n max(C(u + u⁻), 0) + λ. `law` is left with the k_n that do.
+// Solve a problem whose k_n act where they push: p_n = k_n max(C(u + u⁻), 0) + λ. `problem` is left with the k_n that do.
 //
 // u⁺ minimises the convex Φ(u) = ½|u − u⁻|²_M + ½ Σ k_n max(C(u + u⁻), 0)² + ½ Σ k_t (T(u + u⁻))² over C u ≤ 0: Newton's
 // method. With the contacts fixed at which k_n acts it is a problem for `solve_contacts`; each round takes those at which it
 // pushes at the velocities before. Φ falls from round to round, so that no choice comes twice.
-Solution solve_one_sided(ImpactProblem& law, const Options& options);
+Solution solve_one_sided(ImpactProblem& problem, const Options& options);
 
 }  // namespace nscd

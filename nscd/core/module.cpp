@@ -293,7 +293,7 @@ std::optional<ImpactSolution> solve_impact(const IntegerArg& first, const Intege
         one[c] = Index(i), other[c] = Index(j);
     }
     ImpactProblem s = impact_problem_of({span(position), span(left_velocity), span(radius), span(mass), turns ? span(*spin) : In()}, std::move(one), std::move(other), span(normal));
-    s.maintained = maintained, s.least_scale = least_scale;
+    s.bilateral = maintained, s.least_scale = least_scale;
     if (max_approach) s.max_approach = vector(*max_approach);
     if (normal_dashpot) s.normal_dashpot = vector(*normal_dashpot), s.tangential_dashpot = vector(*tangential_dashpot);
     if (!(max_abs(s.left_velocity) <= LARGEST)) return std::nullopt;

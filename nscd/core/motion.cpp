@@ -113,18 +113,18 @@ double Motion::push_arms(double h, Vector& velocity, Report& report) const {
 bool Motion::step_once(double h, const Desired& desired, Report& report) {
     const std::size_t n = radius.size(), b = body_mass.size();
     const bool compound = !body.empty();
-    const double fraction = desired ? h / law.relaxation : 0.0, gain[2] = {h * law.x, h * law.y};
+    const double step_over_tau = desired ? h / law.relaxation : 0.0, gain[2] = {h * law.x, h * law.y};
     Vector position = now.position, kicked = now.velocity, free(2 * n), masses = mass, inertia(n);
     for (std::size_t i = 0; i < n && compound; ++i) std::copy_n(&now.centre[2 * body[i]], 2, &position[2 * i]);
     const Vector wanted = desired ? desired(position) : Vector();
     const double pushed = law.reach > 0.0 ? push_arms(h, kicked, report) : 0.0;
-    const double velocity_gain = free_velocity(kicked, wanted, fraction, gain, free) + pushed;
-    for (std::size_t i = 0; i < n; ++i) masses[i] *= 1 + fraction, inertia[i] = 0.5 * mass[i] * (radius[i] * radius[i]);
+    const double velocity_gain = driven_velocity(kicked, wanted, step_over_tau, gain, free) + pushed;
+    for (std::size_t i = 0; i < n; ++i) masses[i] *= 1 + step_over_tau, inertia[i] = 0.5 * mass[i] * (radius[i] * radius[i]);
     // bodies of several disks are driven as their first disk is
     Vector body_masses = body_mass, free_body_velocity = now.body_velocity, desired_of_bodies(wanted.empty() ? 0 : 2 * b), centre(2 * b), free_centre(2 * b);
     for (std::size_t i = n; compound && i-- > 0 && !desired_of_bodies.empty();) std::copy_n(&wanted[2 * i], 2, &desired_of_bodies[2 * body[i]]);
-    for (std::size_t i = 0; i < b; ++i) body_masses[i] *= 1 + fraction, std::copy_n(&now.body_velocity[3 * i], 2, &centre[2 * i]);
-    free_velocity(centre, desired_of_bodies, fraction, gain, free_centre);
+    for (std::size_t i = 0; i < b; ++i) body_masses[i] *= 1 + step_over_tau, std::copy_n(&now.body_velocity[3 * i], 2, &centre[2 * i]);
+    driven_velocity(centre, desired_of_bodies, step_over_tau, gain, free_centre);
     for (std::size_t i = 0; i < b; ++i) std::copy_n(&free_centre[2 * i], 2, &free_body_velocity[3 * i]);
 
     const StepInput bodies{now.position, now.velocity, free, radius, masses, walls, members(body_masses), now.body_velocity, free_body_velocity};
@@ -139,7 +139,7 @@ bool Motion::step_once(double h, const Desired& desired, Report& report) {
 
     report.neighbours = std::move(found.neighbours), report.reaction = std::move(found.reaction), report.friction = std::move(found.tangential);
     report.iterations = found.iterations, report.method = found.method, report.repeats = found.repeats;
-    account(fraction, gain, bool(desired), compound ? free_body_velocity : free, compound ? found.velocity : turning(found.velocity, found.spin), report);
+    account(step_over_tau, gain, bool(desired), compound ? free_body_velocity : free, compound ? found.velocity : turning(found.velocity, found.spin), report);
     now.keys = std::move(found.keys), now.reaction = report.reaction, now.tangential = report.friction;
     now.reaction.resize(now.keys.size()), now.tangential.resize(now.keys.size());
     if (compound) {
@@ -159,7 +159,7 @@ bool Motion::step_once(double h, const Desired& desired, Report& report) {
 }
 
 // Where the kinetic energy of a step goes, from the velocities `free` without contacts to `after` (b·3), before the state changes.
-void Motion::account(double fraction, const double (&gain)[2], bool driven, In free, In after, Report& report) const {
+void Motion::account(double step_over_tau, const double (&gain)[2], bool driven, In free, In after, Report& report) const {
     const bool compound = !body.empty();
     const std::size_t n = radius.size(), b = compound ? body_mass.size() : n, d = compound ? 3 : 2;
     const Vector before = compound ? now.body_velocity : turning(now.velocity, now.spin);
@@ -171,7 +171,7 @@ void Motion::account(double fraction, const double (&gain)[2], bool driven, In f
         for (std::size_t a = 0; a < 2; ++a) {
             const double u = mean[3 * i + a], was = before[3 * i + a], is = after[3 * i + a];
             gained += u * (is - was), weight += u * gain[a];
-            drive += u * ((1 + fraction) * free[d * i + a] - was - fraction * is);  // (1 + a) u_free = u + a u_d + g, and what arms push
+            drive += u * ((1 + step_over_tau) * free[d * i + a] - was - step_over_tau * is);  // (1 + a) u_free = u + a u_d + g, and what arms push
         }
         report.gained += m * gained + moment * (mean[3 * i + 2] * (after[3 * i + 2] - before[3 * i + 2]));
         report.weight += m * weight;

@@ -18,7 +18,7 @@ struct Law {
 inline constexpr double STALLED = 10.0;
 
 // The works (k), (k) J that impulses take from the motion, along the normal and across: p·D(w), at contacts in the middle of
-// their gaps. moving (n·3) m/s, m/s, rad/s: w, the mean of the velocities before and after
+// their gaps. mean_velocity (n·3) m/s, m/s, rad/s: w, the mean of the velocities before and after
 void works(const Neighbours& neighbours, In radius, In mean_velocity, In normal_impulse, In tangential_impulse, Out impact, Out friction);
 
 // What a step did; of both halves of one that was made in halves. Where it is not solved: when (s), and the residual.
@@ -63,7 +63,7 @@ private:
     bool in_halves(double h, int halvings, const Desired& desired, Report& report);
     bool step_once(double h, const Desired& desired, Report& report);
     double push_arms(double h, Vector& velocity, Report& report) const;
-    void account(double fraction, const double (&gain)[2], bool driven, In free, In after, Report& report) const;
+    void account(double step_over_tau, const double (&gain)[2], bool driven, In free, In after, Report& report) const;
     void turn(In mean);
     Members members(In masses) const { return {body, now.centre, masses, body_inertia}; }
     bool slim_ = false;

@@ -112,7 +112,7 @@ ImpactProblem restrict_to(const ImpactProblem& full, std::span<const Index> cont
               const Indices& index) {
     ImpactProblem s;
     s.n = int(disk.size()), s.k = int(contact.size()), s.d = full.d;
-    s.least_scale = full.least_scale, s.maintained = full.maintained;
+    s.least_scale = full.least_scale, s.bilateral = full.bilateral;
     const auto picked = [&](const Vector& values) {
         Vector some(values.empty() ? 0 : contact.size());
         for (std::size_t c = 0; c < some.size(); ++c) some[c] = values[contact[c]];
@@ -228,7 +228,7 @@ Certificate certificate_of(const ImpactProblem& s, In reaction, In u) {
     double imbalance = 0.0;
     for (int c = 0; c < s.k; ++c) {
         const double slack = s.max_approach[c] - v[c];
-        imbalance = max_or_nan(imbalance, std::abs(s.maintained ? slack : std::min(s.inverse_mass[c] * reaction[c], slack)));
+        imbalance = max_or_nan(imbalance, std::abs(s.bilateral ? slack : std::min(s.inverse_mass[c] * reaction[c], slack)));
         certificate.finite = certificate.finite && std::isfinite(reaction[c]);
     }
     certificate.residual = imbalance / s.scale;

@@ -1,4 +1,4 @@
-// One impact as a convex problem: min ½ (u − û)·Â (u − û) subject to C u ≤ b (C u = b where maintained).
+// One impact as a convex problem: min ½ (u − û)·Â (u − û) subject to C u ≤ b (C u = b where bilateral).
 //
 // Â = M + DᵀKD and Â û = (M − DᵀKD) u⁻: eq. (1) of the paper with u = u⁺. λ is the multiplier,
 // Â (u − û) + Cᵀλ = 0, 0 ≤ λ ⟂ b − C u ≥ 0. A row of C is (n at the first disk, −n at the second), one
@@ -30,11 +30,11 @@ struct ImpactProblem {
     Vector x, y;                        // (n) m, centres; empty where nobody asks
     double scale = TINY;                 // m/s, ‖u⁻‖∞, in which residuals are measured
     double least_scale = TINY;           // m/s, where u⁻ is 0 and the offset is not
-    bool maintained = false;             // every contact stays closed and may pull
+    bool bilateral = false;              // every contact stays closed and may pull: `maintained` of a law
 
     bool dissipative() const { return !normal_dashpot.empty(); }
     bool compound() const { return !turn_first.empty(); }  // whether normals have levers
-    bool even() const;                   // whether masses are, see EVEN
+    bool even() const;                   // whether masses are, see EVEN_MASS_RATIO
     Vector stiffness() const;           // (k) kg, of contacts as a penalty model, up to one factor
     void measure_scale();                // scale ← max |u⁻|, and the reach of wide bodies, whose spins times it count
 };
@@ -51,14 +51,14 @@ struct Disks {
 };
 // The problem of disks with contacts first, second (−1: a wall) and unit normals (k·2), inelastic: û = u⁻, b = 0.
 ImpactProblem impact_problem_of(const Disks& disks, Indices first, Indices second, In normal);
-// The problem of the bodies of disks from that of the disks: u⁻ = û = left (b·3).
+// The problem of the bodies of disks from that of the disks: u⁻ = û = left_velocity (b·3).
 ImpactProblem compound_problem_of(const ImpactProblem& disks, In radius, const Members& of, In left_velocity);
 // The motion (b·3) of bodies whose disks of masses (n) have velocities (n·2) and spins (n), with the same momentum.
 Vector body_velocity_of(const Members& of, In mass, In velocity, In spin);
 // The velocities (n·2) of disks at `position` (n·2) m whose bodies have velocities u (b·3).
 Vector disk_velocity_of(const Members& of, In position, In u);
 
-// The problem of some contacts, in this order, and of some disks, in this order; place (n) tells where a
+// The problem of some contacts, in this order, and of some disks, in this order; index (n) tells where a
 // disk comes to be.
 ImpactProblem restrict_to(const ImpactProblem& full, std::span<const Index> contact, std::span<const Index> disk, const Indices& index);
 
@@ -71,7 +71,7 @@ double max_abs(In values);                                              // magni
 // What an answer says of itself, recomputed from it.
 struct Certificate {
     Vector impulse;             // (k·2) N·s, p = k D(u⁺ + u⁻) + λ n, first → second
-    double residual = 0.0;       // max |min(wλ, b − Cu)| / ‖u⁻‖∞, |b − Cu| where maintained
+    double residual = 0.0;       // max |min(wλ, b − Cu)| / ‖u⁻‖∞, |b − Cu| where bilateral
     double momentum_error = 0.0; // max |M(u⁺ − u⁻) + Dᵀp| / (m ‖u⁻‖∞ + Σ|p|) over disks, spins of wide ones by inertia over reach
     double energy = 0.0;         // J, ½ u⁻·Mu⁻
     double change = 0.0;         // J, ½ u⁺·Mu⁺ − ½ u⁻·Mu⁻

@@ -20,13 +20,13 @@ constexpr double NOT_NOTHING = 1e-6;
 constexpr double ENERGY_ROUNDING = 10.0;
 
 // The contacts whose gap two disks close that go towards each other as fast as before, or as without contacts.
-Indices reachable_contacts(const ImpactProblem& s, In before) {
+Indices reachable_contacts(const ImpactProblem& s, In left_velocity) {
     const double margin = SPEED_MARGIN * s.scale;
     Vector speed(s.n);
     for (int i = 0; i < s.n; ++i) {
         const int at = s.d * i;
         const auto fastest_point = [&](In u) { return length(u[at], u[at + 1]) + (s.compound() ? s.reach[i] * std::abs(u[at + 2]) : 0.0); };
-        speed[i] = std::max(fastest_point(before), fastest_point(s.free));
+        speed[i] = std::max(fastest_point(left_velocity), fastest_point(s.free));
     }
     Indices some;
     for (int c = 0; c < s.k; ++c)
@@ -37,8 +37,8 @@ Indices reachable_contacts(const ImpactProblem& s, In before) {
 // Solve without the contacts that disks as fast as before could not close; with all where that is not the solution of all, as
 // `solve` says of the contacts that it is given.
 template <class Solve>
-void solve_reachable(const ImpactProblem& s, In before, Solve&& solve) {
-    Indices some = reachable_contacts(s, before);
+void solve_reachable(const ImpactProblem& s, In left_velocity, Solve&& solve) {
+    Indices some = reachable_contacts(s, left_velocity);
     if (solve(some) || int(some.size()) == s.k) return;
     some.resize(s.k);
     std::iota(some.begin(), some.end(), 0);
@@ -46,7 +46,7 @@ void solve_reachable(const ImpactProblem& s, In before, Solve&& solve) {
 }
 
 // Solve with the contacts that are included, and take those besides that this looked at. guess: (k) N·s or none
-void solve_some(const ImpactProblem& s, Mask& included, In guess, double tolerance, const Means& means, StepResult& found) {
+void solve_some(const ImpactProblem& s, Mask& included, In guess, double tolerance, const Resources& resources, StepResult& found) {
     Indices every(s.n), some, others;
     std::iota(every.begin(), every.end(), 0);
     for (int c = 0; c < s.k; ++c) (included[c] ? some : others).push_back(c);
@@ -54,13 +54,13 @@ void solve_some(const ImpactProblem& s, Mask& included, In guess, double toleran
     Solution solution;
     if (tolerance >= GRADIENT_TOLERANCE && !s.compound() && subproblem.k > 0) {
         Parts one{{0, subproblem.n}, {0, subproblem.k}};
-        DescentResult end = descend(subproblem, one, means.team, {STOPPING_FRACTION * tolerance, MAX_SWEEPS, -1, INFINITE});
+        DescentResult end = descend(subproblem, one, resources.team, {STOPPING_FRACTION * tolerance, MAX_SWEEPS, -1, INFINITE});
         solution.reaction = std::move(end.reaction), solution.velocity = std::move(end.velocity), solution.iterations = end.sweeps;
         solution.method = Method::PROJECTED_GRADIENT;
     } else {
         Options options;
         options.tolerance = tolerance, options.canonical = options.with_error_bound = false;
-        options.full = &s, options.unlikely = std::move(others), options.reusable = &means.reusable, options.team = &means.team;
+        options.full = &s, options.unlikely = std::move(others), options.reusable = &resources.reusable, options.team = &resources.team;
         if (max_abs(guess) > 0.0)
             for (int c : some) options.reaction.push_back(guess[c]);
         solution = solve_contacts(subproblem, options);
@@ -76,12 +76,12 @@ void solve_some(const ImpactProblem& s, Mask& included, In guess, double toleran
 
 // Solve with the likely contacts, and again from that answer with those besides that would overlap, as long as there are any: few
 // are; with all where that does not end. guess: (k) N·s or none
-void solve_step(const ImpactProblem& s, In before, In guess, double tolerance, const Means& means, StepResult& found) {
+void solve_step(const ImpactProblem& s, In left_velocity, In guess, double tolerance, const Resources& resources, StepResult& found) {
     Mask included(s.k, 0);
     Vector v(s.k), from(guess.begin(), guess.end());
-    for (int c : reachable_contacts(s, before)) included[c] = 1;
+    for (int c : reachable_contacts(s, left_velocity)) included[c] = 1;
     for (int passes = 1;; ++passes) {
-        solve_some(s, included, from, tolerance, means, found);
+        solve_some(s, included, from, tolerance, resources, found);
         if (found.error <= tolerance || std::count(included.begin(), included.end(), 1) == s.k) return;
         approach(s, found.velocity, v);
         from = found.reaction;
@@ -113,17 +113,17 @@ static bool missed(const StepInput& bodies, In velocity, double step, double mar
         const Index i = neighbours.first[c], j = neighbours.second[c];
         double x = velocity[2 * i], y = velocity[2 * i + 1];
         if (j >= 0) x -= velocity[2 * j], y -= velocity[2 * j + 1];
-        const double closing = step * (neighbours.normal[2 * c] * x + neighbours.normal[2 * c + 1] * y);
-        if (neighbours.gap[c] > margin && closing > neighbours.gap[c]) return true;
+        const double closed_distance = step * (neighbours.normal[2 * c] * x + neighbours.normal[2 * c + 1] * y);
+        if (neighbours.gap[c] > margin && closed_distance > neighbours.gap[c]) return true;
     }
     return false;
 }
 
-double free_velocity(In velocity, In desired, double fraction, const double (&gain)[2], Out free) {
+double driven_velocity(In velocity, In desired, double step_over_tau, const double (&gain)[2], Out free) {
     double maximum = 0.0;
     for (std::size_t i = 0; i < velocity.size(); ++i) {
         free[i] = velocity[i] + gain[i & 1];
-        if (!desired.empty()) free[i] = (free[i] + fraction * desired[i]) / (1.0 + fraction);
+        if (!desired.empty()) free[i] = (free[i] + step_over_tau * desired[i]) / (1.0 + step_over_tau);
         maximum = max_or_nan(maximum, std::abs(free[i] - velocity[i]));
     }
     return maximum;
@@ -139,9 +139,9 @@ Vector mean_velocities(In before, In after, const Neighbours& neighbours, In rea
             const Index i = neighbours.first[c], j = neighbours.second[c];
             if (uses_after[i] && (j < 0 || uses_after[j])) continue;
             const double x = neighbours.normal[2 * c], y = neighbours.normal[2 * c + 1];
-            const auto closing = [&](In u) { return x * u[2 * i] + y * u[2 * i + 1] - (j < 0 ? 0.0 : x * u[2 * j] + y * u[2 * j + 1]); };
-            const bool of_one = j >= 0 && uses_after[i] != uses_after[j];
-            if (reaction[c] > 0.0 ? !of_one && std::abs(closing(drift) - closing(after)) <= velocity_tolerance : closing(drift) <= neighbours.gap[c] / step + velocity_tolerance) continue;
+            const auto approach_velocity = [&](In u) { return x * u[2 * i] + y * u[2 * i + 1] - (j < 0 ? 0.0 : x * u[2 * j] + y * u[2 * j + 1]); };
+            const bool only_one_uses_after = j >= 0 && uses_after[i] != uses_after[j];
+            if (reaction[c] > 0.0 ? !only_one_uses_after && std::abs(approach_velocity(drift) - approach_velocity(after)) <= velocity_tolerance : approach_velocity(drift) <= neighbours.gap[c] / step + velocity_tolerance) continue;
             again = true;
             for (Index one : {i, j})
                 if (one >= 0) uses_after[one] = 1, drift[2 * one] = after[2 * one], drift[2 * one + 1] = after[2 * one + 1];
@@ -157,24 +157,24 @@ static Mask energy_gaining(const ImpactProblem& s, In reaction, In mass, In u, I
     for (int c = 0; c < s.k; ++c)
         if (reaction[c] > 0.0) first.push_back(s.first[c]), second.push_back(s.second[c]);
     const int groups = components(s.n, first, second, group), d = int(u.size()) / s.n;
-    Vector before(groups, 0.0), energy_gain(groups, 0.0);
+    Vector energy_before(groups, 0.0), energy_gain(groups, 0.0);
     for (std::size_t i = 0; i < u.size(); ++i) {
-        before[group[i / d]] += mass[i] * free[i] * free[i];
+        energy_before[group[i / d]] += mass[i] * free[i] * free[i];
         energy_gain[group[i / d]] += mass[i] * (u[i] - free[i]) * (u[i] + free[i]);
     }
     Mask more(s.n);
-    for (int i = 0; i < s.n; ++i) more[i] = energy_gain[group[i]] > ENERGY_ROUNDING * tolerance * before[group[i]];
+    for (int i = 0; i < s.n; ++i) more[i] = energy_gain[group[i]] > ENERGY_ROUNDING * tolerance * energy_before[group[i]];
     return more;
 }
 
 // A step with Coulomb's law; as `solve_step` without it.
-static Mask solve_with_friction(const ImpactProblem& s, In before, In radius, const FrictionState& friction_state, double tolerance, StepResult& found) {
+static Mask solve_with_friction(const ImpactProblem& s, In left_velocity, In radius, const FrictionState& friction_state, double tolerance, StepResult& found) {
     const FrictionProblem p = friction_problem_of(s, radius, friction_state.spin, friction_state.inertia, Vector(s.k, friction_state.friction));
     Indices every(s.n);
     std::iota(every.begin(), every.end(), 0);
     FrictionResult result{{carried_over(friction_state.keys, friction_state.reaction, found.keys).values, carried_over(friction_state.keys, friction_state.tangential, found.keys).values, p.left_velocity}};
     Vector errors;
-    solve_reachable(s, before, [&](const Indices& some) {
+    solve_reachable(s, left_velocity, [&](const Indices& some) {
         Vector reaction, tangential;
         for (int c : some) reaction.push_back(result.solution.reaction[c]), tangential.push_back(result.solution.tangential[c]);
         FrictionProblem partial = restrict_to(p, some, every);
@@ -198,7 +198,7 @@ static Mask solve_with_friction(const ImpactProblem& s, In before, In radius, co
     return cannot_rebound;
 }
 
-StepResult make_step(const StepInput& bodies, const FrictionState& friction_state, double step, double restitution, double velocity_gain, double tolerance, const Means& means) {
+StepResult make_step(const StepInput& bodies, const FrictionState& friction_state, double step, double restitution, double velocity_gain, double tolerance, const Resources& resources) {
     double margin = 2.0 * step * std::max(max_speed(bodies.free), max_speed(bodies.velocity));
     for (int repeats = 0;; ++repeats) {
         const ContactPairs contacts = find_contact_pairs(bodies.position, bodies.radius, bodies.walls, margin, bodies.compound.body);
@@ -216,21 +216,21 @@ StepResult make_step(const StepInput& bodies, const FrictionState& friction_stat
         if (!bodies.compound.body.empty()) s.least_scale = EPSILON * max_abs(bodies.position) / (step * tolerance);
         if (!bodies.compound.body.empty()) s = compound_problem_of(s, bodies.radius, bodies.compound, bodies.free_body_velocity);
         const In left_velocity = s.compound() ? bodies.body_velocity : bodies.velocity;
-        Vector before(s.k), closing(s.k);
-        approach(s, left_velocity, before);
-        approach(s, s.free, closing);
+        Vector approach_before(s.k), free_approach(s.k);
+        approach(s, left_velocity, approach_before);
+        approach(s, s.free, free_approach);
         Indices rebounding;
         for (int c = 0; c < s.k; ++c) {
             s.max_approach[c] = contacts.gap[c] / step;
-            if (restitution > 0.0 && closing[c] >= s.max_approach[c] && before[c] > std::max(2.0 * velocity_gain, 0.0))
-                s.max_approach[c] = std::min(s.max_approach[c], -restitution * before[c]), rebounding.push_back(c);
+            if (restitution > 0.0 && free_approach[c] >= s.max_approach[c] && approach_before[c] > std::max(2.0 * velocity_gain, 0.0))
+                s.max_approach[c] = std::min(s.max_approach[c], -restitution * approach_before[c]), rebounding.push_back(c);
         }
         if (friction_state.friction > 0.0 || s.compound()) found.keys = keys_of(contacts);
         for (bool again = true; again;) {
             Mask cannot_rebound;
             if (friction_state.friction > 0.0) cannot_rebound = solve_with_friction(s, left_velocity, bodies.radius, friction_state, tolerance, found);
             else {
-                solve_step(s, left_velocity, s.compound() ? carried_over(friction_state.keys, friction_state.reaction, found.keys).values : Vector(), tolerance, means, found);
+                solve_step(s, left_velocity, s.compound() ? carried_over(friction_state.keys, friction_state.reaction, found.keys).values : Vector(), tolerance, resources, found);
                 cannot_rebound = energy_gaining(s, found.reaction, s.mass, found.velocity, s.free, tolerance);
             }
             again = false;

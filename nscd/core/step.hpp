@@ -36,7 +36,7 @@ struct StepResult {
 };
 
 // What a step works with: the order of elimination of steps before, and threads.
-struct Means {
+struct Resources {
     ReusableOrder& reusable;
     Team& team;
 };
@@ -44,15 +44,15 @@ struct Means {
 // Make a step of `step` s; with restitution e a contact that closes within it with v⁻ > 0 has
 // C u⁺ ≤ −e v⁻ (Moreau's law), unless v⁻ is at most twice `velocity_gain` m/s, what the drive gives in a step: that contact rests.
 // Where that law has no answer, or one that gains energy, contacts do not rebound: C u⁺ ≤ gap/step.
-StepResult make_step(const StepInput& bodies, const FrictionState& friction_state, double step, double restitution, double velocity_gain, double tolerance, const Means& means);
+StepResult make_step(const StepInput& bodies, const FrictionState& friction_state, double step, double restitution, double velocity_gain, double tolerance, const Resources& resources);
 
-// Velocities after a step without contacts, (u + g + a u_d)/(1 + a), and the largest component (m/s) of what they gained.
-// Where nobody drives, desired is empty.
-double free_velocity(In velocity, In desired, double fraction, const double (&gain)[2], Out free);
+// Velocities after a step without contacts, (u + g + a u_d)/(1 + a) with a = h/τ, and the largest component (m/s) of what
+// they gained. Where nobody drives, desired is empty.
+double driven_velocity(In velocity, In desired, double step_over_tau, const double (&gain)[2], Out free);
 
 // The velocities (n·2) with which disks go through a step that nobody drives: the means of those before and after it, which
 // follow a body force to second order; but those after it where a mean would close a contact beyond its gap, or change the
-// gap of a pressed one, and for all that such disks press. slack: m/s, what counts as nothing
+// gap of a pressed one, and for all that such disks press. velocity_tolerance: m/s, what counts as nothing
 Vector mean_velocities(In before, In after, const Neighbours& neighbours, In reaction, double step, double velocity_tolerance);
 
 double max_speed(In velocity);  // the largest speed (m/s) of (n·2)

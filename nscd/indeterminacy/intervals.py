@@ -142,7 +142,7 @@ class Intervals:
 
     def __init__(self, equilibrium: Equilibrium) -> None:
         if equilibrium.point is None:
-            raise ValueError("held: no state of it is known. Its bounds are those of WithinTolerance")
+            raise ValueError("equilibrium: no state of it is known. Its bounds are those of WithinTolerance")
         self.equilibrium, self.scale = equilibrium, equilibrium.scale
         chosen = equilibrium.contacts.select(equilibrium.contact[equilibrium.core])
         self._part_of = chosen.islands(equilibrium.bodies)[chosen.first]
@@ -172,16 +172,16 @@ class Intervals:
         return -lower, upper
 
     def _weights_of(self, weights: ArrayLike, tangential: bool) -> Floats:
-        constrained = self.equilibrium
-        inputs = read_only(weights, (len(constrained.contacts),), "weights")[constrained.contact]
-        return np.asarray(constrained.along * inputs if tangential else inputs)
+        equilibrium = self.equilibrium
+        inputs = read_only(weights, (len(equilibrium.contacts),), "weights")[equilibrium.contact]
+        return np.asarray(equilibrium.along * inputs if tangential else inputs)
 
     def _largest(self, weights: Floats, proof: bool = True) -> tuple[float, float, Floats]:
         """The upper end of Σ w x for weights (u,) of the unknowns, its gap, and the velocities that
         prove it, (n,2) or with spins (n,3); without `proof` only the end counts."""
-        constrained = self.equilibrium
-        on_core, start = weights[constrained.core], constrained.point[constrained.core]
-        velocity = np.zeros(constrained.matrix.shape[1])
+        equilibrium = self.equilibrium
+        on_core, start = weights[equilibrium.core], equilibrium.point[equilibrium.core]
+        velocity = np.zeros(equilibrium.matrix.shape[1])
         attained = start.copy()
         total = 0.0
         for number in np.unique(self._part_of[on_core != 0]).tolist():
@@ -189,15 +189,15 @@ class Intervals:
             wanted = on_core[part.columns]
             wedged, maximum = part.limits
             if wanted[wedged].any() and self._grows(part, wanted):
-                return float("inf"), 0.0, np.zeros_like(velocity).reshape(constrained.bodies, -1)
+                return float("inf"), 0.0, np.zeros_like(velocity).reshape(equilibrium.bodies, -1)
             found = part.largest(wanted)
             velocity[part.rows] = found.multiplier
-            attained[part.columns] = found.point * constrained.scale
-            total += maximum * constrained.scale + WEDGE_MULTIPLE * float(constrained.point.sum()) * wedged.any()
+            attained[part.columns] = found.point * equilibrium.scale
+            total += maximum * equilibrium.scale + WEDGE_MULTIPLE * float(equilibrium.point.sum()) * wedged.any()
         # on the core Σ w x ≤ velocity·E x + excess Σ x; the other unknowns are known
-        pressing = constrained.balance.T @ velocity
+        pressing = equilibrium.balance.T @ velocity
         excess = float((on_core - pressing).max(initial=0.0))
-        weighted_sum = float(weights @ constrained.point)
+        weighted_sum = float(weights @ equilibrium.point)
         bound = weighted_sum + float((pressing - on_core) @ start) + excess * total
         if not proof:
             return bound, 0.0, velocity
@@ -206,19 +206,19 @@ class Intervals:
         gap += max(-float((start + moved).min(initial=0.0)), 0.0)
         # what is known follows the impulses too: the velocity that closes it, and no unknown of the
         # core
-        missing = weights - constrained.matrix @ velocity
-        missing[constrained.core] = 0.0
-        velocity += constrained.factor.least_squares(missing)
-        return bound, gap, velocity.reshape(constrained.bodies, -1)
+        missing = weights - equilibrium.matrix @ velocity
+        missing[equilibrium.core] = 0.0
+        velocity += equilibrium.factor.least_squares(missing)
+        return bound, gap, velocity.reshape(equilibrium.bodies, -1)
 
     def _part(self, number: int) -> _Part:
         if number not in self._parts:
-            constrained = self.equilibrium
+            equilibrium = self.equilibrium
             columns = np.flatnonzero(self._part_of == number)
-            balance = csc_array(constrained.balance[:, columns])
+            balance = csc_array(equilibrium.balance[:, columns])
             rows = np.unique(balance.indices).astype(np.int64)
             balance = csc_array(balance.tocsr()[rows])
-            impulse = balance @ constrained.point[constrained.core[columns]] / constrained.scale
+            impulse = balance @ equilibrium.point[equilibrium.core[columns]] / equilibrium.scale
             self._parts[number] = _Part(columns, rows, balance, impulse, 0 * impulse)
         return self._parts[number]
 

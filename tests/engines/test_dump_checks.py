@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from analysis.engines import EngineError
+from analysis.engines.check_run import check_bodies, check_contacts
 from analysis.engines.guard import energy_besides
-from analysis.engines.run import check_bodies, check_contacts, run_engine
+from analysis.engines.run import run_engine
 from analysis.scene.scene import read_scene
 from tests.engines.at_hand import require
 from tests.engines.test_guard import disks, timing

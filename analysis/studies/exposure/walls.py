@@ -1,4 +1,4 @@
-"""Parts of the outlines of a scene's walls, beside doors and round corners, and the load on them."""
+"""Parts of the outlines of walls, beside doors and round corners, and their load; per metre: line_loads in outline.py."""
 
 from __future__ import annotations
 

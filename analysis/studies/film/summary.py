@@ -108,7 +108,7 @@ def headline_rows(animations: Sequence[Animation]) -> tuple[list[str], list[list
 
 
 def push_of(animation: Animation) -> tuple[float, float]:
-    """Give the least and the largest push (N) of those who are filmed; reel: of a driven scene."""
+    """Give the least and the largest push (N) of those who are filmed; animation: of a driven scene."""
     assert animation.scene.drive is not None
     push = animation.scene.drive.push(np.concatenate([frame.people.mass for frame in animation.shown]))
     return (float(push.min()), float(push.max())) if len(push) else (0.0, 0.0)

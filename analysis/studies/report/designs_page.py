@@ -202,15 +202,15 @@ class Replicates:
         began, made, ends = time.monotonic(), list[Interim](), Forecast()
         for size, alpha in motion.interim_levels(first):
             self.until(size)
-            made.append(style := self.interim(alpha if target else 1 - LEVEL))
+            made.append(interim := self.interim(alpha if target else 1 - LEVEL))
             if target is None:
                 break
             left = max(0.0, seconds - (time.monotonic() - began))
             sizes = first, size, min(MOST, size + int(left / self.seconds))
-            family = sum(map(len, style.differences))
+            family = sum(map(len, interim.differences))
             ends = [
                 (number, key, motion.needed(one, target, sizes, family))
-                for number, every in enumerate(style.differences, start=1)
+                for number, every in enumerate(interim.differences, start=1)
                 for key, one in every.items()
                 if target.of(key) and not target.answered(one)
             ]
@@ -288,12 +288,12 @@ class Compared:
     def rows(self) -> dict[str, Row]:
         """Make a row of each quantity that all designs have: means, 90 % of further replicates, limits
         and differences."""
-        style, walls = self.interims[-1], [one.number for one in limits_of_walls(self.limits)]
+        interim, walls = self.interims[-1], [one.number for one in limits_of_walls(self.limits)]
         marks = dict.fromkeys(("wall_left", "wall_right", "metre_largest"), walls)
         marks["contact_largest"] = [one.number for one in limits_of_bodies(self.limits)]
-        rows, out = dict[str, Row](), style.table.reached
-        for key in style.differences[0]:
-            values = {name: one[key] for name, one in zip(self.names, style.table.values, strict=True)}
+        rows, out = dict[str, Row](), interim.table.reached
+        for key in interim.differences[0]:
+            values = {name: one[key] for name, one in zip(self.names, interim.table.values, strict=True)}
             found = {
                 name: (float(one.mean()), *range_of_windows(list(one[:, None])))
                 for name, one in values.items()
@@ -301,7 +301,7 @@ class Compared:
             title, unit, *_ = QUANTITIES[key]
             solutions = [
                 difference_of(name, QUANTITIES[key], every[key], out)
-                for name, every in zip(self.names[1:], style.differences, strict=True)
+                for name, every in zip(self.names[1:], interim.differences, strict=True)
             ]
             chart = Chart(title.format(out=out), unit, found, marks=marks.get(key, ()))
             rows[key] = Row(chart, solutions)
@@ -390,20 +390,20 @@ def write_designs(one: Compared, folder: Path, command: str, progress: Progress)
 
 def _write_tables(one: Compared, folder: Path) -> None:
     """The files beside the page."""
-    style, names, units = one.interims[-1], one.names, {key: each.unit for key, each in QUANTITIES.items()}
+    interim, names, units = one.interims[-1], one.names, {key: each.unit for key, each in QUANTITIES.items()}
     write_rows(folder / "designs.csv", RUNS, (
         [name, number, key, units[key], value]
-        for name, every in zip(names, style.table.values, strict=True)
+        for name, every in zip(names, interim.table.values, strict=True)
         for key, values in every.items() for number, value in enumerate(values.tolist())
     ))  # fmt: skip
-    found = [(name, *item) for name, every in zip(names[1:], style.differences, strict=True)
+    found = [(name, *item) for name, every in zip(names[1:], interim.differences, strict=True)
              for item in every.items()]  # fmt: skip
     write_rows(folder / "differences.csv", COLUMNS, (
         [name, key, units[key], each.base + each.value, each.base, each.value, *each.ends, each.half,
-         each.delta, int(each.paired), style.replicates] for name, key, each in found
+         each.delta, int(each.paired), interim.replicates] for name, key, each in found
     ))  # fmt: skip
     write_json(folder / "numbers.json", {
-        "designs": names, "failures": one.of.failures, "out": style.table.reached,
+        "designs": names, "failures": one.of.failures, "out": interim.table.reached,
         "looks": [[each.replicates, each.alpha] for each in one.interims],
         "open": [[names[number], key, end or None] for number, key, end in one.still],
         "differences": [{"design": name, "quantity": key, "unit": units[key], "interval": each.ends,

@@ -122,7 +122,7 @@ def case(
 ) -> Callable[[Attempt], Attempt]:
     """Declare the decorated attempt as a case of its name, kept in CASES.
 
-    columns, rows: a label with its unit, then the values; whole: whether the columns are whole
+    columns, rows: a label with its unit, then the values; complete: whether the columns are whole
     numbers; the other fields as in `Case`"""
 
     def declare(attempt: Attempt) -> Attempt:

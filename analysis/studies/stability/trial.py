@@ -232,7 +232,7 @@ Ill = tuple[bool, Outcome, str]
 
 def cell(message: str, numbers: tuple[float, ...], well: str, *ills: Ill) -> Cell:
     """Make a cell that ended as the first of the ills that holds; stable, for the reason `well`,
-    where none does. said, numbers: as in `Cell`."""
+    where none does. message: `said` of `Cell`; numbers: as there."""
     found = ((outcome, why) for holds, outcome, why in ills if holds)
     outcome, reason = next(found, (Outcome.STABLE, well))
     return Cell(outcome=outcome, reason=reason, said=message, numbers=numbers)

@@ -112,7 +112,7 @@ class Sample:
     dissipative: R² of Σ = k D(w), w = u⁺ + u⁻, through the origin: 1 − ‖Σ − kD(w)‖²/‖Σ‖² with the
         best k ≥ 0
     compression: how much of the compression that people want is left, ∫(div u⁺)₋/∫(div u⁻)₋
-    kept: Σm|u⁺|²/Σm|u⁻|², which for k = 0 is also Σmu⁺·u⁻/Σm|u⁻|²
+    retained: Σm|u⁺|²/Σm|u⁻|², which for k = 0 is also Σmu⁺·u⁻/Σm|u⁻|²
     wall_load: kN·s, Σ of the walls' percussions along x"""
 
     def __init__(self, packing: Packing, n: int, seed: int) -> None:
