@@ -81,7 +81,7 @@ class _State:
         self.margin, contacts = margin, self.contacts
         if not solution.residual < 0.1 * margin:
             raise ValueError(
-                f"answer: residual {solution.residual:.1e}, where less than {0.1 * margin:.1e} is "
+                f"solution: residual {solution.residual:.1e}, where less than {0.1 * margin:.1e} is "
                 "needed: give solve a smaller tolerance"
             )
         friction_part = solution.friction
@@ -92,7 +92,7 @@ class _State:
         own = self.along[:, None] * self.normal + self.sideways[:, None] * self.across
         size = float(np.abs(solution.impulse).max(initial=0.0))
         if np.abs(own - solution.impulse).max(initial=0.0) > 1e-9 * size:
-            raise ValueError("answer: its contacts dissipate. Gradients are of inelastic ones")
+            raise ValueError("solution: its contacts dissipate. Gradients are of inelastic ones")
         self.u = np.column_stack([solution.right_velocity, solution.right_spin])
         mass, inertia = self.disks.mass, self.disks.inertia
         self.mass = np.column_stack([mass, mass, inertia])

@@ -66,7 +66,7 @@ def body_fields(solution: CollisionAnswer, kernel: Kernel, at: ArrayLike) -> Bod
     Raises ValueError for a chain (no plane), wrong shapes, or points that are out of the room's
     reach."""
     if solution.space.dimension != 2:
-        raise ValueError("answer: a chain has no fields in the plane")
+        raise ValueError("solution: a chain has no fields in the plane")
     points = read_only(at, (-1, 2), "at")
     positions, area = solution.space.points, solution.space.weights[:, None]
     sigma, density = stress(solution).reshape(4, -1).T, percussion_density(solution).reshape(2, -1).T

@@ -15,7 +15,7 @@ constexpr int MEMORY = 10;           // answers that Anderson's method combines,
 constexpr double GROWTH = 2.0;       // a step that grows by more than this is rejected: combinations that do harm against lost ones
 constexpr int CHECK = 50;            // pairs of sweeps between two looks at the natural map: cost of looks against sweeps too many
 // Of proximal steps: weight of contacts at first and its bounds, where steps go far or are safe.
-constexpr double SOFT = 1e3, SOFTEST = 1e1, FIRMEST = 1e8;
+constexpr double SOFTEST = 1e1, FIRMEST = 1e8;
 constexpr int PROXIMAL_STEPS = 2;    // with one factor, solutions against factorisations; 1 to 4
 constexpr int PAIRS = 20;            // of sweeps after a step, their cost against steps; 10 to 40
 constexpr int LENGTHS = 3;           // that are tried, each SHORTER than the last, cost against steps; 2 to 4
@@ -311,9 +311,8 @@ double Sweeps::accelerated(Vector& pn, Vector& pt, Vector& u, int blocks, int pe
     return best;
 }
 
-double proximal_newton(const FrictionProblem& p, const Sweeps& sweeps, FrictionFactor& factor, FrictionSolution& at, int rounds, double tolerance, int& pairs) {
+double proximal_newton(const FrictionProblem& p, const Sweeps& sweeps, FrictionFactor& factor, FrictionSolution& at, int rounds, double tolerance, double& weight, int& pairs) {
     Vector v(p.k), s(p.k);
-    double weight = SOFT;
     // λ and τ of whole percussions, and these again
     const auto full = [&](FrictionSolution& some, double sign) {
         if (!p.dissipates) return;

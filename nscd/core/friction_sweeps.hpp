@@ -43,6 +43,9 @@ private:
     std::vector<Batch> batch_;  // of disks, otherwise
 };
 
+// Weight at which proximal steps begin: they go far or are safe.
+inline constexpr double PROXIMAL_WEIGHT = 1e3;
+
 // Proximal steps of Newton's method on the sets.
 //
 // A Newton step on the sets open, stuck and sliding moves whole chains of contacts at once, but the sets that it leads to may
@@ -52,8 +55,8 @@ private:
 // step is taken and softer by 2 where not. As truncated non-smooth Newton multigrid does for convex problems: Gräser &
 // Kornhuber, J. Comput. Math. 27 (2009) 1.
 //
-// Up to `rounds` rounds from `at`; the largest entry of the natural map. count: of pairs of sweeps, counted on.
-double proximal_newton(const FrictionProblem& p, const Sweeps& sweeps, FrictionFactor& factor, FrictionSolution& at, int rounds, double tolerance, int& count);
+// Up to `rounds` rounds from `at`, with the weight that the last ones ended with; the largest entry of the natural map. count: of pairs of sweeps, counted on.
+double proximal_newton(const FrictionProblem& p, const Sweeps& sweeps, FrictionFactor& factor, FrictionSolution& at, int rounds, double tolerance, double& weight, int& count);
 
 // x ← A⁻¹ x for a dense matrix by rows, which is overwritten; false where it is singular.
 bool solve_dense(Vector& a, Vector& x);

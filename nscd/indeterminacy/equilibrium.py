@@ -131,7 +131,7 @@ class Equilibrium:
         Raises ValueError if contacts and answer do not belong together, the answer has failed or
         has friction, or reactions pull (those of maintained contacts have no such set)."""
         if solution.friction is not None:
-            raise ValueError("answer: it has friction. Its set is Equilibrium.with_friction")
+            raise ValueError("solution: it has friction. Its set is Equilibrium.with_friction")
         return cls._answered(contacts, solution)
 
     @classmethod
@@ -139,7 +139,7 @@ class Equilibrium:
         """Make that of an answer with friction and without dissipation k. Raises ValueError for
         others and for a failed answer."""
         if solution.friction is None:
-            raise ValueError("answer: one with friction is needed")
+            raise ValueError("solution: one with friction is needed")
         return cls._answered(contacts, solution)
 
     @classmethod
@@ -151,7 +151,7 @@ class Equilibrium:
             mu, tangential = part.coefficient, part.tangential
             dissipative = (solution.impulse * contacts.normal).sum(1) - reaction
             if np.abs(dissipative).max(initial=0.0) > minimum:
-                raise ValueError("answer: intervals with friction are for laws without dissipation k")
+                raise ValueError("solution: intervals with friction are for laws without dissipation k")
         small, slides = opening_speed(solution), _sliding(contacts, solution)
         closed = contacts.approach_velocity(solution.right_velocity) >= -small
         both = closed & (np.abs(slides) <= small) & (mu > 0)
@@ -263,15 +263,15 @@ def _largest(contacts: Contacts, solution: Percussions) -> float:
     reaction = solution.reaction
     if reaction.shape != (len(contacts),):
         there = f"{len(reaction)} reactions where there are {len(contacts)} contacts"
-        raise ValueError(f"answer: {there}")
+        raise ValueError(f"solution: {there}")
     contacts.check_disks(len(solution.right_velocity))
     if solution.status == "failed":
-        raise ValueError(f"answer: failed ({solution.reason}). It has no intervals")
+        raise ValueError(f"solution: failed ({solution.reason}). It has no intervals")
     largest = float(reaction.max(initial=0.0))
     if reaction.min(initial=0.0) < -NOTHING * largest:
         worst = int(np.argmin(reaction))
         pulls = f"the reaction of contact {worst} pulls ({reaction[worst]:g} N·s)"
-        raise ValueError(f"answer: {pulls}. Intervals are those of percussions that push")
+        raise ValueError(f"solution: {pulls}. Intervals are those of percussions that push")
     return largest
 
 

@@ -93,7 +93,7 @@ def least_energy(
         minimum = int(np.argmin(every))
         raise ValueError(f"stiffness: {every[minimum]:g} N/m at contact {minimum}")
     if solution.friction is not None:
-        raise ValueError("answer: it has friction. Its state is that of least_energy_within")
+        raise ValueError("solution: it has friction. Its state is that of least_energy_within")
     equilibrium = Equilibrium.of_answer(contacts, solution)
     if not len(equilibrium.contact):
         return np.zeros(k)

@@ -151,7 +151,7 @@ def test_what_the_intervals_are_not_for_is_refused():
     frictional = solve(snapshot, contacts, law=ContactLaw(friction=0.1))
     soft = solve(snapshot, contacts, law=ContactLaw(friction=0.1, restitution=0.5))
     for solution in (smooth, soft):
-        with pytest.raises(ValueError, match=r"^answer:"):
+        with pytest.raises(ValueError, match=r"^solution:"):
             Equilibrium.with_friction(contacts, solution)
-    with pytest.raises(ValueError, match=r"^answer: it has friction"):
+    with pytest.raises(ValueError, match=r"^solution: it has friction"):
         Equilibrium.of(contacts, frictional)
