@@ -16,6 +16,8 @@ LEAST_MEMORY = 1 << 30  # bytes of address space
 
 def main() -> None:
     """Run the command. Whatever goes wrong is one line, and an exit status other than 0."""
+    global _interrupt_seen
+    _interrupt_seen = False
     # while Python itself ends there is nothing left to interrupt
     atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
     # a character that the terminal's encoding lacks
@@ -25,6 +27,8 @@ def main() -> None:
     try:
         for number in (signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, _ended_by)
+        if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+            signal.signal(signal.SIGINT, _interrupt)
         _refuse_little_memory()
         # here, so that an interrupt while it is imported ends the same way
         from analysis.cli.commands import app
@@ -92,14 +96,23 @@ def _ended_by(number: int, _: FrameType | None) -> None:
     raise _EndedBy(number)
 
 
+_interrupt_seen = False
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    global _interrupt_seen
+    _interrupt_seen = True
+    signal.default_int_handler(number, frame)
+
+
 def _status_of(error: BaseException) -> int:
     """Say what went wrong, in a line, and return the exit status."""
+    if _interrupt_seen or type(error).__name__ == "Abort":  # a library that was being imported may make another error of it
+        _say("interrupted. Earlier results are untouched")
+        return INTERRUPTED
     if hasattr(error, "format_message"):  # words on the command line that typer does not take
         _say(re.sub(r"^Invalid value for '([^']+)': ", r"\1: ", error.format_message()))
         return 2
-    if type(error).__name__ == "Abort":
-        _say("interrupted. Earlier results are untouched")
-        return INTERRUPTED
     if isinstance(error, BrokenPipeError):
         sys.stdout = None  # whoever read it is gone: nothing to flush
         return 128 + signal.SIGPIPE

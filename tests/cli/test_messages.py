@@ -141,6 +141,21 @@ def test_an_interrupt_while_libraries_are_imported(tmp_path, after):
     assert len(message.splitlines()) == 1, message
 
 
+def test_an_interrupt_that_an_import_makes_another_error_of(monkeypatch, capsys):
+    def imported(**_):
+        try:
+            signal.raise_signal(signal.SIGINT)
+        except KeyboardInterrupt:
+            raise SystemError("initialization of a module failed") from None
+
+    monkeypatch.setattr("analysis.cli.commands.app", imported)
+    monkeypatch.setattr("sys.argv", ["percussions", "doctor"])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 130
+    assert "interrupted" in capsys.readouterr().err
+
+
 def test_a_run_imports_little():
     """The parent of a run reads its scene, says its price and starts the engine."""
     program = (
