@@ -225,7 +225,7 @@ build/sanitize/memory/%.o: %.cpp $(filter %.hpp,$(CORE))
 build/sanitize/threads/%.o: %.cpp $(filter %.hpp,$(CORE))
 	$(COMPILED)
 
-build/sanitize/memory/readers: build/sanitize/memory/readers.o build/sanitize/memory/text.o
+build/sanitize/memory/readers: build/sanitize/memory/readers.o build/sanitize/memory/dump_text.o
 	@$(CXX) -fsanitize=address,undefined -o $@ $^ -lpthread
 
 build/sanitize/memory/crowds: $(addprefix build/sanitize/memory/,$(SANITIZED))
