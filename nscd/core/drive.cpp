@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "contacts.hpp"
+#include "levels.hpp"
 #include "rounding.hpp"
 #include "soft.hpp"
 
@@ -21,13 +22,6 @@ constexpr double ABREAST = 0.8;  // of the radii: who is less far beside the way
 constexpr double FAR = 1e28;     // m: a door that far is none, and people walk outward
 constexpr int WAVES = 40;
 constexpr double TURN = 6.283185307179586;
-
-// Many at once, four or eight of them in a vector where the machine has such, with the same bits.
-#if defined(__x86_64__) && defined(__GLIBC__) && !defined(__clang__) && __GNUC__ >= 12
-#define NSCD_WIDE [[gnu::target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")]]
-#else
-#define NSCD_WIDE
-#endif
 
 // A number of 64 random bits of others (SplitMix64).
 std::uint64_t mixed(std::uint64_t z) {
@@ -47,7 +41,7 @@ struct Draws {
         return one;
     }
     // One of each of many states, as the sum of twelve, of which every processor knows the same digits.
-    NSCD_WIDE static void normals(std::size_t k, std::uint64_t* state, double* sum) {
+    LEVELS static void normals(std::size_t k, std::uint64_t* state, double* sum) {
         std::fill_n(sum, k, -6.0);
         for (int i = 0; i < 12; ++i)
             for (std::size_t c = 0; c < k; ++c) sum[c] += double((state[c] = mixed(state[c])) >> 11) * 0x1p-53;
@@ -104,7 +98,7 @@ constexpr auto BIT = [] {
     return bits;
 }();
 // Which of k from `first` on are within reach (m) of the place (x0, y0): a bit for each.
-NSCD_WIDE std::uint64_t within(std::size_t k, const Some& some, std::size_t first, double x0, double y0, double reach) {
+LEVELS std::uint64_t within(std::size_t k, const Some& some, std::size_t first, double x0, double y0, double reach) {
     const double *const x = &some.x[first], *const y = &some.y[first], *const radius = &some.radius[first];
     std::uint64_t bits = 0;
     k = (k + LANES - 1) / LANES * LANES;
@@ -121,7 +115,7 @@ using Apart = const double* __restrict__;  // arrays of which none overlaps anot
 using Filled = double* __restrict__;
 struct Mine { double left, radius, e[2]; };
 // Gaps, unless they are known, and turns. Of two radii that of the first in number is taken away first.
-NSCD_WIDE void repel(std::size_t k, Apart x, Apart y, Apart left, Apart radius, bool has_velocity, const Mine& me, Filled gap, Filled size, Filled to_x, Filled to_y) {
+LEVELS void repel(std::size_t k, Apart x, Apart y, Apart left, Apart radius, bool has_velocity, const Mine& me, Filled gap, Filled size, Filled to_x, Filled to_y) {
     const Mine mine = me;
     k = (k + LANES - 1) / LANES * LANES;
     for (std::size_t c = 0; c < k; ++c) {
@@ -141,7 +135,7 @@ NSCD_WIDE void repel(std::size_t k, Apart x, Apart y, Apart left, Apart radius, 
     }
 }
 // Who is on the way along n; the least gap (m) of those who have less left.
-NSCD_WIDE double find_before(std::size_t k, Apart x, Apart y, Apart left, Apart radius, Apart gap, double max_gap, const Mine& me, const double* n, Filled on_way) {
+LEVELS double find_before(std::size_t k, Apart x, Apart y, Apart left, Apart radius, Apart gap, double max_gap, const Mine& me, const double* n, Filled on_way) {
     const double nx = n[0], ny = n[1];
     const Mine mine = me;
     double minimum[LANES];
@@ -158,7 +152,7 @@ NSCD_WIDE double find_before(std::size_t k, Apart x, Apart y, Apart left, Apart 
 
 // Add cos and sin of k·q − ωt, turned by the phases of both components, of so many places (m).
 template <class Wave>
-NSCD_WIDE void wave_at(std::size_t k, const double* x, const double* y, const Wave& wave, double time, double* along, double* across) {
+LEVELS void wave_at(std::size_t k, const double* x, const double* y, const Wave& wave, double time, double* along, double* across) {
     for (std::size_t i = 0; i < k; ++i) {
         const Turn at = turned(wave.x * x[i] + wave.y * y[i] - wave.turning * time);
         along[i] += at.cosine * wave.cosine[0] - at.sine * wave.sine[0], across[i] += at.cosine * wave.cosine[1] - at.sine * wave.sine[1];

@@ -4,8 +4,9 @@
 
 #include <cstring>
 
-// The sanitizer of threads is not ready when the loader chooses. Clang passes no vectors between levels.
-#if defined(__x86_64__) && defined(__linux__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__)
+// The sanitizer of threads is not ready when the loader chooses. Clang passes no vectors between levels. Only glibc's loader
+// chooses.
+#if defined(__x86_64__) && defined(__GLIBC__) && __GNUC__ >= 12 && !defined(__clang__) && !defined(__SANITIZE_THREAD__)
 #define LEVELS [[gnu::target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")]]
 #else
 #define LEVELS
