@@ -131,8 +131,8 @@ public:
                 box[0] = std::min(box[0], x_[a]), box[1] = std::min(box[1], -x_[a]);
                 box[2] = std::min(box[2], y_[a]), box[3] = std::min(box[3], -y_[a]);
             }
-            const bool compound = box[0] + box[1] < box[2] + box[3];
-            const In across = compound ? x_ : y_, along = compound ? y_ : x_;
+            const bool longer_in_x = box[0] + box[1] < box[2] + box[3];
+            const In across = longer_in_x ? x_ : y_, along = longer_in_x ? y_ : x_;
             halve(p.low, p.high, across, along);
             const auto [one, two] = arrange(p.low, p.high, along);
             found[me].first = p.low + two;
